@@ -1,10 +1,14 @@
 """Records of one engine's interaction checks (drop, nudge, sweep, hold, release, opening, reset); no verdicts."""
 
-from pydantic import Field
+from typing import TypeVar
+
+from pydantic import Field, JsonValue
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive, Vector3
 from schemas.measurement import ContactPair, Measurement
 from schemas.vocabulary import Engine, OverlapCause
+
+Record = TypeVar("Record", bound=Frozen)
 
 
 class Drop(Frozen):
@@ -209,6 +213,12 @@ class Interaction(Frozen):
     """The least rise of the centre of mass that topples the object from where it rests, m; None where not computed."""
     support_m: NonNegative = 0.0
     """Largest horizontal distance from its centre of mass to an edge of what it stands on, m."""
+    further: dict[str, tuple[dict[str, JsonValue], ...]] = Field(default_factory=dict)
+    """Records of checks from outside the package, by the names that they give them."""
+
+    def records(self, name: str, kind: type[Record]) -> tuple[Record, ...]:
+        """The records in ``further`` of that name."""
+        return tuple(kind.model_validate(item) for item in self.further.get(name, ()))
 
 
 class Reached(Frozen):

@@ -30,7 +30,7 @@ MEASUREMENTS: tuple[Column, ...] = (
 INTERACTIONS: tuple[Column, ...] = (
     *ASSET_COLUMNS,
     ("engine!", TEXT, "", "Simulator"),
-    ("test!", TEXT, "", "stands, state, drop, nudge, jam, hold, release, reset, effort, opening or closing"),
+    ("test!", TEXT, "", "What the check fails as (`docs/checks.md`): stands, jam …; or opening or closing"),
     ("subject!", TEXT, "", "Joint, or which drop or start"),
     ("passed", FLAG, "", "Verdict; null for opening and closing efforts, which have none"),
     ("value", REAL, "as the reason says", "Number measured; null where there is none"),

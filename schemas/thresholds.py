@@ -1,8 +1,20 @@
 """Thresholds of the verdict, each with its unit and its reason."""
 
+from dataclasses import dataclass
+
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A bound that a check declares itself: its name in ``Thresholds.further``, value, unit, and why it is so."""
+
+    name: str
+    value: float
+    unit: str
+    reason: str
 
 
 class Thresholds(Frozen):
@@ -58,3 +70,9 @@ class Thresholds(Frozen):
     reset_joint_share: Fraction = 0.10
     """Share of its range that a joint which must hold may move over a perturbed start: as far as the search may go
     without leaving the requested state. A fall from 2 cm jolts any friction hinge."""
+    further: dict[str, float] = Field(default_factory=dict)
+    """Bounds that further checks declare themselves, where they are to be others: name → value."""
+
+    def of(self, bound: Bound) -> float:
+        """The value in force of a bound that a check declares."""
+        return self.further.get(bound.name, bound.value)

@@ -2,8 +2,10 @@
 
 from enum import StrEnum
 
+from schemas.declared import OpenValues
 
-class FailureMode(StrEnum):
+
+class FailureMode(OpenValues):
     """Why an asset failed; the paper's five modes map onto these (``PAPER_FAILURE_MODES``)."""
 
     NONE = "none"
@@ -123,7 +125,7 @@ class MassRule(StrEnum):
     SHARED = "shared"
 
 
-class Method(StrEnum):
+class Method(OpenValues):
     """Where an asset's physics come from.
 
     ``asset2sim`` is ours; ``direct`` one answer, taken as it is; ``ivw`` 25 answers, weighted by inverse variance;
@@ -142,7 +144,7 @@ class Method(StrEnum):
     RAW = "raw"
 
 
-class Engine(StrEnum):
+class Engine(OpenValues):
     """The simulators that an asset can be checked in."""
 
     PYBULLET = "pybullet"

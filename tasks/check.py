@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from asset2sim.assets.authored import REFINED_NAME, authored_overlay, with_refined_state
 from asset2sim.assets.checksums import changed_files
 from asset2sim.assets.extract import Extraction
-from asset2sim.checks.verdict import Verdict
+from asset2sim.checks.check_verdict import Verdict
 from asset2sim.validation.support import carried, forced_support
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.checks.check_verdict import Verdict
 from asset2sim.checks.findings import report_findings
 from asset2sim.checks.overlaps import overlap_pairs
-from asset2sim.checks.verdict import Verdict, overall_verdict
+from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import cause_for, engines_of, verify
 from schemas.errors import AssetError
 from schemas.interaction import EngineReport

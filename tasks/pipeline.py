@@ -14,7 +14,7 @@ from asset2sim.assets.folder import staged_folder
 from asset2sim.baselines.constant import without_model
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
 from asset2sim.checks.alignment.vision_judge import with_judge_score
-from asset2sim.checks.verdict import Verdict
+from asset2sim.checks.check_verdict import Verdict
 from lab.trials.reach_stage import measure_reach
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
-from asset2sim.checks.verdict import Verdict
+from asset2sim.checks.check_verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError, is_disk_full, shortened

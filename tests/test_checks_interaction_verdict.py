@@ -5,7 +5,8 @@ import math
 import pytest
 
 from asset2sim.checks.check_verdict import CheckVerdict
-from asset2sim.checks.interaction_verdict import hull_loss, interaction_verdicts
+from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.sweep import hull_loss
 from schemas.interaction import Drop, Hold, Interaction, Nudge, Obstacle, Opening, Release, Reset, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds

@@ -7,20 +7,13 @@ import numpy as np
 import pytest
 
 from asset2sim.checks.check_verdict import CheckVerdict
-from asset2sim.checks.hold import holds
-from asset2sim.checks.interact import drop
-from asset2sim.checks.interaction_verdict import (
-    drop_verdict,
-    hold_verdict,
-    nudge_verdict,
-    release_verdict,
-    reset_verdict,
-)
+from asset2sim.checks.drop import drop, drop_verdict
+from asset2sim.checks.hold import hold_verdict, holds
 from asset2sim.checks.mechanism import span_of
-from asset2sim.checks.nudge import nudges
-from asset2sim.checks.release import releases
-from asset2sim.checks.reset import reset, starts
-from asset2sim.checks.stand import stand
+from asset2sim.checks.nudge import nudge_verdict, nudges
+from asset2sim.checks.release import release_verdict, releases
+from asset2sim.checks.reset import reset, reset_verdict, starts
+from asset2sim.checks.set_down import set_down
 from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.engines.world import World
 from schemas.interaction import Interaction
@@ -194,7 +187,7 @@ def test_a_squat_box_stands_every_reset_and_a_top_heavy_pole_tips(tmp_path: Path
     for size, passes in (((0.3, 0.3, 0.2), True), ((0.02, 0.02, 0.6), False)):
         item = subject(tmp_path, [solid("block", size)], [])
         with opened(item, engine, plane=True) as world:
-            _, resting, support = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
+            _, resting, support = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
             records = [
                 reset(world, item.item, *start, resting, support, SETTINGS, LIMITS) for start in starts(SETTINGS)[:3]
             ]
@@ -208,7 +201,7 @@ def test_a_reset_sees_a_door_that_must_stay_and_does_not(tmp_path: Path) -> None
     for friction, slips in ((6.0, False), (0.6, True)):
         item = lid(tmp_path, friction=friction, start=0.75, hold=True)
         with opened(item, plane=True) as world:
-            _, resting, support = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
+            _, resting, support = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
             record = reset(world, item.item, *starts(SETTINGS)[0], resting, support, SETTINGS, LIMITS)
         verdict = reset_verdict(record, 0, Interaction(engine=Engine.PYBULLET), LIMITS)
         # A friction of a tenth over the load cannot brake a fall of 2 cm: the lid of a real box would fall shut.

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.interaction_verdict import sweep_verdict
 from asset2sim.checks.opening import VISIBLE_M, openings
+from asset2sim.checks.sweep import sweep_verdict
 from schemas.interaction import Opening, Sweep
 from schemas.overlay import JointPhysics
 from schemas.vocabulary import Engine, FailureMode

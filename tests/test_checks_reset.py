@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.interaction_verdict import reset_verdict
+from asset2sim.checks.reset import reset_verdict
 from asset2sim.physics.support_polygon import standing_on
 from schemas.interaction import Interaction, Reset
 from schemas.vocabulary import Engine

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
+from asset2sim.checks.check_verdict import Verdict
 from asset2sim.checks.rest import contacts_at, measure, observe
-from asset2sim.checks.verdict import Verdict, measurement_verdict, oscillating_joints
 from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
 from asset2sim.physics.arrays import Array
 from schemas.measurement import Measurement

@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.effort import efforts
-from asset2sim.checks.interaction_verdict import interaction_verdicts
+from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.opening import openings
-from asset2sim.checks.stand import settled, stand
+from asset2sim.checks.set_down import set_down
+from asset2sim.checks.state import settled
 from asset2sim.checks.support_polygon import point_clouds
 from schemas.interaction import Effort
 from schemas.overlay import EffortRange
@@ -44,7 +45,7 @@ def test_a_block_stands_and_a_pole_that_leans_beyond_its_foot_does_not(tmp_path:
     squat = subject(tmp_path, [solid("block", (0.3, 0.3, 0.2))], [])
     assert failures(squat, engine, FailureMode.STANDS) == []
     with opened(squat, engine, plane=True) as world:
-        record, _, support = stand(world, squat.item, point_clouds(squat.urdf), SETTINGS)
+        record, _, support = set_down(world, squat.item, point_clouds(squat.urdf), SETTINGS)
     assert record.tilt_rad < 1e-3 and record.travel_m < 1e-3 and record.peak_speed_m_s < 0.1
     assert record.margin_rad == pytest.approx(math.atan2(0.15, 0.1), rel=1e-3)
     assert record.tip_energy_j == pytest.approx(9.81 * (math.hypot(0.15, 0.1) - 0.1), rel=1e-3)
@@ -65,7 +66,7 @@ def test_a_lid_that_falls_shut_has_lost_the_state_that_was_asked(tmp_path: Path,
         assert bool(reasons) is lost, reasons
     assert "asked to stand at 0.7 rad, settles at" in reasons[0]
     with opened(item, engine, plane=True) as world:
-        _, resting, _ = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
+        _, resting, _ = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
     (record,) = settled(item.item.joints, resting)
     assert record.settled == pytest.approx(0.0, abs=0.02) and record.share == pytest.approx(0.7 / 1.5, abs=0.02)
 
@@ -76,7 +77,7 @@ def test_a_lid_takes_its_load_and_its_friction_at_its_edge_and_tips_the_box_by_i
 ) -> None:
     item = box_with_lid(tmp_path, friction=0.6, start=0.0)
     with opened(item, engine, plane=True) as world:
-        _, _, support = stand(world, item.item, point_clouds(item.urdf), SETTINGS)
+        _, _, support = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
     with opened(item, engine) as world:
         found = openings(world, item.item, SETTINGS)
     (record,) = efforts(item.item, point_clouds(item.urdf), found, support, 0.8, LIMITS)

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.interaction_verdict import sweep_verdict
 from asset2sim.checks.overlaps import overlap_pairs
-from asset2sim.checks.sweep import CauseOf, sweeps
+from asset2sim.checks.sweep import CauseOf, sweep_verdict, sweeps
 from schemas.interaction import Sweep
 from schemas.vocabulary import Engine, OverlapCause
 from tests.builders import UrdfJoint

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.at_rest import measurement_verdict, oscillates, oscillating_joints
 from asset2sim.checks.rest import STILL, amplitude, drift, sign_changes
-from asset2sim.checks.verdict import measurement_verdict, oscillates, oscillating_joints
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from schemas.settings import Thresholds
 from schemas.vocabulary import FailureMode

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.checks.known_checks import failure_guide
 from flows.schedule import nightly_schedule
 from lab.pages import reference
 from lab.pages.blocks import markers, with_block
 from lab.samples.bad_assets import bad_assets
-from schemas.failure_guide import FAILURE_GUIDE
 from schemas.vocabulary import FailureMode
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -79,7 +79,7 @@ def test_the_pages_from_the_schemas_are_as_made(name: str) -> None:
 
 
 def test_every_failure_mode_has_its_cause_and_remedy() -> None:
-    assert set(FAILURE_GUIDE) == set(FailureMode) - {FailureMode.NONE}
+    assert set(failure_guide()) == set(FailureMode) - {FailureMode.NONE}
 
 
 def test_every_finding_that_stages_make_is_explained() -> None:

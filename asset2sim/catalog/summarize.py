@@ -4,7 +4,8 @@ import sys
 from collections.abc import Iterable
 
 from asset2sim.catalog.rows_engines import prismatic_joints
-from asset2sim.checks.verdict import oscillating_joints, report_verdict
+from asset2sim.checks.at_rest import oscillating_joints
+from asset2sim.checks.verdict import report_verdict
 from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.measurement import Measurement

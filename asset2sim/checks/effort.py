@@ -4,15 +4,29 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from asset2sim.checks.check_verdict import CheckVerdict, by_joint, unit_of
+from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import Mechanism, poses_at
+from asset2sim.checks.opening import openings as measured_openings
+from asset2sim.checks.rig import Rig
 from asset2sim.checks.support_polygon import Clouds
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import Grip, grip_on
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon
-from schemas.interaction import Effort, Opening
+from schemas.failure_guide import Guide
+from schemas.interaction import Effort, Interaction, Opening
 from schemas.overlay import JointPhysics
 from schemas.settings import Thresholds
 from schemas.support import SupportKind
+from schemas.vocabulary import FailureMode
+
+
+def measure(rig: Rig) -> dict[str, object]:
+    """The least efforts of every joint with the root held, and what they are at the edge of its part."""
+    opened = measured_openings(rig.held.sound(), rig.item, rig.settings)
+    friction, kind, support = rig.overlay.contact_friction, rig.overlay.support.kind, rig.down().support
+    found = efforts(rig.item, rig.clouds, opened, support, friction, rig.limits, kind)
+    return {"openings": opened, "efforts": found}
 
 
 def efforts(
@@ -83,3 +97,75 @@ def part_grip(item: Mechanism, clouds: Clouds, joint: JointPhysics, poses: Mappi
     points = np.vstack([np.zeros((0, 3)), *parts])
     slides = joint.type == "prismatic"
     return grip_on(points, frame[:3, :3] @ hinge.axis, frame[:3, 3], slides=slides, opens=opens(joint))
+
+
+def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
+    """One verdict a joint, on the way that is worst."""
+    return [effort_verdict(items, joints[name], seen.engine.value) for name, items in by_joint(seen.efforts)]
+
+
+def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> CheckVerdict:
+    """A part must move by a hand's force at its edge, within the range for its kind, before the object tips or slides,
+    whichever way it is moved; the verdict is on the way that is worst."""
+    return max(
+        (effort_one_way(item, joint, engine) for item in items), key=lambda found: (not found.passed, found.value)
+    )
+
+
+def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdict:
+    """The verdict on one way of moving a part."""
+    force, asked, subject = item.force_n, joint.effort_range, item.joint
+    takes = f"{item.way} joint '{item.joint}' takes {force:.3g} N at its part's edge in {engine}"
+    if asked is not None and force > asked.most_n:
+        said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
+        advice = "make the part lighter, or its joint looser"
+        return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.most_n, f"{said}: {advice}")
+    if asked is not None and force < asked.least_n and pressed(item, joint):
+        said = f"{takes}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
+        return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.least_n, f"{said}: {stronger(joint)}")
+    for most, does in ((item.tips_at_n, "tips over"), (item.slides_at_n, "slides away")):
+        if most is not None and force > most:
+            said = f"{takes}, and the object {does} at {most:.3g} N"
+            return CheckVerdict(FailureMode.EFFORT, subject, False, force, most, f"{said}: fix it, or hold it down")
+    tips = "" if item.tips_at_n is None else f"; the object tips over at {item.tips_at_n:.3g} N"
+    return CheckVerdict(FailureMode.EFFORT, subject, True, force, None if asked is None else asked.most_n, takes + tips)
+
+
+def stronger(joint: JointPhysics) -> str:
+    """What a person would do about a spring that is too weak to feel."""
+    if joint.armature <= 0.0 or joint.lower is None or joint.upper is None:
+        return "give it a stronger spring"
+    travel, unit = joint.upper - joint.lower, unit_of(joint)
+    return (
+        f"over {travel:.2g} {unit} of travel its armature of {joint.armature:.2g} is all that solvers bear at "
+        "the coarse time step, and bears no stronger spring; give it more travel"
+    )
+
+
+def pressed(item: Effort, joint: JointPhysics) -> bool:
+    """Whether the part is moved against its spring, from where that returns it."""
+    opening = joint.open >= joint.closed
+    return joint.stiffness > 0.0 and (joint.spring_reference < joint.initial_position) == (
+        opening is (item.way == "opening")
+    )
+
+
+CHECK = DeclaredCheck(
+    name="effort",
+    modes={
+        FailureMode.EFFORT: Guide(
+            "Opening it takes more or less than people expect of its kind, or tips it over first",
+            "the reason has the force and the range (`efforts.csv`); say `stiff` or `light` in the guidance, or fix it",
+        )
+    },
+    done="the least force at a part's edge that moves each joint, either way",
+    holds="within the range for its kind (`efforts.csv`, each with its source), and less than tips over or slides the "
+    "object",
+    bounds=("held_by_hand_kg",),
+    measure=measure,
+    judge=judge,
+    place=90,
+    turn=70,
+    along=(FailureMode.STANDS, FailureMode.STATE),
+    planted=("friction beyond a hand",),
+)

@@ -4,15 +4,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.checks.interaction_verdict import hold_bound
+from asset2sim.checks.check_verdict import CheckVerdict, by_joint, unit_of
+from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
+from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.world import World
-from schemas.interaction import Hold
+from schemas.failure_guide import Guide
+from schemas.interaction import Hold, Interaction
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.vocabulary import FailureMode
 
 TOUCHING_M = 1e-4
 """Overlap from which a part is held by what it touches and not by its joint, m."""
@@ -22,6 +26,11 @@ NEVER_EARLIER_S = 0.25
 """A hold does not end before this, s: what starts at rest needs time to be seen moving."""
 SURE = 1.05
 """Friction over gravity's pull from which a joint is expected to hold: below, the engines' rounding decides."""
+
+
+def measure(rig: Rig) -> dict[str, object]:
+    """Every joint that must hold."""
+    return {"holds": holds(rig.held.sound(), rig.item, rig.settings, rig.limits)}
 
 
 def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Hold, ...]:
@@ -104,3 +113,43 @@ def held(
         name: Hold(joint=name, position=positions[name], moved=most, seconds=seconds)
         for name, most in zip(names, moved, strict=True)
     }
+
+
+def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
+    """One verdict a joint, over all positions at which it was held."""
+    return [hold_verdict(items, joints[name], seen.engine.value, limits) for name, items in by_joint(seen.holds)]
+
+
+def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
+    """How far a joint that must hold may move, rad or m."""
+    return limits.hold_m if joint.type == "prismatic" else limits.hold_rad
+
+
+def hold_verdict(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
+    """A joint that must hold must stay where it is placed, at every position tried; the verdict is on the worst."""
+    item = max(items, key=lambda hold: hold.moved)
+    unit, limit = unit_of(joint), hold_bound(joint, limits)
+    reason = (
+        f"joint '{item.joint}' must stay at {item.position:.4g} {unit} and moves {item.moved:.3g} {unit} in "
+        f"{item.seconds:.3g} s in {engine}"
+    )
+    return CheckVerdict(FailureMode.HOLD, item.joint, item.moved <= limit, item.moved, limit, reason)
+
+
+CHECK = DeclaredCheck(
+    name="hold",
+    modes={
+        FailureMode.HOLD: Guide(
+            "A part that should stay where it is placed does not",
+            "heavier than its friction bears within a hand's strength: a lighter material, or say that it falls shut",
+        )
+    },
+    done="joints that stay where they are placed",
+    holds="they do",
+    bounds=("hold_rad", "hold_m"),
+    measure=measure,
+    judge=judge,
+    place=60,
+    turn=60,
+    planted=("friction negative",),
+)

@@ -1,19 +1,29 @@
 """The nudge: a joint is set in motion and left alone; it must come to rest, and nothing may explode."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
+from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
-from schemas.interaction import Nudge
+from schemas.failure_guide import Guide
+from schemas.interaction import Interaction, Nudge
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.vocabulary import FailureMode
 
 CROSSING_S = 0.25
 """Least time in which a nudged joint would cross its whole range, s: a key of 3 mm is not kicked at 0.2 m/s."""
 DECAYS = 3.0
 """Least time that a nudged joint is given, in time constants of its own damping: e⁻³ is a twentieth."""
+
+
+def measure(rig: Rig) -> dict[str, object]:
+    """Every joint nudged."""
+    return {"nudges": nudges(rig.held.sound(), rig.item, rig.settings, rig.limits)}
 
 
 def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Nudge, ...]:
@@ -79,3 +89,40 @@ def nudged(
         )
         for joint in joints
     }
+
+
+def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
+    """One verdict a joint."""
+    return [nudge_verdict(item, joints[item.joint], seen.engine.value, limits) for item in seen.nudges]
+
+
+def nudge_verdict(item: Nudge, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
+    """A nudged joint must lose its speed, and nothing that it moves may explode."""
+    unit = unit_of(joint)
+    nudged = f"joint '{item.joint}' nudged to {item.speed:.3g} {unit}/s in {engine}"
+    if not item.finite or item.peak_speed_m_s > limits.peak_speed_m_s:
+        reason = f"{nudged}: what it moves explodes, to {item.peak_speed_m_s:.3g} m/s"
+        return CheckVerdict(FailureMode.NUDGE, item.joint, False, item.peak_speed_m_s, limits.peak_speed_m_s, reason)
+    share = item.final_speed / abs(item.speed) if item.speed else 0.0
+    reason = f"{nudged} moves at {item.final_speed:.3g} {unit}/s after {item.seconds:.3g} s"
+    passed = share <= limits.nudge_remaining
+    return CheckVerdict(FailureMode.NUDGE, item.joint, passed, share, limits.nudge_remaining, reason)
+
+
+CHECK = DeclaredCheck(
+    name="nudge",
+    modes={
+        FailureMode.NUDGE: Guide(
+            "A joint that is set in motion speeds up or does not settle",
+            "damping below what its inertia needs: the finding has both; give a settling time in the guidance",
+        )
+    },
+    done="every joint set in motion",
+    holds="it decays, nothing explodes",
+    bounds=("nudge_remaining", "peak_speed_m_s"),
+    measure=measure,
+    judge=judge,
+    place=40,
+    turn=90,
+    planted=("damping negative",),
+)

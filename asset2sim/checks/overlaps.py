@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pybullet
 
-from asset2sim.checks.sweep import CauseOf
+from asset2sim.checks.rig import CauseOf
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.pybullet_object import loaded
 from schemas.interaction import OverlapPair

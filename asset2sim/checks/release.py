@@ -5,14 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
+from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.mass_matrix import Pull
-from schemas.interaction import Release, share_left
+from schemas.failure_guide import Guide
+from schemas.interaction import Interaction, Release, share_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.vocabulary import FailureMode
 
 GRAVITY, SPRING = "gravity", "spring"
 START_SHARE = 0.5
@@ -37,6 +42,11 @@ class ExpectedRelease:
     start: float
     target: float
     far: float
+
+
+def measure(rig: Rig) -> dict[str, object]:
+    """Every joint that something brings back."""
+    return {"releases": releases(rig.held.sound(), rig.item, rig.free_stretches, rig.settings, rig.limits)}
 
 
 def releases(
@@ -142,3 +152,40 @@ def released(
         )
         for task, end, time in zip(tasks, ends, since, strict=True)
     }
+
+
+def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
+    """One verdict a joint that was let go of."""
+    return [release_verdict(item, joints[item.joint], seen.engine.value, limits) for item in seen.releases]
+
+
+def release_verdict(item: Release, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
+    """A joint that is let go of must reach its rest, and stay there."""
+    unit, left = unit_of(joint), item.left
+    passed = item.seconds is not None and left <= limits.release_share
+    done = f"is there after {item.seconds:.3g} s" if item.seconds is not None else "does not get there"
+    reason = (
+        f"joint '{item.joint}' let go of at {item.start:.4g} {unit} should be brought to {item.target:.4g} {unit} by "
+        f"{item.by}: it {done} and ends at {item.end:.4g} {unit} in {engine}"
+    )
+    return CheckVerdict(FailureMode.RELEASE, item.joint, passed, left, limits.release_share, reason)
+
+
+CHECK = DeclaredCheck(
+    name="release",
+    modes={
+        FailureMode.RELEASE: Guide(
+            "A lid, door or key that gravity or a spring should bring back does not come back, or does not stay",
+            "the finding says where it sticks; shapes that rub are cut by `--collision repair`",
+        )
+    },
+    done="lids that gravity closes, springs",
+    holds="they come back, and stay",
+    bounds=("release_share",),
+    measure=measure,
+    judge=judge,
+    place=70,
+    turn=80,
+    along=(FailureMode.JAM,),
+    planted=("friction that sticks",),
+)

@@ -1,138 +1,62 @@
-"""The stands and state checks: the object, set down in the state asked of it, stays as it is set down."""
+"""The stands check: the object, set down in the state asked of it, stays upright, where it is and without a jump."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
-from asset2sim.checks.mechanism import Mechanism, span_of
-from asset2sim.checks.support_polygon import Clouds, support_polygon_of
-from asset2sim.checks.watch import Watched, capped, watch
-from asset2sim.engines.world import World
-from asset2sim.physics.arrays import Array, vector
-from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.physics.support_polygon import SupportPolygon
-from schemas.interaction import SettledJoint, Stand
+from asset2sim.checks.check_verdict import CheckVerdict
+from asset2sim.checks.declared_check import DeclaredCheck
+from asset2sim.checks.rig import Rig
+from schemas.failure_guide import Guide
+from schemas.interaction import Interaction, Stand
 from schemas.overlay import JointPhysics
-from schemas.settings import EngineSettings
-
-UP = np.array([0.0, 0.0, 1.0])
-
-
-@dataclass(frozen=True)
-class Resting:
-    """The object at rest once set down undisturbed: (3,) world up in the frame of ``root_pose``, joint → position (rad
-    or m), and the peak speed of its fastest link until then, m/s.
-
-    The perturbed starts are compared with this, not with how it was set down: whether it stays as it is set down is
-    the stands check's to say, and it says so once.
-    """
-
-    up: Array
-    joints: dict[str, float]
-    peak_speed: float
+from schemas.thresholds import Thresholds
+from schemas.vocabulary import FailureMode
 
 
-@dataclass
-class Motion:
-    """How far the root has moved since the first reading: tilt of its up axis (rad), travel of its centre of mass (m),
-    and that point's peak speed from reading to reading (m/s)."""
-
-    world: World
-    first: tuple[Array, Array] | None = None
-    last: tuple[float, Array] | None = None
-    tilt_rad: float = 0.0
-    travel_m: float = 0.0
-    speed_m_s: float = 0.0
-    turned: Rotation = field(default_factory=Rotation.identity)
-    """How the root is turned now from how it was set down."""
-
-    def read(self, time: float) -> bool:
-        """Take a reading at ``time`` (s since it was set down); whether the numbers are no longer finite."""
-        center, orientation = self.world.root_center(), self.world.root_pose()[1]
-        if not (np.isfinite(center).all() and np.isfinite(orientation).all()):
-            self.tilt_rad = self.travel_m = self.speed_m_s = np.inf
-            return True
-        if self.first is None or self.last is None:
-            self.first, self.last = (center, orientation), (time, center)
-            return False
-        self.turned = Rotation.from_quat(orientation) * Rotation.from_quat(self.first[1]).inv()
-        self.tilt_rad = max(self.tilt_rad, angle_between(UP, self.turned.apply(UP)))
-        self.travel_m = max(self.travel_m, float(np.linalg.norm(center - self.first[0])))
-        self.speed_m_s = max(self.speed_m_s, float(np.linalg.norm(center - self.last[1])) / (time - self.last[0]))
-        self.last = time, center
-        return False
+def measure(rig: Rig) -> dict[str, object]:
+    """How the object stands where it is set down; of a fixed object, which cannot tip, nothing is said."""
+    return {"stand": rig.down().stand}
 
 
-def stand(
-    world: World, item: Mechanism, clouds: Clouds, settings: EngineSettings
-) -> tuple[Stand, Resting, SupportPolygon]:
-    """Set the object down undisturbed and watch until it rests, for ``settle_s`` at most; how it rests, and on what."""
-    world.place(item.start, height_m=settings.drop_height_m)
-    motion = Motion(world)
-    motion.read(0.0)
-    placed_up = up_in_root(world)
-    seen = watch(world, settings.settle_s, settings, motion.read)
-    resting = Resting(up_in_root(world) if seen.finite else placed_up, joints_after(seen, world, item), seen.peak)
-    # The root's own frame is upright where it is set down; the pose that an engine gives may be of another frame.
-    up = motion.turned.inv().apply(UP)
-    support = support_polygon_of(item, clouds, up, resting.joints)
-    record = Stand(
-        tilt_rad=capped(motion.tilt_rad),
-        travel_m=capped(motion.travel_m),
-        peak_speed_m_s=capped(motion.speed_m_s),
-        seconds=seen.seconds,
-        margin_rad=support.margin_rad,
-        tip_energy_j=support.mass * GRAVITY_M_S2 * support.rise,
-        rest_turn_rad=vector(level_turn(up)),
-        finite=seen.finite,
+def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
+    """One verdict, on the whole object."""
+    return [] if seen.stand is None else [stand_verdict(seen.stand, seen.engine.value, limits)]
+
+
+def stand_verdict(item: Stand, engine: str, limits: Thresholds) -> CheckVerdict:
+    """An object must stay as it is set down: upright, where it is, without a jump."""
+    placed = f"set down in its initial state in {engine} it"
+    checks = (
+        (item.tilt_rad, limits.stands_rad, f"{placed} tilts by {math.degrees(item.tilt_rad):.3g}°"),
+        (item.travel_m, limits.stands_m, f"{placed} travels {100.0 * item.travel_m:.3g} cm"),
+        (item.peak_speed_m_s, limits.stands_m_s, f"{placed} moves at {item.peak_speed_m_s:.3g} m/s"),
     )
-    return record, resting, support
+    margin = f"its margin to tip over is {math.degrees(item.margin_rad):.3g}° ({item.tip_energy_j:.3g} J)"
+    for value, limit, text in checks:
+        if value > limit or not item.finite:
+            advice = "; lean it on something, fix it, or ask for a state in which it stands"
+            return CheckVerdict(FailureMode.STANDS, "object", False, value, limit, f"{text}; {margin}{advice}")
+    value, limit, text = checks[0]
+    return CheckVerdict(FailureMode.STANDS, "object", True, value, limit, f"{text}; {margin}")
 
 
-def rest_held(world: World, item: Mechanism, settings: EngineSettings) -> Resting:
-    """How the joints of an object whose root is held come to rest from its initial state, ``settle_s`` at most."""
-    world.place(item.start)
-    up = up_in_root(world)
-    seen = watch(world, settings.settle_s, settings)
-    return Resting(up, joints_after(seen, world, item), seen.peak)
-
-
-def joints_after(seen: Watched, world: World, item: Mechanism) -> dict[str, float]:
-    """Joint → its position now, rad or m; its initial one where a run has lost finite numbers."""
-    return dict(zip(world.joint_names, world.positions().tolist(), strict=True)) if seen.finite else dict(item.start)
-
-
-def settled(joints: Sequence[JointPhysics], resting: Resting) -> tuple[SettledJoint, ...]:
-    """Where every joint of which a position is asked has come to rest."""
-    found = []
-    for joint in joints:
-        if joint.asked_position is None:
-            continue
-        lower, upper = span_of(joint)
-        now, way = capped(resting.joints[joint.name]), upper - lower
-        share = abs(now - joint.asked_position) / way if way > 0.0 else 0.0
-        found.append(SettledJoint(joint=joint.name, asked=joint.asked_position, settled=now, share=share))
-    return tuple(found)
-
-
-def up_in_root(world: World) -> Array:
-    """(3,) the world's up direction in the root's frame now."""
-    _, orientation = world.root_pose()
-    up: Array = Rotation.from_quat(orientation).inv().apply(UP)
-    return up
-
-
-def level_turn(up: Array) -> Array:
-    """(3,) rotation vector about a level axis that turns the unit vector ``up`` upright, rad."""
-    axis = np.cross(up, UP)
-    length = float(np.linalg.norm(axis))
-    level = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-    turn: Array = level * angle_between(up, UP)
-    return turn
-
-
-def angle_between(a: Array, b: Array) -> float:
-    """The angle between two unit vectors, rad; exact near zero, where the arc cosine is not."""
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), float(a @ b)))
+CHECK = DeclaredCheck(
+    name="stands",
+    modes={
+        FailureMode.STANDS: Guide(
+            "Set down as asked, it tips over, leans over 5° or slides over 3 cm",
+            "ask for another state (a closed lid), or say in the guidance or by `--support` that it is fixed or "
+            "handheld",
+        )
+    },
+    done="set down in its initial state, from the first moment on",
+    holds="it tilts at most 5°, travels at most 3 cm, moves at most at 0.5 m/s",
+    bounds=("stands_rad", "stands_m", "stands_m_s"),
+    measure=measure,
+    judge=judge,
+    place=10,
+    turn=10,
+    on_plane=True,
+    along=(FailureMode.STATE,),
+    planted=("centre of mass beyond its feet",),
+)

@@ -1,52 +1,32 @@
 """The sweep: every joint over its whole range, and what it runs into on the way."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 
+from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.declared_check import DeclaredCheck
+from asset2sim.checks.free_stretch import Stretch, cleared, depths, stretches
 from asset2sim.checks.joint_groups import apart_groups
 from asset2sim.checks.mechanism import Mechanism, span_of
-from asset2sim.engines.contacts import by_pair
+from asset2sim.checks.rig import CauseOf, Rig
 from asset2sim.engines.world import World
-from schemas.interaction import Obstacle, Sweep
+from schemas.failure_guide import Guide
+from schemas.interaction import Interaction, Obstacle, Opening, Sweep
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.vocabulary import OverlapCause
+from schemas.vocabulary import FailureMode, OverlapCause
 
-CauseOf = Callable[[str, str, Mapping[str, float]], OverlapCause]
-"""Function that tells why two links overlap at these joint positions."""
-
-BISECTIONS = 4
-"""Halvings of the step that ends in an overlap: the end of the free stretch is known to 0.3 % of the range."""
-MOST_CLEARED = 6
-"""Other joints that are moved out of the way of one, at most."""
 BEYOND = 12
 """Positions between a hull's obstacle and the end of the range at which the meshes are looked at."""
-GAIN = 0.01
-"""Share of the range by which moving another joint away must lengthen the free stretch to be worth stating."""
-
-Depths = dict[tuple[str, str], float]
+ROOM_SHARE = 0.02
+"""Free share of its range ahead from which a joint that no effort moves counts as stuck."""
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """The free stretch of one joint, rad or m, and what ends it: (position, pairs with their depths) on either side."""
-
-    low: float
-    high: float
-    ends: tuple[tuple[float, Depths], ...] = ()
-
-
-@dataclass
-class RangeSearch:
-    """The state of one joint's search in one direction: where it is free for sure and where it first is not."""
-
-    joint: JointPhysics
-    ways: list[float]
-    free: float
-    blocked: tuple[float, Depths] | None = None
-    next: int = 0
+def measure(rig: Rig) -> dict[str, object]:
+    """Every joint swept; other checks then know where joints are free."""
+    found, rig.free_stretches = sweeps(rig.held.sound(), rig.item, rig.settings, rig.limits, rig.cause)
+    return {"sweeps": found}
 
 
 def sweeps(
@@ -71,12 +51,6 @@ def sweeps(
             stretch, others = cleared(world, item, joint, stretch, free, allowed, settings, limits)
         records.append(record(item, joint, stretch, others, cause))
     return tuple(records), free
-
-
-def depths(world: World) -> Depths:
-    """Link pair → overlap depth of its shapes at the world's present pose, m, less the engine's skin."""
-    found = {(pair.link_a, pair.link_b): pair.depth_m - world.skin_m for pair in by_pair(world.contacts())}
-    return {pair: depth for pair, depth in found.items() if depth > 0.0}
 
 
 def authored_beyond(
@@ -130,127 +104,84 @@ def record(item: Mechanism, joint: JointPhysics, stretch: Stretch, others: dict[
     )
 
 
-def stretches(
-    world: World,
-    item: Mechanism,
-    joints: tuple[JointPhysics, ...],
-    positions: Mapping[str, float],
-    allowed: Depths,
-    settings: EngineSettings,
-    limits: Thresholds,
-) -> dict[str, Stretch]:
-    """Joint → its free stretch, of joints whose parts cannot meet (``apart_groups``), moved together. Each goes from
-    its initial position outwards, one sample at a time, and stops at the first overlap."""
-    found: dict[str, list[RangeSearch]] = {joint.name: [] for joint in joints}
-    for direction in (1.0, -1.0):
-        probes = [range_search(joint, direction, settings.sweep_samples) for joint in joints]
-        for probe in probes:
-            found[probe.joint.name].append(probe)
-        while live := [probe for probe in probes if probe.blocked is None and probe.next < len(probe.ways)]:
-            ahead = {probe.joint.name: probe.ways[probe.next] for probe in live}
-            seen = beyond(world, item, positions, ahead, allowed, limits)
-            for probe in live:
-                overlaps = seen[probe.joint.name]
-                if overlaps:
-                    probe.blocked = probe.ways[probe.next], overlaps
-                else:
-                    probe.free = probe.ways[probe.next]
-                probe.next += 1
-        narrow(world, item, positions, [probe for probe in probes if probe.blocked], allowed, limits)
-    return {
-        name: Stretch(min(p.free for p in both), max(p.free for p in both), tuple(p.blocked for p in both if p.blocked))
-        for name, both in found.items()
-    }
+def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
+    """One verdict a joint. One that its effort limit cannot move counts as jammed, not as one that takes too much."""
+    openings = {item.joint: item for item in seen.openings}
+    return [
+        sweep_verdict(item, joints[item.joint], openings.get(item.joint), seen.engine.value, limits)
+        for item in seen.sweeps
+    ]
 
 
-def range_search(joint: JointPhysics, direction: float, samples: int) -> RangeSearch:
-    """The samples of one joint's range beyond its initial position in one direction, nearest first."""
-    lower, upper = span_of(joint)
-    if upper <= lower:
-        return RangeSearch(joint, [], joint.initial_position)
-    start = min(max(joint.initial_position, lower), upper)
-    all_ways = np.linspace(lower, upper, samples)
-    step = 1e-3 * (upper - lower)
-    ways = sorted((float(way) for way in all_ways if (way - start) * direction > step), reverse=direction < 0.0)
-    return RangeSearch(joint, ways, start)
+def sweep_verdict(
+    item: Sweep, joint: JointPhysics, opening: Opening | None, engine: str, limits: Thresholds
+) -> CheckVerdict:
+    """A joint must move freely over most of its range, save where authored geometry stops it, and not be stuck."""
+    unit, lost, limit = unit_of(joint), hull_loss(item), limits.sweep_free_share
+    where = "; ".join(
+        f"'{o.link_a}' and '{o.link_b}' overlap by {1e3 * o.depth_m:.3g} mm at {o.position:.4g} {unit} "
+        f"({o.cause.value})"
+        for o in item.obstacles
+    )
+    authored = any(o.cause is OverlapCause.AUTHORED for o in item.obstacles)
+    others = ", ".join(f"'{name}' at {position:.4g}" for name, position in item.others.items())
+    swept = f"joint '{item.joint}' is free over {100 * item.free_share:.0f} % of its range in {engine}"
+    swept += (f" with {others}" if others else "") + (f": {where}" if where else "")
+    if 1.0 - lost < limit:
+        return CheckVerdict(FailureMode.JAM, item.joint, False, 1.0 - lost, limit, swept + "; a hull is in its way")
+    if opening is not None and not authored and stuck(item, joint, opening):
+        reason = f"joint '{item.joint}' is stuck in {engine}: no effort up to its limit moves it where it has room"
+        return CheckVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
+    if item.free_share < limit:
+        swept += "; the authored geometry stops it"
+    return CheckVerdict(FailureMode.JAM, item.joint, True, item.free_share, limit, swept)
 
 
-def narrow(
-    world: World,
-    item: Mechanism,
-    positions: Mapping[str, float],
-    probes: list[RangeSearch],
-    allowed: Depths,
-    limits: Thresholds,
-) -> None:
-    """Bisect the steps in which joints ran into an overlap."""
-    for _ in range(BISECTIONS if probes else 0):
-        middles = {
-            probe.joint.name: (probe.free + probe.blocked[0]) / 2.0 for probe in probes if probe.blocked is not None
-        }
-        seen = beyond(world, item, positions, middles, allowed, limits)
-        for probe in probes:
-            middle, overlaps = middles[probe.joint.name], seen[probe.joint.name]
-            if overlaps:
-                probe.blocked = middle, overlaps
-            else:
-                probe.free = middle
-
-
-def beyond(
-    world: World,
-    item: Mechanism,
-    positions: Mapping[str, float],
-    moved: Mapping[str, float],
-    allowed: Depths,
-    limits: Thresholds,
-) -> dict[str, Depths]:
-    """Joint → the overlaps of its links beyond what is allowed, with these joints moved and the others as they are."""
-    world.place({**positions, **moved})
-    found: dict[str, Depths] = {name: {} for name in moved}
-    for pair, depth in depths(world).items():
-        if depth <= allowed.get(pair, limits.sweep_overlap_m):
+def hull_loss(item: Sweep) -> float:
+    """Share of the range lost to hulls alone: on each side, up to where the authored meshes would stop the joint."""
+    if item.free_lower is None or item.free_upper is None or item.upper <= item.lower:
+        return 1.0 - item.free_share if any(o.cause is OverlapCause.HULL for o in item.obstacles) else 0.0
+    lost = 0.0
+    for free, end, obstacles in (
+        (item.free_lower, item.lower, [o for o in item.obstacles if o.position <= item.free_lower]),
+        (item.free_upper, item.upper, [o for o in item.obstacles if o.position >= item.free_upper]),
+    ):
+        if not obstacles:
             continue
-        for name in moved:
-            # Two links that the joint moves together are no obstacle to it.
-            if item.moves_apart(name, *pair):
-                found[name][pair] = depth
-    return found
+        first = min(abs(o.position - free) for o in obstacles)
+        authored = [abs(o.position - free) for o in obstacles if o.cause is OverlapCause.AUTHORED]
+        if first not in authored:
+            lost += min([abs(end - free), *authored])
+    return lost / (item.upper - item.lower)
 
 
-def cleared(
-    world: World,
-    item: Mechanism,
-    joint: JointPhysics,
-    stretch: Stretch,
-    free: Mapping[str, tuple[float, float]],
-    allowed: Depths,
-    settings: EngineSettings,
-    limits: Thresholds,
-) -> tuple[Stretch, dict[str, float]]:
-    """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints. Each
-    such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept."""
-    lower, upper = span_of(joint)
-    best, others, tried = stretch, dict[str, float](), set[str]()
-    while best.ends and len(tried) < MOST_CLEARED:
-        candidate = next((name for name in in_the_way(item, joint.name, best) if name not in tried), None)
-        if candidate is None:
-            break
-        tried.add(candidate)
-        for position in free[candidate]:
-            around = {**others, candidate: position}
-            longer = stretches(world, item, (joint,), item.start | around, allowed, settings, limits)[joint.name]
-            if longer.high - longer.low > best.high - best.low + GAIN * (upper - lower):
-                best, others = longer, around
-    return best, others
+def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
+    """Whether no effort moves a joint in a direction in which the sweep found it free. Never so where other joints must
+    first make room, or where the joint has no free range on that side."""
+    if opening is None or not opening.stuck or item.others:
+        return False
+    low = item.lower if item.free_lower is None else item.free_lower
+    high = item.upper if item.free_upper is None else item.free_upper
+    rooms = (high - item.start, item.start - low)
+    opens, closes = rooms if joint.open >= joint.closed else rooms[::-1]
+    least = ROOM_SHARE * (item.upper - item.lower)
+    return (opening.opening is None and opens > least) or (opening.closing is None and closes > least)
 
 
-def in_the_way(item: Mechanism, joint: str, stretch: Stretch) -> list[str]:
-    """The other joints that move one of two overlapping links and not the other, each once, in the order met."""
-    names: dict[str, None] = {}
-    for _, overlaps in stretch.ends:
-        for a, b in overlaps:
-            for name in (*item.chain[a], *item.chain[b]):
-                if name != joint and (name in item.chain[a]) != (name in item.chain[b]):
-                    names[name] = None
-    return list(names)
+CHECK = DeclaredCheck(
+    name="sweep",
+    modes={
+        FailureMode.JAM: Guide(
+            "A joint cannot move over 90 % of its range: something stops it that is not in the meshes, or is",
+            "the finding names the pair; `--collision decompose`, or limits in the URDF that end where the part stops",
+        )
+    },
+    done="every joint over its whole range, the others out of its way",
+    holds="90 % is free, or authored geometry stops it: the finding names it",
+    bounds=("sweep_overlap_m", "sweep_free_share"),
+    measure=measure,
+    judge=judge,
+    place=50,
+    turn=50,
+    planted=("collision mesh elsewhere",),
+)

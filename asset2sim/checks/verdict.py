@@ -1,73 +1,20 @@
-"""The verdict on a measurement: a pure function of the record and the thresholds."""
+"""The verdict on an engine's report: pure functions of the record, the overlay and the thresholds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from asset2sim.checks.check_verdict import CheckVerdict
-from asset2sim.checks.interaction_verdict import interaction_verdicts
+from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
+from asset2sim.checks.check_verdict import CheckVerdict, Verdict
+from asset2sim.checks.known_checks import interaction_verdicts
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
-from schemas.measurement import JointMotion, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import Engine, FailureMode, Severity, Stage
 
 warning = partial(Finding, stage=Stage.MEASURE, severity=Severity.WARNING)
 error = partial(Finding, stage=Stage.MEASURE, severity=Severity.ERROR)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What failed, or ``none``; the ``reason`` with its numbers, and the ``value`` and ``limit`` that were compared."""
-
-    mode: FailureMode
-    reason: str
-    value: float | None = None
-    limit: float | None = None
-
-    @property
-    def passed(self) -> bool:
-        """Whether the asset is interaction-ready by these thresholds."""
-        return self.mode is FailureMode.NONE
-
-
-def oscillates(motion: JointMotion, prismatic: bool, thresholds: Thresholds) -> bool:
-    """Whether one joint oscillated: enough reversals, with enough amplitude to be seen."""
-    bound = thresholds.oscillation_m if prismatic else thresholds.oscillation_rad
-    return motion.sign_changes >= thresholds.oscillation_sign_changes and motion.amplitude > bound
-
-
-def oscillating_joints(measurement: Measurement, prismatic: frozenset[str], thresholds: Thresholds) -> tuple[str, ...]:
-    """The names of the joints that oscillated; ``prismatic`` names those whose positions are metres."""
-    return tuple(m.name for m in measurement.joints if oscillates(m, m.name in prismatic, thresholds))
-
-
-def measurement_verdict(measurement: Measurement, prismatic: frozenset[str], thresholds: Thresholds) -> Verdict:
-    """The first failure in the order explosion, penetration, drift, oscillation; else ``none``."""
-    if not measurement.finite or measurement.peak_speed_m_s > thresholds.peak_speed_m_s:
-        speed = measurement.peak_speed_m_s
-        reason = f"it explodes in {measurement.engine}: a link reaches {speed:.3g} m/s"
-        return Verdict(FailureMode.DRIFT, reason, speed, thresholds.peak_speed_m_s)
-    if measurement.penetration_m > thresholds.penetration_m:
-        worst = measurement.pairs[0] if measurement.pairs else None
-        where = "" if worst is None else f", worst between '{worst.link_a}' and '{worst.link_b}'"
-        reason = f"links overlap by {1e3 * measurement.penetration_m:.3g} mm in the initial state{where}"
-        return Verdict(FailureMode.PENETRATION, reason, measurement.penetration_m, thresholds.penetration_m)
-    for value, limit, unit in (
-        (measurement.drift_m, thresholds.drift_m, "m"),
-        (measurement.drift_rad, thresholds.drift_rad, "rad"),
-    ):
-        if value > limit:
-            return Verdict(FailureMode.DRIFT, f"the root drifts {value:.3g} {unit} untouched", value, limit)
-    names = oscillating_joints(measurement, prismatic, thresholds)
-    if names:
-        motion = next(m for m in measurement.joints if m.name == names[0])
-        over = motion.amplitude
-        limit = thresholds.oscillation_m if motion.name in prismatic else thresholds.oscillation_rad
-        reason = f"joint '{motion.name}' oscillates untouched: {motion.sign_changes} reversals over {over:.3g}"
-        return Verdict(FailureMode.OSCILLATION, reason, over, limit)
-    return Verdict(FailureMode.NONE, "interaction-ready")
 
 
 PASSED = Verdict(FailureMode.NONE, "interaction-ready")

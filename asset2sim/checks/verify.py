@@ -10,10 +10,11 @@ import numpy as np
 from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
+from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.interact import examine
 from asset2sim.checks.mechanism import know_points
 from asset2sim.checks.rest import measure
-from asset2sim.checks.sweep import CauseOf
+from asset2sim.checks.rig import CauseOf
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
@@ -22,9 +23,6 @@ from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, OverlapCause
-
-AT_REST = (FailureMode.PENETRATION, FailureMode.DRIFT, FailureMode.OSCILLATION)
-"""Failures that the paper's checks show, in which nothing is done to the object."""
 
 
 def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
@@ -62,11 +60,11 @@ def verify_in(
 
     know_points(urdf)
     touched: ChildOutcome[tuple[Measurement | None, Interaction]] = ChildOutcome(None)
-    if own.interact and only not in AT_REST:
+    if own.interact and only not in AT_REST.modes:
         touched = in_child(engine, touch, time_limit_s=own.time_limit_s)
     rested, interaction = touched.value or (None, None)
     measured = ChildOutcome(rested)
-    if rested is None and (only is None or only in AT_REST):
+    if rested is None and (only is None or only in AT_REST.modes):
         # An engine that dies in an interaction check still leaves its measurement at rest.
         measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
     return EngineReport(

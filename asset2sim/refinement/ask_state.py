@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from asset2sim.assets.folder import Folder
-from asset2sim.checks.interaction_verdict import hold_bound
+from asset2sim.checks.hold import hold_bound
 from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
 from asset2sim.models.refinement_prompt import StateProblem, TriedProposal

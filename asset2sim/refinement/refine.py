@@ -7,7 +7,8 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.assets.hulls import Hulls
-from asset2sim.checks.verdict import Verdict, overall_verdict
+from asset2sim.checks.check_verdict import Verdict
+from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
 from asset2sim.refinement.ask_model import QuestionContext, Questions
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
@@ -15,7 +16,7 @@ from asset2sim.refinement.bands import moved_joints, reaches
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.context import Log, RefinementContext, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend
-from asset2sim.refinement.dynamics.remedies import REMEDIES
+from asset2sim.refinement.dynamics.remedies import mendable
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
 from asset2sim.refinement.notes import move_findings
 from schemas.finding import Finding, TraceStep
@@ -132,7 +133,7 @@ def attempt_pieces_then_hulls(
 def unmendable(tried: Attempt, settings: Settings) -> tuple[FailureMode, ...]:
     """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
     failed = all_failures(tried.mended.overlay, tried.mended.reports, settings)
-    modes = dict.fromkeys(failure.mode for failure in failed if failure.mode not in REMEDIES)
+    modes = dict.fromkeys(failure.mode for failure in failed if not mendable(failure.mode))
     return tuple(mode for mode in modes if mode not in NOT_MEASURED)
 
 

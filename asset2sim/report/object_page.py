@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.catalog.text import NOTHING, number
+from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
 from asset2sim.report.exchanges import Exchange
 from asset2sim.report.index_page import longest, method_of
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, SIZE
 from asset2sim.report.snapshot import Row
 from asset2sim.report.to_hand import felt, position
-from schemas.failure_guide import FAILURE_GUIDE
-from schemas.vocabulary import FailureMode, Source, Stage
+from schemas.vocabulary import Source, Stage
 
 Rows = Mapping[str, Sequence[Row]]
 
@@ -61,11 +61,10 @@ def object_page(
     """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other refinements,
     ``files`` what lies beside the page."""
     checks = own["interactions"]
-    mode = FailureMode(asset["failure_mode"]) if asset["failure_mode"] in set(FailureMode) else FailureMode.NONE
     return {
         "asset": asset,
         "ok": asset["status"] == "ok",
-        "guide": FAILURE_GUIDE.get(mode),
+        "guide": failure_guide().get(asset["failure_mode"]),
         "method": method_of(asset),
         "facts": facts(asset),
         "pictures": pictures(asset, files),

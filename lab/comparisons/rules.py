@@ -5,26 +5,17 @@ from collections.abc import Mapping
 import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table, percent
+from asset2sim.checks.known_checks import known_checks
 from lab.comparisons.figure_specs import ZERO_MM
 from lab.comparisons.object_rows import drift_passes, oscillation_passes, true_of
 from schemas.settings import Settings, Thresholds
-from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, FailureMode, Method
+from schemas.vocabulary import CollisionMode, DynamicsRule, Engine, Method
 
 BLOCK = "rules"
 """Name of the page's block."""
 RAW, PAPER, OURS = "raw", "ours, the paper's ranges", "ours"
 """The second is not the paper's method: its ranges of joint terms and its loop over positions, in our pipeline."""
-CHECKS: dict[str, str] = {
-    FailureMode.STANDS.value: "stands",
-    FailureMode.STATE.value: "state",
-    FailureMode.DROP.value: "drop",
-    FailureMode.NUDGE.value: "nudge",
-    FailureMode.JAM.value: "sweep",
-    FailureMode.HOLD.value: "hold",
-    FailureMode.RELEASE.value: "release",
-    FailureMode.RESET.value: "reset",
-    FailureMode.EFFORT.value: "effort",
-}
+CHECKS: dict[str, str] = {mode.value: check.name for check in known_checks() if check.judge for mode in check.modes}
 """Interaction check, by its failure mode → its column heading, in the table's order."""
 KEY = ["asset_id", "engine"]
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pyarrow as pa
 
 from asset2sim.catalog.text import NOTHING, markdown_table
+from asset2sim.checks.known_checks import failure_guide
 from asset2sim.runs.settings_file import settings_text
 from lab.schemas.tables_judged import JUDGED
-from schemas.failure_guide import FAILURE_GUIDE
 from schemas.settings import Settings
 from schemas.table import Table
 from schemas.tables import PUBLISHED
@@ -75,7 +75,7 @@ def failures_page() -> str:
             guide.cause,
             guide.remedy,
         )
-        for mode, guide in FAILURE_GUIDE.items()
+        for mode, guide in failure_guide().items()
     ]
     findings = [(f"`{row['code']}`", row["meaning"]) for row in finding_rows()]
     return (

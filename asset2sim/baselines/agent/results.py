@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from asset2sim.baselines.agent.specs import MAX_RESULT_CHARS, MAX_ROWS
-from asset2sim.checks.verdict import measurement_verdict
+from asset2sim.checks.at_rest import measurement_verdict
 from asset2sim.guidance.object_facts import rounded
 from asset2sim.physics.arrays import Array
 from schemas.measurement import ContactPair, Measurement

@@ -4,9 +4,9 @@ import math
 
 from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.remedy import Case
 from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import vector
-from asset2sim.refinement.dynamics.case import Case
 from schemas.base import Vector3
 from schemas.overlay import PhysicsOverlay
 from schemas.support import SupportKind

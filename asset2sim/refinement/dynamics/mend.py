@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from asset2sim.checks.remedy import Case, Remedy
 from asset2sim.checks.verdict import Failure, failures_of
-from asset2sim.refinement.dynamics.case import Case, Remedy
-from asset2sim.refinement.dynamics.remedies import REMEDIES, remedies_for
+from asset2sim.refinement.dynamics.remedies import mendable, remedies_for
 from asset2sim.refinement.notes import changes
 from schemas.base import Vector3
 from schemas.features import Features
@@ -47,11 +47,11 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
     engines = [report.engine for report in reports]
     given_up: set[tuple[Engine, FailureMode, str]] = set()
     budget, written = settings.search.mend_rounds, overlay
-    if any(item.mode not in REMEDIES for item in all_failures(overlay, reports, settings)):
+    if any(not mendable(item.mode) for item in all_failures(overlay, reports, settings)):
         return Mended(overlay, reports, (), ())
     while budget > 0:
         failed = all_failures(overlay, reports, settings)
-        target = next((item for item in failed if item.key not in given_up and item.mode in REMEDIES), None)
+        target = next((item for item in failed if item.key not in given_up and mendable(item.mode)), None)
         if target is None:
             break
         kept = False

@@ -6,8 +6,9 @@ step, inertia only upwards, no friction added to a joint with a spring.
 
 from collections.abc import Callable
 
+from asset2sim.checks.known_checks import check_of
+from asset2sim.checks.remedy import Case, Remedy
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.refinement.dynamics.case import Case, Remedy
 from asset2sim.refinement.dynamics.lying import lie_back, lie_down, lie_flat_from_leaning
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
@@ -221,7 +222,7 @@ _INERTIA, _SOFTER = Remedy("more inertia of light links", more_inertia), Remedy(
 _EXPLOSION = (Remedy("less damping", less_damping), _INERTIA, Remedy("mass ratio lowered", lower_mass_ratio), _SOFTER)
 _STILL = (_FIRMER, _ROLLING, _ROUGHER, _INERTIA)
 
-REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
+_REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     FailureMode.STANDS: (Remedy("laid on its back", lie_back), Remedy("written as it lies", lie_down), _ROUGHER),
     FailureMode.STATE: (_HOLD, _DAMPED),
     FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
@@ -240,8 +241,18 @@ REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
 
 
+def mendable(mode: FailureMode) -> bool:
+    """Whether a failing check has remedies in the dynamics."""
+    return bool(_declared(mode))
+
+
 def remedies_for(mode: FailureMode, limit: float | None, settings: Settings) -> tuple[Remedy, ...]:
     """Remedies for a failing check with this ``limit``: an object that does not come to rest needs more damping."""
     if mode in (FailureMode.DROP, FailureMode.RESET) and limit == settings.thresholds.final_speed_m_s:
         return _STILL
-    return REMEDIES.get(mode, ())
+    return _declared(mode)
+
+
+def _declared(mode: FailureMode) -> tuple[Remedy, ...]:
+    check = check_of(mode)
+    return _REMEDIES.get(mode) or (() if check is None else check.remedies)
