@@ -19,6 +19,8 @@ from typing import Self
 
 GROUP = "asset2sim.declared"
 VARIABLE = "ASSET2SIM_DECLARED"
+HOMES = {"FailureMode": "asset2sim.checks"}
+"""Kind of values → package whose modules add to it as they are imported."""
 
 
 class OpenValues(StrEnum):
@@ -37,6 +39,8 @@ class OpenValues(StrEnum):
     @classmethod
     def _missing_(cls, value: object) -> Self | None:
         outside(os.environ.get(VARIABLE, ""))
+        if cls.__name__ in HOMES:
+            declared(HOMES[cls.__name__], "")
         found = cls._value2member_map_.get(value)
         return found if isinstance(found, cls) else None
 
@@ -59,6 +63,12 @@ def module_of(file: Path) -> ModuleType:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def outside_code() -> bytes:
+    """The sources of the modules from outside, as they are: what they find depends on them."""
+    modules = outside(os.environ.get(VARIABLE, ""))
+    return b"".join(Path(module.__file__).read_bytes() for module in modules if module.__file__)
 
 
 def declared(package: str, name: str) -> list[object]:

@@ -78,6 +78,11 @@ def test_the_pages_from_the_schemas_are_as_made(name: str) -> None:
     assert PAGES[name] == reference.PAGES[name](), "stale: run make docs"
 
 
+def test_the_table_of_checks_is_as_they_declare() -> None:
+    page = PAGES["checks.md"]
+    assert page == with_block(page, reference.BLOCK, reference.checks_table()), "stale: run make docs"
+
+
 def test_every_failure_mode_has_its_cause_and_remedy() -> None:
     assert set(failure_guide()) == set(FailureMode) - {FailureMode.NONE}
 

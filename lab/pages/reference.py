@@ -1,5 +1,5 @@
 """Pages of the documentation that are made from the schemas: ``python -m lab.pages.reference FOLDER``
-writes the dictionary of tables, the failure modes with cause and remedy, the findings and the settings."""
+writes the dictionary of tables, the failure modes with cause and remedy, the findings, the settings and the checks."""
 
 import csv
 import sys
@@ -10,8 +10,9 @@ from pathlib import Path
 import pyarrow as pa
 
 from asset2sim.catalog.text import NOTHING, markdown_table
-from asset2sim.checks.known_checks import failure_guide
+from asset2sim.checks.known_checks import failure_guide, known_checks
 from asset2sim.runs.settings_file import settings_text
+from lab.pages.blocks import write_block
 from lab.schemas.tables_judged import JUDGED
 from schemas.settings import Settings
 from schemas.table import Table
@@ -94,6 +95,12 @@ def failures_page() -> str:
     )
 
 
+def checks_table() -> str:
+    """What every check does and what must hold, as they declare it, in Markdown."""
+    rows = [(check.name, check.done, check.holds) for check in known_checks()]
+    return markdown_table(("test", "what is done", "what must hold"), rows)
+
+
 def finding_rows() -> list[dict[str, str]]:
     """The findings that stages make: code and meaning, by code."""
     text = resources.files("lab.pages").joinpath("findings.csv").read_text(encoding="utf-8")
@@ -111,6 +118,10 @@ PAGES: dict[str, Callable[[], str]] = {
     "settings.md": settings_page,
 }
 
+BLOCK = "docs"
+"""Name of the block of ``checks.md``."""
+
 if __name__ == "__main__":
+    write_block(Path(sys.argv[1], "checks.md"), BLOCK, checks_table())
     for file, page in PAGES.items():
         Path(sys.argv[1], file).write_text(page(), encoding="utf-8")

@@ -15,6 +15,7 @@ from asset2sim.engines.registry import installed
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from schemas.alignment import Expectation
 from schemas.asset import AssetRef
+from schemas.declared import outside_code
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import DECIDING_PACKAGES, Check, Engine
 
@@ -115,7 +116,7 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
     chosen = settings.model_dump_json(exclude=IRRELEVANT_SETTINGS)
     left_out = os.environ.get(LEFT_OUT_VARIABLE, "")
-    sources = source_version(CHECKOUT, settings.checks)
+    sources = source_version(CHECKOUT, settings.checks) + hashlib.sha256(outside_code()).hexdigest()
     material = [pipeline, chosen, sources, package_versions(settings.engine), left_out]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
