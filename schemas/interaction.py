@@ -213,7 +213,7 @@ class Interaction(Frozen):
     """The least rise of the centre of mass that topples the object from where it rests, m; None where not computed."""
     support_m: NonNegative = 0.0
     """Largest horizontal distance from its centre of mass to an edge of what it stands on, m."""
-    further: dict[str, tuple[dict[str, JsonValue], ...]] = Field(default_factory=dict)
+    further: dict[str, tuple[dict[str, JsonValue], ...]] = Field(default_factory=dict, exclude_if=lambda kept: not kept)
     """Records of checks from outside the package, by the names that they give them."""
 
     def records(self, name: str, kind: type[Record]) -> tuple[Record, ...]:
