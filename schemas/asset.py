@@ -8,6 +8,7 @@ from schemas.alignment import Alignment, Expected
 from schemas.base import Frozen
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
+from schemas.guidance import Guidance
 from schemas.interaction import EngineReport, OverlapPair, Reached
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
@@ -54,8 +55,8 @@ class FoundAssets:
 
 
 class AssetRecord(Frozen):
-    """The result of one refinement. ``features``, ``overlay`` and ``measurement`` are None where the stage was not
-    reached."""
+    """The result of one refinement. ``features``, ``guidance`` (what the prompt asks), ``overlay`` and ``measurement``
+    are None where the stage was not reached."""
 
     ref: AssetRef
     category: str
@@ -65,6 +66,7 @@ class AssetRecord(Frozen):
     failure_mode: FailureMode
     reason: str
     features: Features | None = None
+    guidance: Guidance | None = None
     overlay: PhysicsOverlay | None = None
     measurement: Measurement | None = None
     reports: tuple[EngineReport, ...] = ()

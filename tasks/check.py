@@ -1,5 +1,6 @@
 """Check: any URDF folder, measured and judged as it is; nothing is proposed, changed or written."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -39,7 +40,8 @@ def check_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> 
 
 def _run_checks(job: AssetJob, progress: Progress) -> Verdict:
     progress.run(Stage.EXTRACT, compare_with_checksums, Path(job.ref.path))
-    extraction = progress.run(Stage.EXTRACT, extract_asset, job, correct_joints=False).extraction
+    extracted = progress.run(Stage.EXTRACT, extract_asset, job, correct_joints=False)
+    job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
     overlay = progress.run(Stage.VALIDATE, overlay_as_it_is, job, extraction).overlay
     return progress.run(Stage.MEASURE, measure_written, job, extraction, extraction.urdf, overlay, None).verdict
 
@@ -62,7 +64,7 @@ def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
         told.append(_finding("refined_state_unread", problem))
     forced = forced_support(job.ref.support or job.settings.support)
     if refined is None:
-        overlay = carried(overlay, extraction, None, Source.RULE, job.ref.prompt or "")
+        overlay = carried(overlay, extraction, None, Source.RULE, job.guidance)
     else:
         overlay, unknown = with_refined_state(overlay, refined)
         told += [_finding("refined_joint_unknown", text) for text in unknown]

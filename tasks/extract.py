@@ -4,11 +4,16 @@ from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.meshes.shape_cache import SHAPE_CACHE
+from asset2sim.guidance.read import read_guidance
+from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.validation.passage import find_blocked_joints
 from asset2sim.validation.stated import stated_findings
 from asset2sim.validation.upright import find_up
+from schemas.asset import AssetRef
 from schemas.errors import AssetError
+from schemas.features import Features
 from schemas.finding import Finding
+from schemas.guidance import Guidance
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import FailureMode, UpAxis
 from tasks.job import AssetJob
@@ -17,9 +22,10 @@ from tasks.progress import StageResult
 
 @dataclass(frozen=True, kw_only=True)
 class Extracted(StageResult):
-    """The asset as later stages see it."""
+    """The asset as later stages see it, and what its prompt asks of it."""
 
     extraction: Extraction
+    guidance: Guidance
 
 
 def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
@@ -30,7 +36,14 @@ def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
     authored = upright(job, find=correct_joints)
     corrected, told = validate_authored(authored, job.settings.physics)
     extraction = corrected if correct_joints else authored
-    return Extracted(extraction=extraction, features=extraction.features, findings=(*authored.findings, *told))
+    guidance = guidance_of(job.ref, extraction.features)
+    findings = (*authored.findings, *told)
+    return Extracted(extraction=extraction, features=extraction.features, guidance=guidance, findings=findings)
+
+
+def guidance_of(ref: AssetRef, features: Features) -> Guidance:
+    """What the asset's prompt asks of an object with these features: the sentence is read here and nowhere else."""
+    return read_guidance(ref.prompt or "", rounded_object_info(features))
 
 
 def upright(job: AssetJob, *, find: bool) -> Extraction:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from schemas.asset import AssetRef
+from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.model_names import is_prior
 from schemas.request import ModelAsk
 from schemas.settings import Settings
@@ -12,12 +13,14 @@ from schemas.vocabulary import Method, Source
 
 @dataclass(frozen=True)
 class AssetJob:
-    """One asset, the output folder, the run's settings, and the one way to ask a model."""
+    """One asset, the output folder, the run's settings, the one way to ask a model, and, once the asset is extracted,
+    what its prompt asks of it."""
 
     ref: AssetRef
     out: Path
     settings: Settings
     ask: ModelAsk
+    guidance: Guidance = NOTHING_ASKED
 
     @property
     def source(self) -> Source:

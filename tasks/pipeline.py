@@ -23,7 +23,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import Method, Stage
 from tasks import synthesize
 from tasks.apply import apply_overlay
-from tasks.extract import extract_asset
+from tasks.extract import extract_asset, guidance_of
 from tasks.job import AssetJob
 from tasks.measure import measure_written
 from tasks.progress import Progress
@@ -69,10 +69,13 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) ->
 def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     """All stages in their order; raises AssetError where the asset cannot go on."""
     run, method = progress.run, METHODS[job.settings.method]
-    extraction = run(Stage.EXTRACT, extract_asset, job, correct_joints=method.rules).extraction
+    extracted = run(Stage.EXTRACT, extract_asset, job, correct_joints=method.rules)
+    job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
     if job.settings.method is Method.NO_SEMANTICS:
         job = replace(job, ask=without_semantics(job.ask, extraction.features))
         extraction = replace(extraction, features=unlabelled(extraction.features))
+        # Rules read the words without labels, too; the score is by what they mean with them.
+        job = replace(job, guidance=guidance_of(job.ref, extraction.features))
     if job.settings.method is Method.CONSTANT:
         job = replace(job, ask=without_model)
     try:

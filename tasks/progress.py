@@ -12,6 +12,7 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
+from schemas.guidance import Guidance
 from schemas.interaction import EngineReport, OverlapPair, Reached
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
@@ -30,6 +31,7 @@ class StageResult:
     calls: tuple[ModelCall, ...] = ()
     trace: tuple[TraceStep, ...] = ()
     features: Features | None = None
+    guidance: Guidance | None = None
     overlay: PhysicsOverlay | None = None
     reports: tuple[EngineReport, ...] | None = None
     overlaps: tuple[OverlapPair, ...] | None = None
@@ -64,6 +66,7 @@ class Progress:
     """What one asset's stages have left behind so far: if a later one fails, this still reaches the record."""
 
     features: Features | None = None
+    guidance: Guidance | None = None
     overlay: PhysicsOverlay | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
@@ -95,7 +98,7 @@ class Progress:
         self.findings.extend(result.findings)
         self.calls.extend(result.calls)
         self.trace.extend(result.trace)
-        for name in ("features", "overlay", "reports", "overlaps", "reached"):
+        for name in ("features", "guidance", "overlay", "reports", "overlaps", "reached"):
             if getattr(result, name) is not None:
                 setattr(self, name, getattr(result, name))
         return result
@@ -127,6 +130,7 @@ class Progress:
             failure_mode=verdict.mode,
             reason=verdict.reason,
             features=self.features,
+            guidance=self.guidance,
             overlay=self.overlay,
             measurement=next((r.measurement for r in self.reports if r.measurement is not None), None),
             reports=self.reports,

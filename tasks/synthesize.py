@@ -13,13 +13,14 @@ from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.prompts import DIRECT, overlay_request, synthesis_request
 from asset2sim.render.canonical import labelled_views
 from asset2sim.render.marked import question_pictures
-from asset2sim.validation.doubts import Asked
+from asset2sim.validation.doubts import ObjectQuestion
 from asset2sim.validation.overrides import (
     check_overrides,
-    guidance_with_scale,
     overridden,
     prompt_findings,
+    stated_scale,
     stated_things,
+    words_with_scale,
 )
 from asset2sim.validation.reconsider import reconsidered
 from asset2sim.validation.sanity import sensible
@@ -42,7 +43,7 @@ class Synthesized(StageResult):
 def check_users_numbers(job: AssetJob, extraction: Extraction) -> StageResult:
     """Findings on the user's prompt and own numbers, before a model is asked. Raises AssetError for names and numbers
     that cannot be."""
-    told = () if job.settings.method is Method.RAW else prompt_findings(job.ref.prompt)
+    told = () if job.settings.method is Method.RAW else prompt_findings(job.guidance)
     stated = job.ref.overrides
     return StageResult(findings=told if stated is None else (*told, *check_overrides(extraction.features, stated)))
 
@@ -55,8 +56,7 @@ def with_users_numbers(
     stated, features = job.ref.overrides, extraction.features
     if stated is None:
         return method(job, extraction)
-    guided = job.ref.model_copy(update={"prompt": guidance_with_scale(features, job.ref.prompt, stated)})
-    done = method(replace(job, ref=guided), extraction)
+    done = method(guided_by_scale(job, stated_scale(features, stated)), extraction)
     if done.proposal is None:
         message = (
             f"the user's own numbers count for nothing: method {job.settings.method} measures the asset as it came"
@@ -65,6 +65,14 @@ def with_users_numbers(
         return replace(done, findings=(*done.findings, unused))
     proposal, said = overridden(features, done.proposal, stated, job.settings.physics)
     return replace(done, proposal=proposal, findings=(*done.findings, *said))
+
+
+def guided_by_scale(job: AssetJob, scale: float | None) -> AssetJob:
+    """The job with the scale that the user states as a number in its words and in what they ask."""
+    if scale is None:
+        return job
+    words = job.ref.model_copy(update={"prompt": words_with_scale(job.ref.prompt, scale)})
+    return replace(job, ref=words, guidance=job.guidance.scaled_to(scale))
 
 
 def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
@@ -79,10 +87,10 @@ def by_rules(job: AssetJob, extraction: Extraction) -> Synthesized:
     first = ask_overlay(request, features, job.ask)
     forced = forced_support(job.ref.support or settings.support)
     stated = () if job.ref.overrides is None else stated_things(job.ref.overrides)
-    asked = Asked(extraction, words or "", job.source, settings, forced, stated)
-    proposal, calls, findings = reconsidered(request, first, asked, job.ask)
+    question = ObjectQuestion(extraction, job.guidance, job.source, settings, forced, stated)
+    proposal, calls, findings = reconsidered(request, first, question, job.ask)
     proposal, corrected = sensible(
-        extraction, proposal, words, settings.physics, settings.correction, semantics=semantics
+        extraction, proposal, job.guidance, settings.physics, settings.correction, semantics=semantics
     )
     return Synthesized(proposal=proposal, calls=calls, findings=(*findings, *corrected))
 
@@ -112,7 +120,7 @@ def agent(job: AssetJob, extraction: Extraction) -> Synthesized:
     """Coding agent: a model with tools, without our structure. Raises SynthesisError."""
     from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
 
-    proposal, calls, findings = run_agent(job.ref, extraction, job.settings, job.ask, job.source)
+    proposal, calls, findings = run_agent(job.ref, extraction, job.settings, job.ask, job.source, job.guidance)
     return Synthesized(proposal=proposal, calls=calls, findings=findings)
 
 

@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 
+from asset2sim.guidance.read import read_guidance
+from asset2sim.models.object_facts import rounded_object_info
 from schemas.alignment import Alignment, Expectation, Expected, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
 from schemas.finding import Finding, TraceStep
+from schemas.guidance import Guidance
 from schemas.interaction import Drop, EngineReport, Interaction, Opening, OverlapPair
 from schemas.measurement import ContactPair, JointMotion, Measurement
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
@@ -121,7 +124,15 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
         "written": True,
         "content_hash": f"hash-{asset_id}",
     }  # fmt: skip
-    return AssetRecord.model_validate(fields | changes)
+    record = AssetRecord.model_validate(fields | changes)
+    if record.features is None or "guidance" in changes:
+        return record
+    return record.model_copy(update={"guidance": guidance_of(record.ref.prompt, record.features)})
+
+
+def guidance_of(words: str | None, features: Features) -> Guidance:
+    """What the words ask of an object with these features."""
+    return read_guidance(words or "", rounded_object_info(features))
 
 
 def make_alignment(**changes: object) -> Alignment:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -183,7 +184,8 @@ def check_export(folder: Path, most: float) -> int:
 def exported(ref: AssetRef, out: Path) -> Path:
     """A dataset's object in its refined folder, before an engine sees it."""
     job = AssetJob(ref, out, NO_VIEWS, prior)
-    extraction = extract_asset(job, correct_joints=True).extraction
+    extracted = extract_asset(job, correct_joints=True)
+    job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
     proposal = by_rules(job, extraction).proposal
     overlay = validate_overlay(job, extraction, proposal, rules=True).overlay
     apply_overlay(job, extraction, proposal, overlay, out, rules=True)

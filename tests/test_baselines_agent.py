@@ -22,6 +22,7 @@ from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, Too
 from schemas.settings import MethodSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method, Source
 from tests.assets import cabinet, read, sample, written
+from tests.factories import guidance_of
 from tests.model_server import ModelServer, Reply, serve
 
 pytestmark = pytest.mark.system
@@ -76,7 +77,7 @@ class Done(NamedTuple):
 
 
 def agent(ref: AssetRef, asset: Extraction, settings: Settings, asker: ModelAsk, source: Source = Source.MODEL) -> Done:
-    return Done(*run_agent(ref, asset, settings, asker, source))
+    return Done(*run_agent(ref, asset, settings, asker, source, guidance_of(ref.prompt, asset.features)))
 
 
 def run(server: ModelServer, asset: Extraction, prompt: str | None = "a small cabinet") -> Done:

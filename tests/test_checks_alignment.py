@@ -24,7 +24,16 @@ from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Source
-from tests.factories import make_call, make_failure, make_features, make_joint, make_link, make_measurement, make_record
+from tests.factories import (
+    guidance_of,
+    make_call,
+    make_failure,
+    make_features,
+    make_joint,
+    make_link,
+    make_measurement,
+    make_record,
+)
 
 
 def asked(
@@ -134,7 +143,8 @@ def slab(features: Features) -> Features:
 )
 def test_the_tabletop_rule_stands_in_unless_a_real_size_is_asked(prompt: str, scale: float, value: float) -> None:
     record = asked(prompt, scale=scale)
-    record = record.model_copy(update={"features": slab(make_features("1"))})
+    features = slab(make_features("1"))
+    record = record.model_copy(update={"features": features, "guidance": guidance_of(prompt, features)})
     assert aligned(record).scale.value == pytest.approx(value)
 
 
@@ -186,8 +196,10 @@ def test_the_request_is_read_without_the_answer() -> None:
     prompt = "A very small box, its door slightly open."
     first, second = (asked(prompt, hinge=hinge) for hinge in (0.0, 1.0))
     assert first.features is not None and second.features is not None
-    request = read_request(first.features, prompt, 0.25)
-    assert request == read_request(second.features, prompt, 0.25)
+    guidance = guidance_of(prompt, first.features)
+    assert second.guidance == guidance
+    request = read_request(first.features, guidance, 0.25)
+    assert request == read_request(second.features, guidance, 0.25)
     assert (request.size.word, request.size.factor, request.states[0].joint) == ("very small", 0.55, "hinge")
 
 

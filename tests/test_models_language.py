@@ -313,7 +313,7 @@ def test_an_unmet_wish_is_noted() -> None:
 
 def test_segments_end_at_separators_but_not_inside_numbers() -> None:
     assert tokenize("Lid at 0.5 rad, 3-drawer.") == ("lid", "at", "0.5", "rad", ",", ".")
-    assert [segment.tokens for segment in segments("a lid, open and closed", "")] == [
+    assert [segment.tokens for segment in segments(tokenize("a lid, open and closed"), "")] == [
         ("a", "lid"),
         ("open",),
         ("closed",),

@@ -3,10 +3,10 @@
 import pytest
 
 from asset2sim.checks.alignment.user_request import read_request
-from asset2sim.guidance.amounts import plain, stated_mass, unmet_numbers
+from asset2sim.guidance.amounts import asked_mass, plain, unmet_numbers
 from asset2sim.guidance.lexicon import tokenize
 from tests import prior_objects as known
-from tests.factories import make_features
+from tests.factories import guidance_of, make_features
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,8 @@ def test_other_numbers_keep_their_meaning(words: str, meant: str) -> None:
 
 def test_masses_are_read_with_their_units() -> None:
     said = ("10 lbs", "1,5 kg", "1,000 kg", "250 g", "-3 kg", "heavy")
-    assert [stated_mass(words) for words in said] == [4.5359237, 1.5, 1000.0, 0.25, None, None]
+    found = [asked_mass(words) for words in said]
+    assert [mass and mass.mass_kg for mass in found] == [4.5359237, 1.5, 1000.0, 0.25, None, None]
 
 
 def test_no_rule_sees_a_number_that_cannot_be_met() -> None:
@@ -77,7 +78,9 @@ def test_a_scale_that_is_a_length_is_one() -> None:
 
 
 def test_alignment_holds_nobody_to_a_number_that_cannot_be_met() -> None:
-    asked = [read_request(make_features("a"), words, 1.0).size.scale for words in ("scale to 1e9", "scale it to 0.5")]
+    features = make_features("a")
+    said = [guidance_of(words, features) for words in ("scale to 1e9", "scale it to 0.5")]
+    asked = [read_request(features, guidance, 1.0).size.scale for guidance in said]
     assert asked == [None, 0.5]
 
 

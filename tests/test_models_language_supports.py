@@ -2,8 +2,9 @@
 
 import pytest
 
+from asset2sim.guidance.lexicon import tokenize
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.supports import said_support, support_rows, usual_support
+from asset2sim.guidance.supports import called_by, said_support, support_rows, usual_support
 from schemas.support import Mount, SupportKind
 
 
@@ -26,7 +27,7 @@ def thing(category: str = "", asset_id: str = "17") -> ObjectInfo:
     ],
 )
 def test_the_guidance_says_what_carries_it(guidance: str, kind: SupportKind, mount: Mount | None) -> None:
-    found = said_support(guidance)
+    found = said_support(tokenize(guidance))
     assert found is not None and (found.kind, found.mount) == (kind, mount)
 
 
@@ -40,7 +41,7 @@ def test_the_guidance_says_what_carries_it(guidance: str, kind: SupportKind, mou
     ],
 )
 def test_other_words_and_denials_say_nothing(guidance: str) -> None:
-    assert said_support(guidance) is None
+    assert said_support(tokenize(guidance)) is None
 
 
 @pytest.mark.parametrize(
@@ -56,17 +57,17 @@ def test_other_words_and_denials_say_nothing(guidance: str) -> None:
     ],
 )
 def test_what_such_things_usually_are(category: str, asset_id: str, guidance: str, kind: SupportKind) -> None:
-    found = usual_support(thing(category, asset_id), guidance)
+    found = usual_support(thing(category, asset_id), called_by(tokenize(guidance)))
     assert found is not None and found.kind is kind
 
 
 def test_a_clock_and_an_unknown_thing_are_left_to_their_shape() -> None:
-    assert usual_support(thing("Clock"), "") is None
-    assert usual_support(thing("", "object-17"), "A thing with a lid.") is None
+    assert usual_support(thing("Clock"), None) is None
+    assert usual_support(thing("", "object-17"), called_by(tokenize("A thing with a lid."))) is None
 
 
 def test_a_name_is_believed_less_than_a_category() -> None:
-    named, stated = usual_support(thing("Furniture", "office-door"), ""), usual_support(thing("Door"), "")
+    named, stated = usual_support(thing("Furniture", "office-door"), None), usual_support(thing("Door"), None)
     assert named is not None and stated is not None and named.confidence < stated.confidence
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from asset2sim.assets.extract import extract
 from asset2sim.assets.rest_overlaps import rest_overlaps
-from asset2sim.guidance.motion_facts import Motion, joint_motions
-from asset2sim.guidance.synthesis_facts import synthesis_facts
+from asset2sim.models.motion_facts import Motion, joint_motions
+from asset2sim.models.synthesis_facts import synthesis_facts
 from schemas.asset import AssetRef
 from schemas.features import Features, RestOverlap
 from tests.assets import box_obj, joint, link, robot, shape

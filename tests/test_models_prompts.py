@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from asset2sim.guidance.object_facts import object_info, told_object
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.answers import WITHOUT, overlay_schema
+from asset2sim.models.object_facts import object_info, rounded_object_info
 from asset2sim.models.prompts import data_block, overlay_request, synthesis_request, system_text, with_validation_errors
 from schemas.base import Vector3
 from schemas.features import Features
@@ -124,7 +124,7 @@ def test_validation_errors_are_a_further_block() -> None:
 def test_the_checks_are_told_what_the_prompt_says() -> None:
     features = told(make_features("7"), (1.0, 2.0 / 3.0, 1.0), {"body": (0.1, 0.2, 1.0 / 3.0)})
     text = overlay_request("synthesis", features, "a box").text
-    assert ObjectInfo.from_json(read_prompt(text)[0]) == told_object(features)
+    assert ObjectInfo.from_json(read_prompt(text)[0]) == rounded_object_info(features)
     exact = object_info(features)
     assert [joint.name for joint in exact.joints] == [joint.name for joint in features.movable_joints]
     assert exact.size_m == features.rest_size and exact.link_by_name["body"].box_m == features.link("body").box_size

@@ -29,7 +29,7 @@ from tasks.job import AssetJob
 from tasks.synthesize import by_rules, with_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import SHARED
-from tests.factories import make_record
+from tests.factories import guidance_of, make_record
 from tests.mistaken_model import MistakenModel
 from tests.scripted_server import ScriptedServer, scripted
 
@@ -59,7 +59,9 @@ def answered(
     """One asset through synthesis and validation, asked through the gateway."""
     model = settings_for(settings.model, settings.model.model)
     session = open_gateway_session(out, "run", ref.asset_id, model)
-    job = AssetJob(ref, out, settings, lambda request: ask(request, model, session))
+    job = AssetJob(
+        ref, out, settings, lambda request: ask(request, model, session), guidance_of(ref.prompt, extraction.features)
+    )
     said = with_users_numbers(by_rules, job, extraction)
     overlay = validate_overlay(job, extraction, said.proposal, rules=True).overlay
     record = make_record(ref.asset_id, ref=ref, overlay=overlay, features=extraction.features, reports=())

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.read import read_guidance
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import convert_misread_units
@@ -25,7 +26,9 @@ def stated(positions: dict[str, float], guidance: str = OPEN_LID, **lid: Any) ->
     info = ObjectInfo.from_json(thing("Box", hinged("lid", "rotation_lid", **lid), sliding("drawer", "drawer")))
     notes = Notes()
     proposal = Overlay(scale=1.0, initial_joint_positions=positions, asked=tuple(positions))
-    return with_asked_state(info, guidance, proposal, PhysicsSettings(), notes), [f.code for f in notes.findings]
+    return with_asked_state(info, read_guidance(guidance, info), proposal, PhysicsSettings(), notes), [
+        f.code for f in notes.findings
+    ]
 
 
 @pytest.mark.parametrize("at", [0.05, 0.3, 0.8, 0.9])
@@ -114,14 +117,17 @@ def test_up_and_down_are_clear_of_an_upright_slide() -> None:
     )
     notes = Notes()
     proposal = Overlay(scale=1.0, initial_joint_positions={"lever": 0.0}, asked=("lever",))
-    found = with_asked_state(info, "A toaster with its lever up.", proposal, PhysicsSettings(), notes)
+    found = with_asked_state(
+        info, read_guidance("A toaster with its lever up.", info), proposal, PhysicsSettings(), notes
+    )
     assert found.initial_joint_positions["lever"] == pytest.approx(0.1)
 
 
 def test_what_turns_freely_has_no_ends() -> None:
     info = ObjectInfo.from_json(thing("Microwave", spinning("knob", "knob")))
     proposal = Overlay(scale=1.0, initial_joint_positions={"knob": 3.0}, asked=("knob",))
-    assert with_asked_state(info, "A microwave with its knob closed.", proposal, PhysicsSettings(), Notes()) == proposal
+    guidance = read_guidance("A microwave with its knob closed.", info)
+    assert with_asked_state(info, guidance, proposal, PhysicsSettings(), Notes()) == proposal
 
 
 def united(
@@ -182,6 +188,6 @@ def test_a_joint_that_turns_freely_has_no_angle_beyond_a_turn() -> None:
     ],
 )
 def test_an_opening_that_no_part_reaches_is_said(what: Json, words: str, said: str | None) -> None:
-    notes = Notes()
-    note_out_of_reach(ObjectInfo.from_json(what), words, 0.5, notes)
+    notes, info = Notes(), ObjectInfo.from_json(what)
+    note_out_of_reach(info, read_guidance(words, info), 0.5, notes)
     assert [said in item.message for item in notes.findings] == [True] if said else notes.findings == []

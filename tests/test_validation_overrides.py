@@ -10,7 +10,7 @@ from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.guidance.tables import materials
 from asset2sim.refinement.bands import band_of
 from asset2sim.runs.overrides import read_overrides
-from asset2sim.validation.overrides import check_overrides, guidance_with_scale, overridden, prompt_findings
+from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, stated_scale, words_with_scale
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
@@ -23,6 +23,7 @@ from tasks.job import AssetJob
 from tasks.pipeline import refine_asset
 from tasks.synthesize import Synthesized, check_users_numbers, with_users_numbers
 from tests.assets import cabinet, joint, link, read, robot, saying, shape, written
+from tests.factories import guidance_of
 
 PHYSICS = Settings().physics
 PROPOSAL = Overlay(
@@ -174,13 +175,13 @@ def test_a_joint_that_cannot_move_is_not_unknown(tmp_path: Path) -> None:
 
 
 def test_models_are_told_the_users_scale(thing: Extraction) -> None:
-    assert guidance_with_scale(thing.features, "A box.", own(scale="0.25")) == "A box. Scale it to 0.250000."
-    assert guidance_with_scale(thing.features, None, own(mass_kg="1")) is None
+    assert words_with_scale("A box.", stated_scale(thing.features, own(scale="0.25"))) == "A box. Scale it to 0.250000."
+    assert words_with_scale(None, stated_scale(thing.features, own(mass_kg="1"))) is None
 
 
 def job(thing: Extraction, method: Method = Method.ASSET2SIM, prompt: str = "", **cells: str) -> AssetJob:
     ref = AssetRef(asset_id="thing", path=str(thing.folder), prompt=prompt, overrides=own(**cells) if cells else None)
-    return AssetJob(ref, thing.folder, Settings(method=method), saying({}))
+    return AssetJob(ref, thing.folder, Settings(method=method), saying({}), guidance_of(prompt, thing.features))
 
 
 def test_a_wrong_name_is_refused(thing: Extraction) -> None:
@@ -211,7 +212,7 @@ def test_raw_measures_the_asset_as_it_came_and_says_so(thing: Extraction) -> Non
 
 
 def test_numbers_of_the_prompt_that_cannot_be_met_are_findings(thing: Extraction) -> None:
-    told = prompt_findings("A box 5 km long, -3 kg, scale to 1e9.")
+    told = prompt_findings(guidance_of("A box 5 km long, -3 kg, scale to 1e9.", thing.features))
     assert [item.code for item in told] == ["prompt_number_unmet"] * 3
     assert "'5 km long' in the prompt cannot be met: objects are 5 mm to 5 m" in told[0].message
     done = check_users_numbers(job(thing, prompt="-3 kg"), thing)

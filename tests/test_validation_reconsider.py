@@ -14,7 +14,7 @@ from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.prompts import synthesis_request
-from asset2sim.validation.doubts import Asked, completed, fallen, outcome
+from asset2sim.validation.doubts import ObjectQuestion, completed, fallen, outcome
 from asset2sim.validation.reconsider import reconsidered
 from schemas.finding import Finding
 from schemas.overlay import JointProposal, Overlay
@@ -22,6 +22,7 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import DoubtSettings, ModelSettings, Settings, ViewSettings
 from schemas.vocabulary import Correction, Source
 from tests.assets import joint, link, read, robot, shape, written
+from tests.factories import guidance_of
 from tests.methods_runs import call
 
 WORDS = "A small box with its lid slightly open."
@@ -41,10 +42,10 @@ def box() -> Extraction:
     return read(written(Path(FOLDER.name) / "box", urdf), "Box")
 
 
-def asked(words: str = WORDS, stated: Sequence[str] = (), model: str = "recorded/x", **changes: Any) -> Asked:
+def asked(words: str = WORDS, stated: Sequence[str] = (), model: str = "recorded/x", **changes: Any) -> ObjectQuestion:
     doubt = DoubtSettings.model_validate(changes)
     settings = Settings(model=ModelSettings(model=model), doubt=doubt, views=ViewSettings(width=32, height=32))
-    return Asked(box(), words, Source.MODEL, settings, stated=stated)
+    return ObjectQuestion(box(), guidance_of(words, box().features), Source.MODEL, settings, stated=stated)
 
 
 def said(scale: float, at: float | None = 0.3, *, holds: bool = True, **more: Any) -> Overlay:
@@ -53,7 +54,7 @@ def said(scale: float, at: float | None = 0.3, *, holds: bool = True, **more: An
     return Overlay(scale=scale, initial_joint_positions=positions, asked=tuple(positions), joints=joints, **more)
 
 
-def doubted(answer: Overlay, about: Asked | None = None) -> list[str]:
+def doubted(answer: Overlay, about: ObjectQuestion | None = None) -> list[str]:
     return [doubt.what for doubt in outcome(about or asked(), answer).doubts]
 
 
@@ -72,8 +73,8 @@ class Model:
         return ModelAnswer(content=content, calls=(call(request),))
 
 
-def taken(model: Model, about: Asked) -> tuple[Overlay, int, tuple[Finding, ...]]:
-    request = synthesis_request(about.extraction.features, about.guidance)
+def taken(model: Model, about: ObjectQuestion) -> tuple[Overlay, int, tuple[Finding, ...]]:
+    request = synthesis_request(about.extraction.features, WORDS)
     answer, calls, findings = reconsidered(request, ask_overlay(request, box().features, model), about, model)
     assert len(calls) == len(model.requests)
     return answer, len(calls), findings
@@ -175,7 +176,7 @@ def test_degrees_are_converted_before_anything_is_doubted() -> None:
     assert [finding.code for finding in findings] == ["position_in_degrees"]
     about = asked()
     raw = about.settings.model_copy(update={"correct": Correction.OFF, "doubt": DoubtSettings(ask_again=False)})
-    left = taken(Model(said(RIGHT, 20.0)), Asked(box(), WORDS, Source.MODEL, raw))
+    left = taken(Model(said(RIGHT, 20.0)), ObjectQuestion(box(), guidance_of(WORDS, box().features), Source.MODEL, raw))
     assert left == (said(RIGHT, 20.0), 1, ())
 
 

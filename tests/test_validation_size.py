@@ -10,13 +10,16 @@ import pytest
 from asset2sim.assets.extract import Extraction
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.read import read_guidance
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size
+from schemas.guidance import NOTHING_ASKED
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Correction, Severity
 from tests.assets import cabinet, read, written
+from tests.factories import guidance_of
 from tests.prior_objects import ask, hinged, thing
 
 MICROWAVE = tables.sizes()["Microwave"]
@@ -26,7 +29,7 @@ def sized(scale: float, guidance: str = "", category: str = "Microwave", size: f
     """The final longest edge, m, of a cube of 2 m and what was said about it."""
     info = ObjectInfo.from_json(thing(category, hinged("door", "door"), size=size))
     notes = Notes()
-    return with_sensible_size(info, guidance, Overlay(scale=scale), notes).scale * size, notes
+    return with_sensible_size(info, read_guidance(guidance, info), Overlay(scale=scale), notes).scale * size, notes
 
 
 def test_a_plausible_size_stands() -> None:
@@ -85,7 +88,8 @@ def test_the_offline_prior_keeps_to_its_own_table() -> None:
                 information = thing(category, hinged("door", "door"), size=size)
                 proposal = Overlay(scale=ask(information, guidance)["scale"])
                 notes = Notes()
-                with_sensible_size(ObjectInfo.from_json(information), guidance, proposal, notes)
+                info = ObjectInfo.from_json(information)
+                with_sensible_size(info, read_guidance(guidance, info), proposal, notes)
                 assert not notes.findings, (category, word, size)
 
 
@@ -97,16 +101,17 @@ def drawn() -> Extraction:
 
 
 def test_a_second_time_nothing_changes() -> None:
-    first, findings = sensible(drawn(), Overlay(scale=1e3), "A small box.", PhysicsSettings())
+    guidance = guidance_of("A small box.", drawn().features)
+    first, findings = sensible(drawn(), Overlay(scale=1e3), guidance, PhysicsSettings())
     assert [finding.code for finding in findings] == ["size_unlikely"]
-    assert sensible(drawn(), first, "A small box.", PhysicsSettings()) == (first, ())
+    assert sensible(drawn(), first, guidance, PhysicsSettings()) == (first, ())
 
 
 @pytest.mark.parametrize("correction", [Correction.OFF, Correction.UNITS])
 def test_only_semantic_correction_moves_a_scale_or_a_state(correction: Correction) -> None:
     """A size that no box has, and a lid that is shut where the words say open: a model may know better."""
     proposal = Overlay(scale=1e3, initial_joint_positions={"lid_hinge": 0.0}, asked=("lid_hinge",))
-    words = "A small box with its lid fully open."
+    words = guidance_of("A small box with its lid fully open.", drawn().features)
     assert sensible(drawn(), proposal, words, PhysicsSettings(), correction) == (proposal, ())
     moved, findings = sensible(drawn(), proposal, words, PhysicsSettings())
     assert moved.scale < 1.0 and moved.initial_joint_positions["lid_hinge"] != 0.0
@@ -115,8 +120,8 @@ def test_only_semantic_correction_moves_a_scale_or_a_state(correction: Correctio
 
 def test_without_any_correction_degrees_stay() -> None:
     proposal = Overlay(scale=0.1, initial_joint_positions={"lid_hinge": 45.0}, asked=("lid_hinge",))
-    assert sensible(drawn(), proposal, None, PhysicsSettings(), Correction.OFF)[0] == proposal
-    turned, (finding,) = sensible(drawn(), proposal, None, PhysicsSettings(), Correction.UNITS)
+    assert sensible(drawn(), proposal, NOTHING_ASKED, PhysicsSettings(), Correction.OFF)[0] == proposal
+    turned, (finding,) = sensible(drawn(), proposal, NOTHING_ASKED, PhysicsSettings(), Correction.UNITS)
     assert turned.initial_joint_positions["lid_hinge"] == pytest.approx(math.radians(45.0))
     assert finding.code == "position_in_degrees" and finding.value == 45.0
     assert finding.limit == pytest.approx(math.radians(45.0))
@@ -124,7 +129,8 @@ def test_without_any_correction_degrees_stay() -> None:
 
 def test_without_semantics_size_is_not_looked_at() -> None:
     proposal = Overlay(scale=1e3)
-    assert sensible(drawn(), proposal, "A small box.", PhysicsSettings(), semantics=False) == (proposal, ())
+    guidance = guidance_of("A small box.", drawn().features)
+    assert sensible(drawn(), proposal, guidance, PhysicsSettings(), semantics=False) == (proposal, ())
 
 
 @pytest.mark.parametrize(
@@ -139,6 +145,6 @@ def test_without_semantics_size_is_not_looked_at() -> None:
 def test_a_scale_that_no_words_ask_for_is_not_the_users(guidance: str, is_the_users: bool) -> None:
     info = ObjectInfo.from_json(thing("Microwave", hinged("door", "door"), size=2.0))
     notes = Notes()
-    moved = with_sensible_size(info, guidance, Overlay(scale=1e9, asked=("scale", "door")), notes)
+    moved = with_sensible_size(info, read_guidance(guidance, info), Overlay(scale=1e9, asked=("scale", "door")), notes)
     assert moved.scale < 10.0 and [item.code for item in notes.findings] == ["size_unlikely"]
     assert ("scale" in moved.asked) == is_the_users and "door" in moved.asked

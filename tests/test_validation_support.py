@@ -14,6 +14,7 @@ from schemas.support import Mount, Support, SupportKind
 from schemas.vocabulary import Source
 from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
 from tests.builders import corners
+from tests.factories import guidance_of
 
 LEAF = robot(
     link("frame", shape("0.05 0.06 2", xyz="0 0 1")),
@@ -32,7 +33,9 @@ def support(folder: Path, urdf: str, guidance: str = "", category: str = "", sai
             forced: Support | None = None) -> Support:  # fmt: skip
     """What validation says carries an object of which a model says no more than ``said``."""
     item, proposal = read(written(folder, urdf), category), Overlay(scale=1.0, support=said)
-    overlay, _ = validate(item, proposal, Source.MODEL, 0.5, NO_VIEWS.physics, forced, guidance=guidance)
+    overlay, _ = validate(
+        item, proposal, Source.MODEL, 0.5, NO_VIEWS.physics, forced, guidance=guidance_of(guidance, item.features)
+    )
     return overlay.support
 
 

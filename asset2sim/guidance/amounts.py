@@ -2,9 +2,10 @@
 named."""
 
 import re
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
+
+from schemas.guidance import AskedMass, UnmetNumber
 
 SMALLEST_M, LARGEST_M = 0.005, 5.0
 """The longest edge that a household object may have after scaling, m: a button cell to a wardrobe wall."""
@@ -49,43 +50,36 @@ _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _MASS = re.compile(r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b")
 
 
-@dataclass(frozen=True)
-class Unmet:
-    """A number of the guidance that no object can have, in the user's ``words``, and ``why``."""
-
-    words: str
-    why: str
-
-
 def plain(guidance: str) -> str:
     """The guidance in lower case, its numbers without exponents, decimal commas and units that no rule reads ("1e-1 m"
     and "3 ft" become "0.1 m" and "0.9144 m"), and without those that cannot be met."""
     return _read(guidance)[0]
 
 
-def unmet_numbers(guidance: str) -> tuple[Unmet, ...]:
+def unmet_numbers(guidance: str) -> tuple[UnmetNumber, ...]:
     """The numbers that no object can have: negative ones, sizes of kilometres, scales of a billion."""
     return _read(guidance)[1]
 
 
-def stated_mass(guidance: str) -> float | None:
+def asked_mass(guidance: str) -> AskedMass | None:
     """The mass that the guidance states, kg; None without one."""
     found = _MASS.search(plain(guidance))
     if found is None or float(found.group(1)) <= 0.0:
         return None
-    return float(found.group(1)) * (1.0 if found.group(2).startswith("k") else 1e-3)
+    kilograms = float(found.group(1)) * (1.0 if found.group(2).startswith("k") else 1e-3)
+    return AskedMass(words=found.group(), mass_kg=kilograms)
 
 
 @lru_cache(maxsize=64)
-def _read(guidance: str) -> tuple[str, tuple[Unmet, ...]]:
-    text, pieces, unmet, end = guidance.lower().replace("\u2019", "'"), list[str](), list[Unmet](), 0
+def _read(guidance: str) -> tuple[str, tuple[UnmetNumber, ...]]:
+    text, pieces, unmet, end = guidance.lower().replace("\u2019", "'"), list[str](), list[UnmetNumber](), 0
     for found in _AMOUNT.finditer(text):
         before, after = text[max(found.start() - NEAR, 0) : found.start()], text[found.end() : found.end() + NEAR]
         word, why = _rewritten(found, before, after)
         if why:
             scaled, rest = _SCALED.search(before), _SIZED.match(after) or _OPENED.match(after)
             words = (scaled.group() if scaled else "") + found.group() + (rest.group() if rest else "")
-            unmet.append(Unmet(words.strip(), why))
+            unmet.append(UnmetNumber(words=words.strip(), why=why))
         pieces += [text[end : found.start()], word]
         end = found.end()
     return "".join((*pieces, text[end:])), tuple(unmet)

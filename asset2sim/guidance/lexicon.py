@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import plain
@@ -11,6 +12,8 @@ _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[a-z]+n't|[a-z]+|[%°;:,.!?()]")
 _COUNTED = re.compile(r"\b(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten)-(?!third|quarter|half)[a-z]+")
 _SENTENCE_ENDS = frozenset(".!?;")
 _SEGMENT_ENDS = frozenset(",:()")
+HEAD_ENDS = frozenset((",", ".", ";", ":", "with", "whose", "that", "which", "opening", "having"))
+"""Tokens that end the first phrase."""
 _SPLITTERS = frozenset(("and", "but", "while", "whereas", "with", "whose", "that", "which", "so", "plus", "yet"))
 _UNITS = {
     "degree": ("angle", math.radians(1.0)), "degrees": ("angle", math.radians(1.0)),
@@ -85,10 +88,14 @@ def tokenize(guidance: str) -> tuple[str, ...]:
 _ORDINAL_NAMES = {"1": "first", "2": "second", "3": "third", "4": "fourth", "5": "fifth", "6": "sixth"}
 
 
-def segments(guidance: str, category: str) -> tuple[Segment, ...]:
-    """The guidance cut into segments, each with what was recognised in it. Words that name the object ("drawer
-    cabinet", or "shelf" where that is its category) are not taken for its parts."""
-    tokens = tokenize(guidance)
+def place_of(segment: Segment) -> dict[str, Any]:
+    """The words of a segment and the number of its first token, as a wish states them."""
+    return {"words": " ".join(segment.tokens), "at": segment.start}
+
+
+def segments(tokens: tuple[str, ...], category: str) -> tuple[Segment, ...]:
+    """The tokens of a sentence cut into segments, each with what was recognised in it. Words that name the object
+    ("drawer cabinet", or "shelf" where that is its category) are not taken for its parts."""
     nouns = [(a, b) for a, b, noun in noun_spans(tokens) if b - a > 1 or noun == category]
     found: list[Segment] = []
     items: list[Item] = []
@@ -112,6 +119,12 @@ def segments(guidance: str, category: str) -> tuple[Segment, ...]:
         index = end
     found.append(Segment(sentence, tuple(items), tuple(words), start))
     return tuple(segment for segment in found if segment.tokens)
+
+
+def head_of(tokens: tuple[str, ...]) -> tuple[str, ...]:
+    """The tokens of the guidance's first phrase, which says what the object is."""
+    end = next((i for i, token in enumerate(tokens) if token in HEAD_ENDS and i > 1), len(tokens))
+    return tokens[:end]
 
 
 def noun_spans(tokens: tuple[str, ...]) -> list[tuple[int, int, str]]:

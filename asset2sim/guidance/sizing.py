@@ -1,16 +1,16 @@
-"""The object's category, and the scale that gives it its usual or requested size."""
+"""What a sentence says of an object's size, and the scale that gives it its usual or asked size."""
 
 import math
 import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import LEAST_SCALE, MOST_SCALE, plain
-from asset2sim.guidance.lexicon import Segment, longest_spans, noun_spans, tokenize
-from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
+from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.tables import Size
+from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
 
 KEEP_WITHIN = 0.2
 """An object that is within this share of the asked size is taken to be in real metres already."""
@@ -19,13 +19,67 @@ REAL_SLACK = 1.5
 TABLETOP_M = 0.36
 """Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
 one, the upper end of the paper's 0.10 to 0.20 m."""
-_REAL = ("real size", "real sized", "actual size", "true size", "life size", "life sized", "original size")
-_HEAD_ENDS = frozenset((",", ".", ";", ":", "with", "whose", "that", "which", "opening", "having"))
-_GENERIC = ("", "*", "Furniture")
-_OF_MOTION = frozenset(("damping", "damped", "friction"))
-_OF_PARTS = _OF_MOTION | {"part", "parts"}
+ABOUT_MOTION = frozenset(("damping", "damped", "friction"))
+"""Kinds of phrases by which a word of size is about how a part moves ("a little friction") ..."""
+ABOUT_PARTS = frozenset(("part", "parts"))
+"""... and by which it is about a part."""
+MEASURING = frozenset(("size", "sized", "measures", "measuring", "scale", "scaled"))
+"""Words beside which a length is that of the object ..."""
+LONGEST = frozenset(("long", "length", "across", "diameter"))
+"""... and those after it that mean its longest edge."""
+_REAL = re.compile(r"(?=\b(real|actual|true|life|original|full) size)")
+_FULL = "full"
+"""A "full size" may be that of another thing of its kind, and says nothing of this one."""
 _NUMBERS = frozenset(("number", "mass"))
 _SCALE = re.compile(r"\bscal(?:e|ed)(?:\s+(?:factor|of|to|by|is|it))*\s*[:=]?\s*(\d++(?:\.\d++)?+)(?!\s*(?:cm|mm|m)\b)")
+
+
+def asked_size(guidance: str, tokens: tuple[str, ...], statements: Sequence[Segment]) -> AskedSize:
+    """All that the guidance says of the object's size."""
+    return AskedSize(
+        scale=_scale(guidance),
+        lengths=_lengths(statements),
+        words=_size_words(tokens, statements),
+        real=tuple(_REAL.findall(" ".join(tokens))),
+    )
+
+
+def _scale(guidance: str) -> AskedScale | None:
+    found = _SCALE.search(plain(guidance))
+    if found is None or not LEAST_SCALE <= float(found.group(1)) <= MOST_SCALE:
+        return None
+    return AskedScale(words=found.group(1), value=float(found.group(1)))
+
+
+def _lengths(statements: Sequence[Segment]) -> tuple[AskedLength, ...]:
+    return tuple(
+        AskedLength(
+            metres=item.number,
+            following="".join(segment.tokens[item.end - segment.start :][:1]),
+            beside=tuple(sorted((MEASURING | LONGEST) & set(segment.tokens))),
+            **place_of(segment),
+        )
+        for segment in statements
+        if not segment.of("part", "parts", "open", "closed")
+        for item in segment.of("length")
+        if item.number > 0.0
+    )
+
+
+def _size_words(tokens: tuple[str, ...], statements: Sequence[Segment]) -> tuple[SizeWord, ...]:
+    end = next((i for i, token in enumerate(tokens) if token in HEAD_ENDS - {","} and i > 0), len(tokens))
+    table = {phrase: " ".join(phrase) for phrase in tables.size_words()}
+    return tuple(
+        SizeWord(
+            words=name,
+            at=segment.start + start,
+            factor=tables.size_words()[tuple(name.split())],
+            beside=tuple(sorted({item.kind for item in segment.items})),
+            place="first" if segment.start == 0 else "head" if segment.start < end else "later",
+        )
+        for segment in statements
+        for start, _, name in longest_spans(segment.tokens, table)
+    )
 
 
 @dataclass(frozen=True)
@@ -38,37 +92,15 @@ class Scale:
     note: str
 
 
-def identify(info: ObjectInfo, guidance: str) -> tuple[Size, str]:
-    """The row of the size table for the object, and how it was found. The stated category, refined by a noun in the
-    guidance for a kind of it ("handbag" of a suitcase); where the category is unknown or says little, the asset's name,
-    then the guidance's nouns, then the labels of the links."""
-    known = _category(info.category)
-    nouns = _head_nouns(guidance)
-    if known not in _GENERIC:
-        for noun in reversed(nouns):
-            if known in tables.sizes()[noun].refines:
-                return tables.sizes()[noun], f"category {noun}: named in the guidance, a kind of {known}"
-        return tables.sizes()[known], f"category {known}: as stated"
-    for source, found in (
-        ("the asset's name", [noun for noun in reversed(_nouns(info.asset_id)) if noun not in _GENERIC]),
-        ("the guidance", [noun for noun in reversed(nouns) if noun not in _GENERIC]),
-        ("the links' labels", _label_votes(info)),
-        ("the stated category", [known] if known == "Furniture" else []),
-    ):
-        if found:
-            return tables.sizes()[found[0]], f"category {found[0]}: from {source}"
-    return tables.sizes()["*"], "category unknown: nothing names it"
-
-
-def propose_scale(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> Scale:
+def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
     """The uniform scale: stated in numbers, else 1 where the authored size is right already, else the table's size."""
     authored = dimension(info, size)
-    stated = stated_scale(info, guidance, statements)
+    stated = stated_scale(info, asked)
     if stated is not None:
         value, note = stated
         return Scale(value, True, authored * value, note)
-    real = asks_real_size(guidance)
-    phrase, factor = size_word(guidance, statements)
+    real = asks_real_size(asked)
+    phrase, factor = size_word(asked)
     target = size.typical_m * factor
     if authored <= 0.0:
         return Scale(1.0, real, size.typical_m, "scale 1: the object has no size to compare")
@@ -112,104 +144,54 @@ def narrow_enough(info: ObjectInfo, size: Size) -> float:
     return size.across_max_m * dimension(info, size) / across
 
 
-def _category(stated: str) -> str:
-    plain = re.sub(r"[^a-z]", "", stated.lower())
-    for name in tables.sizes():
-        if plain and plain in (name.lower(), name.lower() + "s"):
-            return name
-    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", stated)
-    found = _nouns(words)
-    return found[-1] if found else ""
-
-
-def _nouns(text: str) -> list[str]:
-    tokens = tuple(re.findall(r"[a-z]+", text.lower()))
-    return [category for _, _, category in sorted(noun_spans(tokens), key=lambda span: span[0] - span[1])]
-
-
-def _head_nouns(guidance: str) -> list[str]:
-    """The categories that the guidance's first phrase names, in order; the last is what the object is."""
-    return [category for _, _, category in noun_spans(head_of(tokenize(guidance)))]
-
-
-def head_of(tokens: tuple[str, ...]) -> tuple[str, ...]:
-    """The tokens of the guidance's first phrase, which says what the object is."""
-    end = next((i for i, token in enumerate(tokens) if token in _HEAD_ENDS and i > 1), len(tokens))
-    return tokens[:end]
-
-
-def is_generic(category: str) -> bool:
-    """Whether a stated category says little: none, "furniture", or one that no table knows."""
-    return _category(category) in _GENERIC
-
-
-def _label_votes(info: ObjectInfo) -> list[str]:
-    votes: Counter[str] = Counter()
-    for link in info.links:
-        for category in _nouns(re.sub(r"_(body|base|frame|leg)$", "", link.label).replace("_", " ")):
-            if category != "Door" and link.label.endswith(("_body", "_base", "_frame")):
-                votes[category] += 3
-    labels = {link.label for link in info.links}
-    for label, category in (("key", "Keyboard"), ("door_frame", "Door"), ("glasses_body", "Eyeglasses")):
-        votes[category] += 3 if label in labels else 0
-    votes["Furniture"] += 1 if {"drawer", "furniture_body"} & labels else 0
-    # A study may have left out the rows of a category.
-    return [category for category, count in votes.most_common() if count > 0 and category in tables.sizes()]
-
-
-def asks_real_size(guidance: str) -> bool:
+def asks_real_size(asked: AskedSize) -> bool:
     """Whether the guidance asks for the size of the real thing."""
-    words = " ".join(tokenize(guidance))
-    return any(phrase in words for phrase in _REAL)
+    return any(word != _FULL for word in asked.real)
 
 
-def size_word(guidance: str, statements: Sequence[Segment]) -> tuple[str, float]:
+def size_word(asked: AskedSize) -> tuple[str, float]:
     """The smallest of the words about the object's size, or the largest if all are above 1; ("", 1) without any. Words
     about a part ("a large drawer") or about damping are not about the object: the first phrase counts, and of the rest
-    only segments about nothing else."""
-    tokens = tokenize(guidance)
-    end = next((i for i, token in enumerate(tokens) if token in _HEAD_ENDS - {","} and i > 0), len(tokens))
-    table = {phrase: " ".join(phrase) for phrase in tables.size_words()}
-    spans = []
-    for segment in statements:
-        kinds = {item.kind for item in segment.items}
-        elsewhere = _OF_MOTION if segment.start == 0 else _OF_PARTS if segment.start < end else kinds - _NUMBERS
-        if not kinds & elsewhere:
-            spans += longest_spans(segment.tokens, table)
-    found = [name for _, _, name in spans]
-    if not found:
+    only statements about nothing else."""
+    elsewhere = {"first": ABOUT_MOTION, "head": ABOUT_MOTION | ABOUT_PARTS}
+    return extreme_word(
+        [word for word in asked.words if not set(word.beside) & elsewhere.get(word.place, set(word.beside) - _NUMBERS)]
+    )
+
+
+def extreme_word(words: Sequence[SizeWord]) -> tuple[str, float]:
+    """The smallest word of size and its factor, or the largest if all are above 1; ("", 1) for none."""
+    if not words:
         return "", 1.0
-    factors = {name: tables.size_words()[tuple(name.split())] for name in found}
-    extreme = min if min(factors.values()) < 1.0 else max
-    pick = extreme(factors, key=lambda name: factors[name])
-    return pick, factors[pick]
+    extreme = min if min(word.factor for word in words) < 1.0 else max
+    found = extreme(words, key=lambda word: word.factor)
+    return found.words, found.factor
 
 
-def stated_scale(info: ObjectInfo, guidance: str, statements: Sequence[Segment]) -> tuple[float, str] | None:
+def stated_scale(info: ObjectInfo, asked: AskedSize) -> tuple[float, str] | None:
     """The scale that the guidance states in numbers, as such or as a length of the object, and how; None without."""
-    scale = _SCALE.search(plain(guidance))
-    if scale and LEAST_SCALE <= float(scale.group(1)) <= MOST_SCALE:
-        return float(scale.group(1)), f"scale {scale.group(1)}: as the guidance states"
-    for segment in statements:
-        if segment.of("part", "parts", "open", "closed"):
+    if asked.scale is not None:
+        return asked.scale.value, f"scale {asked.scale.words}: as the guidance states"
+    for length in asked.lengths:
+        if not (length.following in LONGEST or MEASURING & set(length.beside) or length.following in EDGES):
             continue
-        for item in segment.of("length"):
-            word = segment.tokens[item.end - segment.start :][:1]
-            authored = _extent(info, word[0] if word else "", segment)
-            if authored > 0.0 and item.number > 0.0:
-                value = min(max(item.number / authored, LEAST_SCALE), MOST_SCALE)
-                return (value, f"scale: {item.number:.3g} m {word[0] if word else 'in size'}, as the guidance states")
+        authored = edge_m(info.size_closed_m, length.following)
+        if authored > 0.0:
+            value = min(max(length.metres / authored, LEAST_SCALE), MOST_SCALE)
+            return value, f"scale: {length.metres:.3g} m {length.following or 'in size'}, as the guidance states"
     return None
 
 
-def _extent(info: ObjectInfo, word: str, segment: Segment) -> float:
-    """The authored length, m, that a stated one is about: "30 cm tall" the height, "20 cm wide" the wider side."""
-    x, y, z = info.size_closed_m
-    if word in ("tall", "high", "height"):
-        return z
-    if word in ("wide", "width"):
-        return max(x, y)
-    if word in ("deep", "depth"):
-        return min(x, y)
-    stated = {"size", "sized", "measures", "measuring", "scale", "scaled"} & set(segment.tokens)
-    return max(x, y, z) if stated or word in ("long", "length", "across", "diameter") else 0.0
+EDGES = {
+    **dict.fromkeys(("tall", "high", "height"), "z"),
+    **dict.fromkeys(("wide", "width"), "wider"),
+    **dict.fromkeys(("deep", "depth"), "narrower"),
+}
+"""Word after a stated length → the edge that it is about; any other means the longest."""
+
+
+def edge_m(size_m: Vector, following: str) -> float:
+    """The edge, m, that a length is about which ``following`` follows: "30 cm tall" the height, "20 cm wide" the wider
+    side; the longest for other words."""
+    x, y, z = size_m
+    return {"z": z, "wider": max(x, y), "narrower": min(x, y)}.get(EDGES.get(following, ""), max(size_m))

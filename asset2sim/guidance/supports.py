@@ -3,10 +3,10 @@
 import re
 from functools import lru_cache
 
+from asset2sim.guidance.category import is_generic
 from asset2sim.guidance.csv_rows import csv_rows
-from asset2sim.guidance.lexicon import longest_spans, tokenize
+from asset2sim.guidance.lexicon import head_of, longest_spans
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.sizing import head_of, is_generic
 from asset2sim.guidance.tables import Phrase, nouns
 from schemas.overlay import SupportProposal
 from schemas.support import Mount, SupportKind
@@ -21,10 +21,9 @@ NAMED_SHARE = 0.7
 """Confidence that remains where only the asset's name says what it is: files are named carelessly."""
 
 
-def said_support(guidance: str) -> SupportProposal | None:
+def said_support(tokens: Phrase) -> SupportProposal | None:
     """What the guidance says carries the object: a phrase such as "wall-mounted", or else what its first phrase calls
     the object ("a wall clock"); None where it says nothing."""
-    tokens = tokenize(guidance)
     for start, _, phrase in longest_spans(tokens, _phrases("said")):
         if not _DENIALS & set(tokens[max(0, start - DENIED_WITHIN) : start]):
             return _row(phrase, f"the guidance says '{phrase}'")
@@ -32,19 +31,18 @@ def said_support(guidance: str) -> SupportProposal | None:
     return _row(found[-1], f"the guidance calls it a {found[-1]}") if found else None
 
 
-def usual_support(info: ObjectInfo, guidance: str) -> SupportProposal | None:
-    """What usually carries such an object: by its category, else by the last noun of the guidance's first phrase, else
-    by the last noun of the asset's name, with less confidence; None where the tables do not know it, or leave it to
-    its shape."""
-    stated = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", info.category)
-    places = [
-        ("the guidance calls it", head_of(tokenize(guidance)), 1.0),
-        ("its name says", _words(info.asset_id), NAMED_SHARE),
-    ]
-    if stated and not is_generic(stated):
-        places = [("its category is", _words(stated), 1.0)]
-    for why, tokens, share in places:
-        noun = _last_noun(tokens)
+def called_by(tokens: Phrase) -> str | None:
+    """What the guidance's first phrase calls the object, by the name that the table of supports has for it."""
+    return _last_noun(head_of(tokens))
+
+
+def usual_support(info: ObjectInfo, called: str | None) -> SupportProposal | None:
+    """What usually carries such an object: by its category, else by what the guidance calls it, else by the last noun
+    of the asset's name, with less confidence; None where the tables do not know it, or leave it to its shape."""
+    places = [("the guidance calls it", called, 1.0), ("its name says", _last_noun(_words(info.asset_id)), NAMED_SHARE)]
+    if info.category and not is_generic(info.category):
+        places = [("its category is", _last_noun(_words(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", info.category))), 1.0)]
+    for why, noun, share in places:
         if noun is None:
             continue
         row = next((row for row in support_rows() if (row["names"], row["phrase"]) == ("object", noun)), None)

@@ -5,9 +5,9 @@ import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from asset2sim.guidance.object_facts import object_facts, rounded
-from asset2sim.guidance.synthesis_facts import synthesis_facts
 from asset2sim.models.answers import overlay_schema
+from asset2sim.models.object_facts import object_facts, rounded
+from asset2sim.models.synthesis_facts import synthesis_facts
 from schemas.features import Features, RestOverlap
 from schemas.request import LabelledImage, ModelRequest
 

@@ -6,12 +6,11 @@ clearly which end of a joint's range is closed. A proposal that merely differs f
 
 from dataclasses import dataclass
 
-from asset2sim.guidance.lexicon import segments
 from asset2sim.guidance.object_info import JointInfo, ObjectInfo
-from asset2sim.guidance.parts import parts_of
-from asset2sim.guidance.sizing import identify
-from asset2sim.guidance.states import asked_states, useful_travel
+from asset2sim.guidance.parts import MovablePart, parts_of
+from asset2sim.guidance.placing import asked_position, useful_travel
 from asset2sim.validation.notes import Notes
+from schemas.guidance import AskedState, Guidance
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
 
@@ -22,9 +21,6 @@ BEYOND = 0.05
 
 UPRIGHT = 0.9
 """Vertical component of a slider's unit axis from which one end of its range counts as the upper one."""
-
-WHOLE = "state: object "
-"""Start of the parser's note for words that ask for a state of the whole object and name no known part."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +38,12 @@ class RequestedState:
 
 
 def with_asked_state(
-    info: ObjectInfo, guidance: str, overlay: Overlay, settings: PhysicsSettings, notes: Notes
+    info: ObjectInfo, guidance: Guidance, overlay: Overlay, settings: PhysicsSettings, notes: Notes
 ) -> Overlay:
     """The overlay with initial positions that agree with what the words clearly say; a finding for each change."""
-    named, wanted = read_states(info, guidance, overlay.scale, settings)
+    wanted = requested_states(info, guidance, overlay.scale, settings)
     positions, asked = dict(overlay.initial_joint_positions), list(overlay.asked)
-    joints = {joint.name: joint for joint in info.joints}
+    joints, named = {joint.name: joint for joint in info.joints}, guidance.of_joints
     stray = [name for name in positions if name in asked and name in joints and name not in named]
     for name, want in wanted.items():
         if name not in positions and not want.by_name:
@@ -67,58 +63,56 @@ def with_asked_state(
     return overlay.model_copy(update={"initial_joint_positions": positions, "asked": tuple(asked)})
 
 
-def note_out_of_reach(info: ObjectInfo, guidance: str, scale: float, notes: Notes) -> None:
+def note_out_of_reach(info: ObjectInfo, guidance: Guidance, scale: float, notes: Notes) -> None:
     """A warning for each state whose number its joint cannot take: degrees of a slide, more than its whole range."""
-    size, _ = identify(info, guidance)
-    asked = asked_states(info, parts_of(info, size.category), segments(guidance, size.category), scale)
     joints = {joint.name: joint for joint in info.joints}
-    for name, state in asked.states.items():
-        joint, measure = joints[name], state.measure
+    for name, wish in guidance.of_joints.items():
+        joint, measure = joints[name], wish.state.measure
         if measure is None or joint.range == 0.0 or joint.motion == "spin":
             continue
         slides = joint.motion == "slider"
         unit, reach = ("m", joint.range * scale) if slides else ("rad", joint.range)
-        said = f"{measure.number:.4g} {'m' if measure.kind == 'length' else 'rad'}"
+        asked = f"{measure.amount:.4g} {'m' if measure.kind == 'length' else 'rad'}"
         if slides != (measure.kind == "length"):
             why = f"it {'slides' if slides else 'turns'} and is measured in {unit}"
-        elif measure.number > reach * (1.0 + BEYOND):
+        elif measure.amount > reach * (1.0 + BEYOND):
             why = f"it opens by {reach:.4g} {unit} at most"
         else:
             continue
-        message = f"joint '{name}': the words ask to open it by {said}, which cannot be met: {why}"
-        notes.warn("state_out_of_reach", message, joint=name, value=measure.number, limit=reach)
+        message = f"joint '{name}': the words ask to open it by {asked}, which cannot be met: {why}"
+        notes.warn("state_out_of_reach", message, joint=name, value=measure.amount, limit=reach)
 
 
-def read_states(
-    info: ObjectInfo, guidance: str, scale: float, settings: PhysicsSettings
-) -> tuple[frozenset[str], dict[str, RequestedState]]:
-    """The joints that the words name, and the requested state of those where words and geometry are clear.
+def requested_states(
+    info: ObjectInfo, guidance: Guidance, scale: float, settings: PhysicsSettings
+) -> dict[str, RequestedState]:
+    """Joint → the state that the words ask of it, where words and geometry are clear.
 
     None is clear where the words ask for a state of a part that the object seems not to have: they may then call a part
     by a name that is not known here.
     """
-    size, _ = identify(info, guidance)
-    parts = parts_of(info, size.category)
-    asked = asked_states(info, parts, segments(guidance, size.category), scale)
-    joints, used = (
-        {joint.name: joint for joint in info.joints},
-        {part.joint.name: useful_travel(part) for part in parts},
-    )
-    wanted: dict[str, RequestedState] = {}
-    if any("has no" in note for note in asked.notes):
-        return frozenset(asked.positions), wanted
-    for name, position in asked.positions.items():
-        joint, kind = joints[name], asked.states[name].kind
-        sure = joint.open_confidence >= settings.sure_of_closed
-        # Which end of an upright slide is up needs no confidence.
-        upright = joint.motion == "slider" and abs(joint.axis[2]) > UPRIGHT
-        clear = (kind == "open" and sure) or (kind in ("up", "down") and upright)
-        if clear and joint.range > 0.0 and joint.motion != "spin":
-            whole = any(note.startswith(WHOLE) and note.endswith(f" {name}") for note in asked.notes)
-            words = asked.states[name].describe()
-            share = share_of(joint, position)
-            wanted[name] = RequestedState(joint, share, position, not whole, words, used[name])
-    return frozenset(asked.positions), wanted
+    if guidance.lacking:
+        return {}
+    parts = {part.joint.name: part for part in parts_of(info, guidance.category)}
+    clear = {name: wish for name, wish in guidance.of_joints.items() if is_clear(parts[name].joint, wish, settings)}
+    unnamed = {wish.joint for wish in guidance.states if not wish.by_name}
+    return {name: requested(parts[name], wish, scale, name not in unnamed) for name, wish in clear.items()}
+
+
+def is_clear(joint: JointInfo, wish: AskedState, settings: PhysicsSettings) -> bool:
+    """Whether geometry shows clearly where in its range a joint is in the state that is asked of it."""
+    if joint.range <= 0.0 or joint.motion == "spin":
+        return False
+    if wish.state.kind in ("up", "down"):  # Which end of an upright slide is up needs no confidence.
+        return joint.motion == "slider" and abs(joint.axis[2]) > UPRIGHT
+    return wish.state.kind == "open" and joint.open_confidence >= settings.sure_of_closed
+
+
+def requested(part: MovablePart, wish: AskedState, scale: float, by_name: bool) -> RequestedState:
+    """The state that a wish asks of a part's joint; ``scale`` is the final one."""
+    position = asked_position(part, wish, scale)
+    share = share_of(part.joint, position)
+    return RequestedState(part.joint, share, position, by_name, wish.state.describe(), useful_travel(part))
 
 
 def missing_position(want: RequestedState, stray: tuple[JointInfo, float] | None, notes: Notes) -> float:

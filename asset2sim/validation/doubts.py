@@ -10,16 +10,17 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.guidance.lexicon import segments
-from asset2sim.guidance.object_facts import told_object
+from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.sizing import dimension, identify, propose_scale
-from asset2sim.validation.asked_state import RequestedState, read_states, share_of
+from asset2sim.guidance.sizing import dimension, propose_scale
+from asset2sim.models.object_facts import rounded_object_info
+from asset2sim.validation.asked_state import RequestedState, requested_states, share_of
 from asset2sim.validation.joints import HELD_STATE
 from asset2sim.validation.size import STATED_SHARE, size_bounds
 from asset2sim.validation.validate import contact_friction, validate
 from schemas.errors import AssetError
 from schemas.features import Features
+from schemas.guidance import Guidance
 from schemas.overlay import JointPhysics, Overlay, PhysicsOverlay
 from schemas.settings import DoubtSettings, Settings
 from schemas.support import Support
@@ -39,7 +40,7 @@ class Doubt:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class AnswerOutcome:
     """What an answer comes to: its doubts, where its joints start and where gravity leaves them, rad or m at the
     authored scale; no places where the answer makes no object."""
 
@@ -49,25 +50,25 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is asked about: the object, the user's words, whose answers these are, what carries the object if that is
-    stated, and which of ``scale`` and the joints the user states as numbers."""
+class ObjectQuestion:
+    """What a model is asked about: the object, what the user's words ask of it, whose answers these are, what carries
+    the object if that is stated, and which of ``scale`` and the joints the user states as numbers."""
 
     extraction: Extraction
-    guidance: str
+    guidance: Guidance
     source: Source
     settings: Settings
     support: Support | None = None
     stated: Collection[str] = ()
 
 
-def outcome(asked: Asked, answer: Overlay) -> Outcome:
+def outcome(question: ObjectQuestion, answer: Overlay) -> AnswerOutcome:
     """What an answer comes to, its units corrected, with every doubt of it."""
-    features, settings = asked.extraction.features, asked.settings
-    info = told_object(features)
-    made = completed(asked, answer)
-    found = size_doubts(info, asked.guidance, answer, features, made, settings.doubt)
-    _, wanted = read_states(info, asked.guidance, answer.scale, settings.physics)
+    features, settings = question.extraction.features, question.settings
+    info = rounded_object_info(features)
+    made = completed(question, answer)
+    found = size_doubts(info, question.guidance, answer, features, made, settings.doubt)
+    wanted = requested_states(info, question.guidance, answer.scale, settings.physics)
     found += [doubt for want in wanted.values() for doubt in state_doubts(want, answer, features, settings.doubt)]
     starts, ends = dict(answer.initial_joint_positions), dict[str, float]()
     if made is not None:
@@ -77,16 +78,22 @@ def outcome(asked: Asked, answer: Overlay) -> Outcome:
         falls = {joint.name: end for joint in made.joints if (end := fallen(joint, share)) is not None}
         found += [fall_doubt(joint, falls[joint.name], features) for joint in made.joints if joint.name in falls]
         ends = {name: at / units[name] for name, at in falls.items()}
-    return Outcome(tuple(doubt for doubt in found if doubt.what not in asked.stated), starts, ends)
+    return AnswerOutcome(tuple(doubt for doubt in found if doubt.what not in question.stated), starts, ends)
 
 
-def completed(asked: Asked, answer: Overlay) -> PhysicsOverlay | None:
+def completed(question: ObjectQuestion, answer: Overlay) -> PhysicsOverlay | None:
     """The physics that rules make of an answer; None where they cannot."""
-    physics = asked.settings.physics
+    physics = question.settings.physics
     friction = contact_friction(answer.contact_material, physics)
     try:
         return validate(
-            asked.extraction, answer, asked.source, friction, physics, asked.support, guidance=asked.guidance
+            question.extraction,
+            answer,
+            question.source,
+            friction,
+            physics,
+            question.support,
+            guidance=question.guidance,
         )[0]
     except AssetError:  # the stage that does this for good says why
         return None
@@ -94,20 +101,19 @@ def completed(asked: Asked, answer: Overlay) -> PhysicsOverlay | None:
 
 def size_doubts(
     info: ObjectInfo,
-    guidance: str,
+    guidance: Guidance,
     answer: Overlay,
     features: Features,
     made: PhysicsOverlay | None,
     settings: DoubtSettings,
 ) -> list[Doubt]:
     """The doubt of the scale, where it is further from the one expected than σ."""
-    size, _ = identify(info, guidance)
+    size = tables.sizes()[guidance.category]
     authored = dimension(info, size)
     if authored <= 0.0:
         return []
-    statements = segments(guidance, size.category)
-    bounds = size_bounds(info, size, guidance, statements)
-    usual = propose_scale(info, size, guidance, statements).value
+    bounds = size_bounds(info, size, guidance.size)
+    usual = propose_scale(info, size, guidance.size).value
     if size.category == UNKNOWN and bounds.exact is None:
         usual = min(max(answer.scale, bounds.low_m / authored), bounds.high_m / authored)
     sigma = scale_sigma(answer, settings) if bounds.exact is None else STATED_SHARE

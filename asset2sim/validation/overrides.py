@@ -5,13 +5,14 @@ import math
 from collections.abc import Iterable
 from functools import partial
 
-from asset2sim.guidance.amounts import LARGEST_M, SMALLEST_M, unmet_numbers
+from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, SMALLEST_M
 from asset2sim.guidance.tables import materials
 from asset2sim.validation.masses import link_mass, link_masses
 from asset2sim.validation.notes import Notes
 from schemas.errors import AssetError
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding
+from schemas.guidance import Guidance
 from schemas.overlay import LinkProposal, Overlay
 from schemas.overrides import Overrides, StatedPosition
 from schemas.settings import PhysicsSettings
@@ -154,16 +155,15 @@ def overridden(
     return proposal.model_copy(update={**update, "asked": tuple(asked)}), (told,)
 
 
-def guidance_with_scale(features: Features, guidance: str | None, stated: Overrides | None) -> str | None:
-    """The guidance as a model is given it: with the scale that the user states, so that walls, contents and forces are
-    proposed for that size."""
-    scale = None if stated is None else stated_scale(features, stated)
-    if scale is None:
-        return guidance
-    return f"{(guidance or '').strip()} Scale it to {scale:.6f}.".strip() if scale >= 1e-4 else guidance
+def words_with_scale(words: str | None, scale: float | None) -> str | None:
+    """The user's words as a model is given them: with the scale that the user states as a number, so that walls,
+    contents and forces are proposed for that size."""
+    if scale is None or scale < LEAST_SCALE:
+        return words
+    return f"{(words or '').strip()} Scale it to {scale:.6f}.".strip()
 
 
-def prompt_findings(guidance: str | None) -> tuple[Finding, ...]:
+def prompt_findings(guidance: Guidance) -> tuple[Finding, ...]:
     """A warning for each number of the guidance that no object can have."""
     return tuple(
         finding(
@@ -171,7 +171,7 @@ def prompt_findings(guidance: str | None) -> tuple[Finding, ...]:
             code="prompt_number_unmet",
             message=f"'{item.words}' in the prompt cannot be met: {item.why}; the number is left out",
         )
-        for item in unmet_numbers(guidance or "")
+        for item in guidance.unmet
     )
 
 

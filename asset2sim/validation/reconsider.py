@@ -4,16 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from asset2sim.guidance.object_facts import told_object
 from asset2sim.guidance.parts import parts_of
-from asset2sim.guidance.sizing import identify
-from asset2sim.guidance.states import useful_travel
+from asset2sim.guidance.placing import useful_travel
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import Synthesized, marked_invalid
 from asset2sim.models.median_answer import median_answer
+from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.models.prompts import with_consequences
 from asset2sim.render import png_bytes, render_views
-from asset2sim.validation.doubts import SCALE, Asked, Outcome, outcome, position_sigma, scale_sigma
+from asset2sim.validation.doubts import SCALE, AnswerOutcome, ObjectQuestion, outcome, position_sigma, scale_sigma
 from asset2sim.validation.sanity import sensible
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.finding import Finding
@@ -27,7 +26,7 @@ PICTURE = "perspective"
 
 
 @dataclass
-class Said:
+class AnswerLog:
     """The calls and findings so far."""
 
     calls: list[ModelCall] = field(default_factory=list)
@@ -38,44 +37,44 @@ class Said:
         self.findings.append(Finding(stage=Stage.SYNTHESIZE, severity=severity, code=code, message=message))
 
 
-def reconsidered(request: ModelRequest, first: Synthesized, asked: Asked, ask: ModelAsk) -> Synthesized:
+def reconsidered(request: ModelRequest, first: Synthesized, question: ObjectQuestion, ask: ModelAsk) -> Synthesized:
     """The answer that is taken in the end, with all calls and findings; ``first`` is the answer to ``request``.
 
     Where that comes to something doubtful, the model is asked once more, and its second answer is taken, whatever it
     says; without one the first stands, with a finding. Where a stated σ or the difference of both is above the σ that
     settings allow, up to ``samples`` answers to the last question are asked for, and their median is taken.
     """
-    answer, said = first[0], Said(list(first[1]), list(first[2]))
-    answer = _in_our_units(answer, asked, said)
+    answer, log = first[0], AnswerLog(list(first[1]), list(first[2]))
+    answer = _in_our_units(answer, question, log)
     answers = [answer]
-    found = outcome(asked, answer) if asked.settings.asks_again else Outcome(())
+    found = outcome(question, answer) if question.settings.asks_again else AnswerOutcome(())
     if found.doubts:
         told = tuple(doubt.consequence for doubt in found.doubts)
         shown = answer.model_dump(mode="json", exclude_defaults=True)
-        again = with_consequences(request, shown, told, pictures(asked, found))
-        second, why = _next_answer(again, asked, ask, said)
+        again = with_consequences(request, shown, told, pictures(question, found))
+        second, why = _next_answer(again, question, ask, log)
         if second is None:
-            said.note(
+            log.note(
                 Severity.WARNING, "second_answer_missing", f"the first answer stands ({why}), though {'; '.join(told)}"
             )
         else:
             changed = "; ".join(differences(answer, second)) or "nothing: the model stands by its answer"
-            said.note(Severity.INFO, "asked_again", f"asked again, since {'; '.join(told)}. Changed: {changed}")
+            log.note(Severity.INFO, "asked_again", f"asked again, since {'; '.join(told)}. Changed: {changed}")
             request, answers = again, [answer, second]
     taken = answers[-1]
-    if asked.settings.doubt.samples > 1 and unsure(asked, answers):
-        taken = _median(request, taken, asked, ask, said)
-    return taken, tuple(said.calls), tuple(said.findings)
+    if question.settings.doubt.samples > 1 and unsure(question, answers):
+        taken = _median(request, taken, question, ask, log)
+    return taken, tuple(log.calls), tuple(log.findings)
 
 
-def unsure(asked: Asked, answers: Sequence[Overlay]) -> bool:
+def unsure(question: ObjectQuestion, answers: Sequence[Overlay]) -> bool:
     """Whether the last answer's σ of the scale or an asked position is above the one that settings take for granted, or
     two answers differ by more than it."""
-    settings, last = asked.settings.doubt, answers[-1]
+    settings, last = question.settings.doubt, answers[-1]
     if last.uncertainty.get(SCALE, 0.0) > settings.scale_sigma:
         return True
-    info = told_object(asked.extraction.features)
-    parts = parts_of(info, identify(info, asked.guidance)[0].category)
+    info = rounded_object_info(question.extraction.features)
+    parts = parts_of(info, question.guidance.category)
     travels = {
         part.joint.name: useful_travel(part) for part in parts if part.joint.name in last.initial_joint_positions
     }
@@ -109,63 +108,66 @@ def differences(before: Overlay, after: Overlay) -> list[str]:
     return found
 
 
-def pictures(asked: Asked, found: Outcome) -> tuple[LabelledImage, ...]:
+def pictures(question: ObjectQuestion, found: AnswerOutcome) -> tuple[LabelledImage, ...]:
     """Pictures of the object as an answer has it, where it starts and where gravity leaves it; none for a model of
     tables or files."""
-    if is_local(asked.settings.model.model) or not found.starts:
+    if is_local(question.settings.model.model) or not found.starts:
         return ()
     poses = {"the result of your answer, as it starts": found.starts}
     if found.ends:
         poses["the result of your answer, where gravity leaves it"] = {**found.starts, **found.ends}
     try:
         views = {
-            label: render_views(asked.extraction.urdf, pose, asked.settings.views) for label, pose in poses.items()
+            label: render_views(question.extraction.urdf, pose, question.settings.views)
+            for label, pose in poses.items()
         }
     except AssetError:  # nothing to draw: the words alone still say it
         return ()
     return tuple(LabelledImage(label=label, png=png_bytes(view[PICTURE])) for label, view in views.items())
 
 
-def _median(request: ModelRequest, taken: Overlay, asked: Asked, ask: ModelAsk, said: Said) -> Overlay:
+def _median(request: ModelRequest, taken: Overlay, question: ObjectQuestion, ask: ModelAsk, log: AnswerLog) -> Overlay:
     """The median of the answer that was taken and of the others to the same question."""
-    answers, wanted = [taken], asked.settings.doubt.samples
+    answers, wanted = [taken], question.settings.doubt.samples
     for sample in range(1, wanted):
-        answer, why = _next_answer(request.model_copy(update={"sample": sample}), asked, ask, said)
+        answer, why = _next_answer(request.model_copy(update={"sample": sample}), question, ask, log)
         if answer is None:
-            said.note(Severity.WARNING, "samples_missing", f"answer {sample + 1} of {wanted} is left out: {why}")
-            if not said.calls or said.calls[-1].outcome != "invalid_answer":
+            log.note(Severity.WARNING, "samples_missing", f"answer {sample + 1} of {wanted} is left out: {why}")
+            if not log.calls or log.calls[-1].outcome != "invalid_answer":
                 break  # a budget, a provider or a recording that has no more
         else:
             answers.append(answer)
     middle = median_answer(answers)
     scales = ", ".join(f"{answer.scale:.4g}" for answer in answers)
     message = f"the median of {len(answers)} answers is taken, since the model is unsure: scale {middle.scale:.4g} of"
-    said.note(Severity.INFO, "samples_taken", f"{message} {scales}")
+    log.note(Severity.INFO, "samples_taken", f"{message} {scales}")
     return middle
 
 
-def _next_answer(request: ModelRequest, asked: Asked, ask: ModelAsk, said: Said) -> tuple[Overlay | None, str]:
+def _next_answer(
+    request: ModelRequest, question: ObjectQuestion, ask: ModelAsk, log: AnswerLog
+) -> tuple[Overlay | None, str]:
     """A further answer in our units, or None and why there is none; its calls are added."""
     answer: ModelAnswer = ask(request)
     if answer.content is None:
-        said.calls.extend(answer.calls)
+        log.calls.extend(answer.calls)
         return None, answer.error or "the model failed"
     try:
-        found = parse_overlay(answer.content, asked.extraction.features)
+        found = parse_overlay(answer.content, question.extraction.features)
     except InvalidAnswerError as error:
-        said.calls.extend(marked_invalid(answer.calls))
+        log.calls.extend(marked_invalid(answer.calls))
         return None, f"it does not fit: {error}"
-    said.calls.extend(answer.calls)
-    return _in_our_units(found, asked, said), ""
+    log.calls.extend(answer.calls)
+    return _in_our_units(found, question, log), ""
 
 
-def _in_our_units(answer: Overlay, asked: Asked, said: Said) -> Overlay:
+def _in_our_units(answer: Overlay, question: ObjectQuestion, log: AnswerLog) -> Overlay:
     """The answer with its units corrected, where settings let them be."""
-    if asked.settings.correction is Correction.OFF:
+    if question.settings.correction is Correction.OFF:
         return answer
-    physics = asked.settings.physics
-    answer, found = sensible(asked.extraction, answer, None, physics, Correction.UNITS, semantics=False)
-    said.findings.extend(found)
+    physics = question.settings.physics
+    answer, found = sensible(question.extraction, answer, question.guidance, physics, Correction.UNITS, semantics=False)
+    log.findings.extend(found)
     return answer
 
 

@@ -3,13 +3,14 @@
 import math
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.guidance.object_facts import told_object
+from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.link_units import convert_link_units
 from asset2sim.validation.notes import Notes
 from asset2sim.validation.size import with_sensible_size
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding
+from schemas.guidance import Guidance
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Correction
@@ -73,7 +74,7 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
 def sensible(
     extraction: Extraction,
     overlay: Overlay,
-    guidance: str | None,
+    guidance: Guidance,
     settings: PhysicsSettings,
     correction: Correction = Correction.SEMANTIC,
     *,
@@ -81,14 +82,14 @@ def sensible(
 ) -> tuple[Overlay, tuple[Finding, ...]]:
     """The proposal corrected as far as ``correction`` says, and a finding for each change; idempotent. Without
     ``semantics`` the object's category and part names are withheld, and neither size nor state is looked at."""
-    notes, words = Notes(), guidance or ""
+    notes = Notes()
     if correction is not Correction.OFF:
         overlay = convert_link_units(extraction.features, overlay, notes)
         overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:
-        info = told_object(extraction.features)
+        info = rounded_object_info(extraction.features)
         if correction is Correction.SEMANTIC:
-            overlay = with_sensible_size(info, words, overlay, notes)
-            overlay = with_asked_state(info, words, overlay, settings, notes)
-        note_out_of_reach(info, words, overlay.scale, notes)
+            overlay = with_sensible_size(info, guidance, overlay, notes)
+            overlay = with_asked_state(info, guidance, overlay, settings, notes)
+        note_out_of_reach(info, guidance, overlay.scale, notes)
     return overlay, tuple(notes.findings)

@@ -1,22 +1,21 @@
 """Bound the proposed scale by the usual size of the object's category and by the user's words."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asset2sim.guidance.lexicon import Segment, segments
+from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.sizing import (
     KEEP_WITHIN,
     REAL_SLACK,
     asks_real_size,
     dimension,
-    identify,
     narrow_enough,
     size_word,
     stated_scale,
 )
 from asset2sim.guidance.tables import Size
 from asset2sim.validation.notes import Notes
+from schemas.guidance import AskedSize, Guidance
 from schemas.overlay import Overlay
 
 HAND_M = 0.10
@@ -31,25 +30,25 @@ DIMENSIONS = {"longest": "longest edge", "height": "height", "body": "body"}
 
 
 @dataclass(frozen=True)
-class Bounds:
+class SizeBounds:
     """Smallest and largest allowed final ``dimension`` of the object, m, and ``why``; ``exact`` is the size that the
-    user states, None where there is none; ``said``: the user says something of the size at all."""
+    user states, None where there is none; ``asked``: the words ask for a size at all."""
 
     low_m: float
     high_m: float
     why: str
     exact: float | None = None
-    said: bool = True
+    asked: bool = True
 
 
-def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes: Notes) -> Overlay:
+def with_sensible_size(info: ObjectInfo, guidance: Guidance, overlay: Overlay, notes: Notes) -> Overlay:
     """The overlay with its scale moved to the nearest size that the object's kind and the user's words allow. An object
     of unknown category only has to fit into a home."""
-    size, _ = identify(info, guidance)
+    size = tables.sizes()[guidance.category]
     authored = dimension(info, size)
     if authored <= 0.0:
         return overlay
-    bounds = size_bounds(info, size, guidance, segments(guidance, size.category))
+    bounds = size_bounds(info, size, guidance.size)
     proposed = overlay.scale * authored
     if bounds.low_m * (1.0 - DIGITS) <= proposed <= bounds.high_m * (1.0 + DIGITS):
         return overlay
@@ -61,27 +60,27 @@ def with_sensible_size(info: ObjectInfo, guidance: str, overlay: Overlay, notes:
     )
     notes.warn("size_unlikely", message, value=proposed, limit=nearest)
     # A number that no words ask for is not the user's, whatever the answer says.
-    asked = overlay.asked if bounds.said else tuple(name for name in overlay.asked if name != "scale")
+    asked = overlay.asked if bounds.asked else tuple(name for name in overlay.asked if name != "scale")
     return overlay.model_copy(update={"scale": scale, "asked": asked})
 
 
-def size_bounds(info: ObjectInfo, size: Size, guidance: str, statements: Sequence[Segment]) -> Bounds:
+def size_bounds(info: ObjectInfo, size: Size, asked: AskedSize) -> SizeBounds:
     """The sizes that the words and the table of household sizes allow.
 
     In this order: a size or scale that the user states in numbers; the category's range times the factor of the user's
     word of size, which for words like "small" also includes what a hand handles on a table; the range itself.
     """
     authored = dimension(info, size)
-    stated = stated_scale(info, guidance, statements)
+    stated = stated_scale(info, asked)
     if stated is not None:
         exact = stated[0] * authored
-        return Bounds(exact * (1.0 - STATED_SHARE), exact * (1.0 + STATED_SHARE), "the user's number", exact)
+        return SizeBounds(exact * (1.0 - STATED_SHARE), exact * (1.0 + STATED_SHARE), "the user's number", exact)
     kind = "any household object" if size.category == "*" else f"a household {size.category}"
-    if asks_real_size(guidance):
-        return Bounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")
-    word, factor = size_word(guidance, statements)
+    if asks_real_size(asked):
+        return SizeBounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")
+    word, factor = size_word(asked)
     widest = narrow_enough(info, size)
     low, high = min(size.min_m, (1.0 - KEEP_WITHIN) * widest) * factor, min(size.max_m, widest) * factor
     if factor < 1.0:
         low = min(low, HAND_M)
-    return Bounds(low, high, f"'{word}' of {kind}" if word else kind, said=bool(word))
+    return SizeBounds(low, high, f"'{word}' of {kind}" if word else kind, asked=bool(word))

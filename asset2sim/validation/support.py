@@ -8,8 +8,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.base import WORLD
-from asset2sim.guidance.object_facts import object_info
-from asset2sim.guidance.supports import said_support, usual_support
+from asset2sim.guidance.supports import usual_support
+from asset2sim.models.object_facts import object_info
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
@@ -17,6 +17,7 @@ from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import SupportPolygon, standing_on
 from schemas.features import Features
 from schemas.finding import Finding
+from schemas.guidance import Guidance
 from schemas.overlay import Overlay, PhysicsOverlay, SupportProposal
 from schemas.support import Mount, Support, SupportKind
 from schemas.vocabulary import Severity, Source, Stage
@@ -45,7 +46,7 @@ def forced_support(kind: SupportKind | None) -> Support | None:
 
 
 def carried(
-    overlay: PhysicsOverlay, extraction: Extraction, proposal: Overlay | None, source: Source, guidance: str
+    overlay: PhysicsOverlay, extraction: Extraction, proposal: Overlay | None, source: Source, guidance: Guidance
 ) -> PhysicsOverlay:
     """The overlay of a method without our rules, with what carries its object: all methods are tested alike."""
     features, scale = extraction.features, overlay.scale
@@ -84,7 +85,7 @@ def support_of(
     features: Features,
     proposal: Overlay | None,
     source: Source,
-    guidance: str,
+    guidance: Guidance,
     polygon: SupportPolygon,
     points: Array,
     *,
@@ -93,8 +94,8 @@ def support_of(
     """What carries the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
     the proposal (of ``source``), the tables, the shape. ``polygon`` and ``points`` are of ``closed_polygon``."""
     # Of the asset's name models are told; rules take no more from it than from the shape.
-    usual = usual_support(replace(object_info(features), asset_id=""), guidance)
-    said = said_support(guidance)
+    usual = usual_support(replace(object_info(features), asset_id=""), guidance.called)
+    said = guidance.support
     if said is not None:
         mount = usual.mount if usual is not None and said.mount is None else said.mount
         return stated(said.model_copy(update={"mount": mount}), Source.USER)

@@ -9,7 +9,6 @@ import numpy as np
 from asset2sim.assets.extract import Extraction
 from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
 from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
-from asset2sim.guidance.amounts import stated_mass
 from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
@@ -24,6 +23,7 @@ from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from schemas.finding import Finding
+from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.support import Support
@@ -41,7 +41,7 @@ def validate(
     settings: PhysicsSettings,
     support: Support | None = None,
     *,
-    guidance: str = "",
+    guidance: Guidance = NOTHING_ASKED,
     placed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
@@ -88,12 +88,7 @@ def validate(
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
-    said_kg = stated_mass(guidance) if overlay.mass_change is not None and overlay.mass_change.asked else None
-    if said_kg is not None and abs(complete.mass_kg / said_kg - 1.0) > WEIGHED_SHARE:
-        message = (
-            f"the user's words ask for {said_kg:.4g} kg; of its size and materials it weighs {complete.mass_kg:.4g} kg"
-        )
-        notes.warn("mass_unmet", message, value=said_kg, limit=complete.mass_kg)
+    note_unmet_mass(overlay, guidance, complete.mass_kg, notes)
     return complete, tuple(notes.findings)
 
 
@@ -116,6 +111,16 @@ def note_mass_change(overlay: Overlay, notes: Notes) -> None:
     message = f"the parts weigh {change.from_kg:.3g} kg by construction; brought to {change.to_kg:.3g} kg: {change.why}"
     note = notes.info if change.asked else notes.warn
     note("mass_fitted", message, value=change.from_kg, limit=change.to_kg)
+
+
+def note_unmet_mass(overlay: Overlay, guidance: Guidance, mass_kg: float, notes: Notes) -> None:
+    """A warning where the object does not weigh what its user's words state, though the proposal was to."""
+    if guidance.mass is None or overlay.mass_change is None or not overlay.mass_change.asked:
+        return
+    wanted = guidance.mass.mass_kg
+    if abs(mass_kg / wanted - 1.0) > WEIGHED_SHARE:
+        message = f"the user's words ask for {wanted:.4g} kg; of its size and materials it weighs {mass_kg:.4g} kg"
+        notes.warn("mass_unmet", message, value=wanted, limit=mass_kg)
 
 
 def link_physics(item: LinkMass, label: str) -> LinkPhysics:

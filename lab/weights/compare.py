@@ -17,9 +17,9 @@ from statistics import median
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.guidance import tables
-from asset2sim.guidance.object_facts import told_object
 from asset2sim.guidance.parts import part_name, parts_of
-from asset2sim.guidance.sizing import identify
+from asset2sim.guidance.read import read_guidance
+from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.models.prior.answer import prior_overlay
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.validation.validate import validate
@@ -118,13 +118,13 @@ def usual_size(prompt: str) -> str:
 def weigh(extraction: Extraction, prompt: str) -> Weighed:
     """One object as the prior proposes it for a prompt without words of size, and validation completes it."""
     settings = PhysicsSettings()
-    info = told_object(extraction.features)
+    info = rounded_object_info(extraction.features)
     fitted = prior_overlay(info, prompt).mass_change is not None
     prompt = usual_size(prompt)
-    size, _ = identify(info, prompt)
+    category = read_guidance(prompt, info).category
     proposal = prior_overlay(info, prompt)
     overlay, _ = validate(extraction, proposal, Source.PRIOR, settings.contact_friction, settings)
-    moving = {part.link.name: part.name for part in parts_of(info, size.category) if part.link is not None}
+    moving = {part.link.name: part.name for part in parts_of(info, category) if part.link is not None}
     parts: dict[str, list[tuple[float, float]]] = defaultdict(list)
     for link in overlay.links:
         seen = extraction.features.link(link.name)
@@ -133,7 +133,7 @@ def weigh(extraction: Extraction, prompt: str) -> Weighed:
             name = moving.get(link.name) or part_name(seen.label)
             parts[name].append((link.mass_kg, edges[1] * edges[2]))
     face = max(face for links in parts.values() for _, face in links)
-    return Weighed(extraction.features.asset_id, size.category, overlay.mass_kg, dict(parts), face, fitted)
+    return Weighed(extraction.features.asset_id, category, overlay.mass_kg, dict(parts), face, fitted)
 
 
 def weigh_datasets(shared: Path, categories: Iterable[str] = (), cache: Path | None = None) -> Iterator[Weighed]:

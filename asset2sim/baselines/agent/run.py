@@ -19,6 +19,7 @@ from asset2sim.models.prompts import overlay_request
 from schemas.asset import AssetRef
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
+from schemas.guidance import Guidance
 from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest, Turn
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage
@@ -49,7 +50,9 @@ class Conversation:
     recent: list[str] = field(default_factory=list)
 
 
-def run_agent(ref: AssetRef, extraction: Extraction, settings: Settings, ask: ModelAsk, source: Source) -> Synthesized:
+def run_agent(
+    ref: AssetRef, extraction: Extraction, settings: Settings, ask: ModelAsk, source: Source, guidance: Guidance
+) -> Synthesized:
     """A model with tools finds parameters, in at most ``settings.methods.agent_steps`` answers; its calls; findings.
 
     None of our rules or searches change them; they are validated only as far as writing a file needs. However the
@@ -58,7 +61,7 @@ def run_agent(ref: AssetRef, extraction: Extraction, settings: Settings, ask: Mo
     """
     talk = Conversation()
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
-        bench = open_bench(extraction, settings, source, Path(name), ref.prompt or "")
+        bench = open_bench(extraction, settings, source, Path(name), guidance)
         session = Session(bench, blind="the prior looks at no pictures" if source is Source.PRIOR else None)
         first = opening(ref, extraction)
         while talk.ended is None:

@@ -21,6 +21,7 @@ from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render import png_bytes, render_views
 from asset2sim.validation.support import carried
 from schemas.errors import AssetError
+from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.measurement import ContactPair, Measurement
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import LabelledImage
@@ -43,7 +44,7 @@ class Bench:
     source: Source
     path: Path
     seconds_left: float
-    guidance: str = ""
+    guidance: Guidance = NOTHING_ASKED
     folder: Folder | None = None
 
     def completed(self, overlay: Overlay) -> PhysicsOverlay:
@@ -116,7 +117,9 @@ class Bench:
         return ended.value
 
 
-def open_bench(extraction: Extraction, settings: Settings, source: Source, path: Path, guidance: str = "") -> Bench:
+def open_bench(
+    extraction: Extraction, settings: Settings, source: Source, path: Path, guidance: Guidance = NOTHING_ASKED
+) -> Bench:
     """Bench in this folder, with ``TOOL_SHARE`` of the asset's time limit."""
     return Bench(extraction, settings, source, path, TOOL_SHARE * settings.run.asset_time_limit_s, guidance)
 

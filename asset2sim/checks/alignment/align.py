@@ -53,9 +53,9 @@ def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
     ``judged`` stays what the record has. Deviations are of the positions in which the asset starts, as the experts'.
     """
     overlay, features = record.overlay, record.features
-    if overlay is None or features is None:
+    if overlay is None or features is None or record.guidance is None:
         return None
-    request = read_request(features, record.ref.prompt or "", overlay.scale)
+    request = read_request(features, record.guidance, overlay.scale)
     positions = initial_positions(record) if request.free else final_positions(record)
     return Alignment(
         scale=score_scale(overlay.scale, features.rest_size, request.size, reference),

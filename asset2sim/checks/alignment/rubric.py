@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asset2sim.checks.alignment.reference import Reference
-from asset2sim.checks.alignment.user_request import AskedSize, AskedState, Request
+from asset2sim.checks.alignment.user_request import Request, SizeCriterion, StateCriterion
 from schemas.alignment import Score
 from schemas.base import Fraction, Frozen, Positive, Vector3
 from schemas.features import Features, JointFeatures
@@ -82,7 +82,7 @@ def score_state(positions: Mapping[str, float], scale: float, features: Features
     return Score(value=min(1.0, value), reason=f"{counted}{'worst: ' if met < len(earned) else ''}{worst}")
 
 
-def band(asked: AskedState, joint: JointFeatures) -> ShareBand:
+def band(asked: StateCriterion, joint: JointFeatures) -> ShareBand:
     """The shares of a joint's range that meet an asked state."""
     state = asked.state
     if state.kind == "open" and state.measure is None:
@@ -148,7 +148,7 @@ def _share(joint: JointFeatures, position: float, scale: float) -> float:
     return (authored - closed) / (opened - closed)
 
 
-def score_scale(scale: float, rest_size: Vector3, asked: AskedSize, reference: Reference | None) -> Score:
+def score_scale(scale: float, rest_size: Vector3, asked: SizeCriterion, reference: Reference | None) -> Score:
     """The credit for a uniform scale. ``rest_size`` holds the edges of the object's box at scale 1, m.
 
     Held against the size that the user states in numbers. Where there is none, the best credit counts of the scale that

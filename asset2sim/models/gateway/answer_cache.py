@@ -20,7 +20,7 @@ from schemas.settings import ModelSettings
 FOLDER = ".cache/answers"
 """Under the output folder: shared by all assets, workers and runs."""
 VERSION = 1
-"""MovablePart of every key: raise it when requests or cache files change in form."""
+"""Part of every key: raise it when requests or cache files change in form."""
 MAX_FILE_BYTES = 16_000_000
 """Larger files are not read: this program writes none."""
 
@@ -67,11 +67,12 @@ def answer_key(request: ModelRequest, settings: ModelSettings, shown: bool) -> s
 def tables_digest() -> str:
     """SHA-256 over the sources and tables of the offline model: another table is another model."""
     digest = hashlib.sha256()
-    package = Path(__file__).parents[2]
-    for room in ("guidance", "models/prior"):
-        for source in sorted((package / room).rglob("*")):
+    root = Path(__file__).parents[3]
+    for room in ("asset2sim/guidance", "asset2sim/models/prior"):
+        for source in sorted((root / room).rglob("*")):
             if source.suffix in (".py", ".csv"):
                 digest.update(source.read_bytes())
+    digest.update((root / "schemas" / "guidance.py").read_bytes())
     return digest.hexdigest()
 
 

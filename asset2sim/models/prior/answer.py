@@ -1,13 +1,18 @@
-"""The offline model's answer to a prompt, from the prompt's text alone, which is what any model gets."""
+"""The offline model's answer to a prompt, from the prompt's text alone, which is what any model gets.
+
+So it reads the user's sentence itself, once an answer, with the tables and rules of ``asset2sim.guidance``: its reading
+is a model's, and the record that our rules were given is not known to it.
+"""
 
 import json
 
-from asset2sim.guidance.lexicon import segments
+from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.guidance.parts import parts_of
-from asset2sim.guidance.sizing import identify, propose_scale
-from asset2sim.guidance.states import asked_states
-from asset2sim.guidance.supports import said_support, usual_support
+from asset2sim.guidance.placing import asked_positions
+from asset2sim.guidance.read import read_guidance
+from asset2sim.guidance.sizing import propose_scale
+from asset2sim.guidance.supports import usual_support
 from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
@@ -21,12 +26,12 @@ def answer(text: str) -> str:
     from ``text`` alone, never raises, and the same text always gives the same answer. A text without the two blocks is
     answered as an object of which nothing is known.
     """
-    information, guidance = read_prompt(text)
+    information, words = read_prompt(text)
     purpose = information.get("purpose")
     if purpose == "refinement":
         return json.dumps(refinement_step(*read_refinement(information)), sort_keys=True)
     info = ObjectInfo.from_json(information)
-    overlay = prior_overlay(info, guidance)
+    overlay = prior_overlay(info, words)
     if purpose in ("direct", "ivw"):
         from asset2sim.models.prior.direct import final_overlay  # rarely wanted, and it loads numerics
 
@@ -34,23 +39,24 @@ def answer(text: str) -> str:
     return overlay.model_dump_json(exclude_none=True)
 
 
-def prior_overlay(info: ObjectInfo, guidance: str) -> Overlay:
-    """An overlay for any object and any guidance, from the tables; deterministic."""
-    size, category_note = identify(info, guidance)
-    statements = segments(guidance, size.category)
-    parts = parts_of(info, size.category)
-    scale = propose_scale(info, size, guidance, statements)
-    states = asked_states(info, parts, statements, scale.value)
-    links, mass_notes, change = propose_links(info, size, parts, statements, guidance, scale.value, scale.final_m)
-    joints, feel_notes = propose_joints(info, parts, statements, states.positions)
+def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
+    """An overlay for any object and any user's words, from the tables; deterministic."""
+    guidance = read_guidance(words, info)
+    size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
+    scale = propose_scale(info, size, guidance.size)
+    positions = asked_positions(parts, guidance, scale.value)
+    links, mass_notes, change = propose_links(info, parts, guidance, scale.value, scale.final_m)
+    joints, feel_notes = propose_joints(parts, guidance, positions)
+    category_note = f"category {'unknown' if size.category == '*' else size.category}: {guidance.category_from}"
+    state_notes = (wish.describe() for wish in guidance.states)
     return Overlay(
         scale=scale.value,
         contact_material=size.contact,
-        support=said_support(guidance) or usual_support(info, guidance),
+        support=guidance.support or usual_support(info, guidance.called),
         links=links,
         joints=joints,
-        initial_joint_positions=states.positions,
+        initial_joint_positions=positions,
         mass_change=change,
-        asked=(*(("scale",) if scale.asked else ()), *states.positions),
-        notes=(category_note, scale.note, *states.notes, *mass_notes, *feel_notes),
+        asked=(*(("scale",) if scale.asked else ()), *positions),
+        notes=(category_note, scale.note, *state_notes, *mass_notes, *feel_notes),
     )

@@ -1,15 +1,13 @@
 """Dynamics of each joint: the defaults of its mechanism, changed by the words of the guidance."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.clauses import NO_MENTION, mention
-from asset2sim.guidance.lexicon import Item, Segment
-from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import MovablePart, main_parts
-from asset2sim.guidance.states import high_end
+from asset2sim.guidance.parts import MovablePart
+from asset2sim.guidance.placing import high_end
 from asset2sim.guidance.tables import MotionWord
+from schemas.guidance import Guidance
 from schemas.overlay import JointProposal, Level
 
 SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
@@ -53,10 +51,10 @@ class QualitativeDynamics:
     """With what its spring resists at the start and at the end, N."""
 
 
-def with_segment_changes(
+def with_changes(
     feel: QualitativeDynamics, changes: Mapping[str, str], part: MovablePart, asked_open: bool
 ) -> QualitativeDynamics:
-    """The dynamics after one segment's changes to the part, kind → level or number. ``asked_open`` is whether the
+    """The dynamics after one statement's changes to the part, kind → level or number. ``asked_open`` is whether the
     guidance asks the part to stand open, which it could not if it fell shut."""
     for kind, said in changes.items():
         if kind in MOTIONS or kind == "friction":
@@ -133,65 +131,30 @@ def gravity_moves(part: MovablePart) -> bool:
 _OPEN = 0.05
 """Share of a joint's range from which a requested position counts as open."""
 
-_NEAR, _FAR = 3, 6
-"""Words between a level and its noun: "low hinge damping", "the damping of the hinge is low"."""
-_KINDS = (
-    "damping", "damped", "friction", "free", "slow", "smooth", "hold", "spring", "stiff", "soft", "light",
-    "soft close", "slam", "glide", "snap", "slow return", "closing", "returning", "stops", "turns",
-)  # fmt: skip
-_TURNING = frozenset(
-    ("turn", "turns", "turning", "spin", "spins", "spinning", "rotate", "rotates", "swivel", "swivels")
-)
-"""Words after which a statement is about what turns."""
-_SHUTTING = ("closing", "soft close", "slam")
-_RETURNING = ("returning", "spring", "snap", "slow return")
-"""Kinds of words beside which a time says how long the part takes to shut, or to come back."""
-
 
 def propose_joints(
-    info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment], positions: Mapping[str, float]
+    parts: Sequence[MovablePart], guidance: Guidance, positions: Mapping[str, float]
 ) -> tuple[tuple[JointProposal, ...], tuple[str, ...]]:
     """A proposal per movable joint, and notes on what the guidance changed. ``positions`` are the asked states: a joint
     that is asked to stand somewhere holds there, unless it moves freely, and a spring that is asked for rests where the
     joint is asked to be."""
+    by_joint = {part.joint.name: part for part in parts}
     feels = {
-        part.joint.name: QualitativeDynamics(
+        name: QualitativeDynamics(
             part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds, press_n=part.mechanism.press_n
         )
-        for part in parts
+        for name, part in by_joint.items()
     }
-    notes: list[str] = []
-    for part in parts:
-        name = part.joint.name
+    for name, part in by_joint.items():
         if name in positions and part.mechanism.spring_hz is None and part.mechanism.role in ("main", "cap"):
             feels[name] = replace(feels[name], holds=True)
-    for subject, segment in _clauses(info, parts, statements):
-        changes = _changes(segment)
-        for part in _affected_parts(subject, changes, segment):
-            position = positions.get(part.joint.name, part.joint.closed)
-            asked_open = abs(position - part.joint.closed) > _OPEN * part.joint.range
-            feels[part.joint.name] = with_segment_changes(feels[part.joint.name], changes, part, asked_open)
-        if subject and changes:
-            notes.append(f"feel: {_said(changes)} → {_listed(subject)}")
-    return (tuple(_proposal(part, feels[part.joint.name], positions) for part in parts), tuple(notes))
-
-
-def _clauses(
-    info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment]
-) -> Iterator[tuple[tuple[MovablePart, ...], Segment]]:
-    """Segments about dynamics, each with the parts it names, else the next noun's, the last named or the main ones."""
-    last = NO_MENTION
-    for before, segment, after in zip((None, *statements), statements, (*statements[1:], None), strict=False):
-        if before is not None and before.sentence != segment.sentence:
-            last = NO_MENTION
-        here = mention(info, parts, segment, last)
-        last = here if here.found else last
-        if not segment.of(*_KINDS):
-            continue
-        if not here.found and after is not None and after.sentence == segment.sentence and _adjective(segment, after):
-            yield mention(info, parts, after, last).parts, segment
-        else:
-            yield here.parts if here.found else last.parts or main_parts(parts), segment
+    for wish in guidance.motions:
+        for name in wish.joints:
+            joint = by_joint[name].joint
+            asked_open = abs(positions.get(name, joint.closed) - joint.closed) > _OPEN * joint.range
+            feels[name] = with_changes(feels[name], wish.changes, by_joint[name], asked_open)
+    notes = tuple(f"feel: {_levels(wish.changes)} → {_listed(wish.named)}" for wish in guidance.motions)
+    return tuple(_proposal(part, feels[name], positions) for name, part in by_joint.items()), notes
 
 
 def spring_rest(part: MovablePart, positions: Mapping[str, float]) -> float:
@@ -221,74 +184,9 @@ def _proposal(part: MovablePart, feel: QualitativeDynamics, positions: Mapping[s
     )
 
 
-def _affected_parts(
-    subject: Sequence[MovablePart], changes: Mapping[str, str], segment: Segment
-) -> tuple[MovablePart, ...]:
-    """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin, and
-    words about turning ("the seat turns freely") not to those that slide: a seat's gas spring."""
-    turned = tuple(part for part in subject if part.joint.motion != "slider")
-    if _TURNING & set(segment.tokens) and turned:
-        return turned
-    pushed = tuple(part for part in subject if part.joint.motion != "spin")
-    return pushed if "spring" in changes and pushed else tuple(subject)
-
-
-def _said(changes: Mapping[str, str]) -> str:
+def _levels(changes: Mapping[str, str]) -> str:
     return ", ".join(f"{level} {kind}".strip() for kind, level in changes.items())
 
 
-def _listed(subject: Sequence[MovablePart]) -> str:
-    names = [part.joint.name for part in subject]
+def _listed(names: Sequence[str]) -> str:
     return ", ".join(names) if len(names) <= 4 else f"{names[0]} to {names[-1]} ({len(names)} joints)"
-
-
-def _changes(segment: Segment) -> dict[str, str]:
-    """The changes that a segment asks for: kind → level or ""."""
-    changes: dict[str, str] = {}
-    negations = segment.of("not")
-    for item in segment.of(*_KINDS):
-        negated = any(0 <= item.start - other.end < _NEAR for other in negations)
-        if item.kind in ("closing", "returning", "stops", "turns"):
-            continue
-        if item.kind in ("damping", "damped", "friction"):
-            level = "super low" if negated else _level(segment, item)
-            if level is None and item.kind == "damped":
-                level = "high"
-            if level is not None:
-                changes[item.kind.replace("damped", "damping")] = level
-        elif item.kind == "light" and segment.of("damping", "friction"):
-            continue
-        else:
-            changes[f"no {item.kind}" if negated else item.kind] = ""
-    return changes | _measured(segment)
-
-
-def _measured(segment: Segment) -> dict[str, str]:
-    """The time that a segment states for closing or returning, s, and the stopping distance, m or rad, as text."""
-    found = {item.kind: f"{item.number:g}" for item in segment.of("stops", "turns")}
-    for item in segment.of("time")[:1]:
-        if segment.of(*_SHUTTING):
-            found["closes"] = f"{item.number:g}"
-        elif segment.of(*_RETURNING):
-            found["returns"] = f"{item.number:g}"
-    return found
-
-
-def _level(segment: Segment, noun: Item) -> str | None:
-    """The level that stands next to "damping" or "friction"; before it, else after it."""
-    levels = segment.of("level", "light", "heavy")
-    before = [item for item in levels if 0 <= noun.start - item.end < _NEAR]
-    after = [item for item in levels if 0 <= item.start - noun.end < _FAR]
-    found = before[-1] if before else after[0] if after else None
-    return None if found is None else {"light": "low", "heavy": "high"}.get(found.kind, found.value)
-
-
-def _adjective(segment: Segment, following: Segment) -> bool:
-    """Whether a segment only opens a list of adjectives that the next one ends with its noun: "light, springy keys"."""
-    own = segment.of(*_KINDS)
-    return (
-        len(own) == len(segment.items) == 1
-        and own[0].kind in ("light", "soft", "stiff", "spring")
-        and own[0].end - segment.start == len(segment.tokens)
-        and bool(following.of("part", "parts"))
-    )

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.amounts import stated_mass
-from asset2sim.guidance.lexicon import Segment, singular
 from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
-from asset2sim.guidance.parts import MovablePart, front, part_name, parts_named
+from asset2sim.guidance.parts import MovablePart, front, part_name
 from asset2sim.guidance.tables import Size
 from asset2sim.physics.walls import wall_volume
+from schemas.guidance import AskedMass, Guidance
 from schemas.overlay import Content, LinkProposal, MassChange
 
 LEAST_EXPONENT, MOST_EXPONENT = 1.0, 3.0
@@ -65,25 +64,26 @@ class _Piece:
 
 
 def propose_links(
-    info: ObjectInfo, size: Size, parts: Sequence[MovablePart], statements: Sequence[Segment], guidance: str,
-    scale: float, final_m: float,
-) -> tuple[tuple[LinkProposal, ...], tuple[str, ...], MassChange | None]:  # fmt: skip
+    info: ObjectInfo, parts: Sequence[MovablePart], guidance: Guidance, scale: float, final_m: float
+) -> tuple[tuple[LinkProposal, ...], tuple[str, ...], MassChange | None]:
     """Every link that has geometry as built, notes on what was matched and adjusted, and how the parts' masses were
     brought to a usual or stated total, None where they were not."""
+    size = tables.sizes()[guidance.category]
     names = {part.link.name: part.name for part in parts if part.link is not None}
-    words = _materials(parts, statements)
+    asked = {wish.part: wish.material for wish in guidance.materials}
     shaped = [link for link in info.links if link.has_geometry]
     ratio = final_m / size.typical_m if final_m > 0.0 else 1.0
-    pieces = [_piece(link, names.get(link.name) or part_name(link.label), size.category, words) for link in shaped]
+    pieces = [_piece(link, names.get(link.name) or part_name(link.label), size.category, asked) for link in shaped]
     notes = []
-    changed = sorted({piece.material for piece in pieces if piece.material in words.values()})
+    changed = sorted({piece.material for piece in pieces if piece.material in asked.values()})
     if changed:
         notes.append(f"material: {' and '.join(changed)} from the guidance")
     pieces = _with_contents([_thinner(piece, ratio) for piece in pieces], size.category, info, parts, ratio)
     pieces = [_tiny(piece, scale) if piece.part in _TINY else piece for piece in pieces]
-    pieces = _weighted(pieces, parts, statements)
-    low, high, why = _mass_range(size, pieces, guidance, ratio, scale)
-    pieces, note, change = _fitted(pieces, scale, low, high, why)
+    factors = {wish.link: HEAVY if wish.heavy else LIGHT for wish in guidance.weights}
+    pieces = [p.times(factors[p.link.name]) if p.link.name in factors else p for p in pieces]
+    usual = _usual_masses(size, pieces, ratio, scale) if guidance.mass is None else _stated_mass(guidance.mass)
+    pieces, note, change = _fitted(pieces, scale, usual)
     notes.append(note)
     return tuple(piece.proposal() for piece in pieces), tuple(notes), change
 
@@ -142,23 +142,6 @@ def _with_contents(
     return filled
 
 
-def _materials(parts: Sequence[MovablePart], statements: Sequence[Segment]) -> dict[str, str]:
-    """MovablePart → material where the guidance names both ("glass door"); "" → the material of the whole object."""
-    table, found = tables.material_words(), dict[str, str]()
-    for segment in statements:
-        for index, token in enumerate(segment.tokens):
-            material = table.get(token)
-            if material is None or (token == "steel" and "stainless" in segment.tokens[max(index - 1, 0) : index]):
-                continue
-            following = segment.tokens[index + 1 : index + 3]
-            owner = next((p.name for word in following for p in parts_named(parts, singular(word)) if p.name), "")
-            if owner and any({word, singular(word)} & tables.part_words().keys() for word in following):
-                found.setdefault(owner, material)
-            elif segment.sentence == 0:
-                found.setdefault("", material)
-    return found
-
-
 def _tiny(piece: _Piece, scale: float) -> _Piece:
     mass = piece.mass(scale)
     if mass <= 0.0:
@@ -167,24 +150,23 @@ def _tiny(piece: _Piece, scale: float) -> _Piece:
     return replace(piece.times(wanted / mass), fixed=True)
 
 
-def _weighted(pieces: list[_Piece], parts: Sequence[MovablePart], statements: Sequence[Segment]) -> list[_Piece]:
-    factors: dict[str, float] = {}
-    for segment in statements:
-        for item in segment.of("heavy", "lightweight"):
-            if segment.of("damping", "damped", "friction"):
-                continue
-            for part in (p for word in segment.of("part", "parts") for p in parts_named(parts, word.value)):
-                if part.link is not None:
-                    factors[part.link.name] = HEAVY if item.kind == "heavy" else LIGHT
-    return [p.times(factors[p.link.name]) if p.link.name in factors else p for p in pieces]
+@dataclass(frozen=True)
+class _MassRange:
+    """The masses, kg, that an object may have, and why: ``asked`` says that its user states the only one."""
+
+    low: float
+    high: float
+    why: str
+    asked: bool = False
 
 
-def _mass_range(
-    size: Size, pieces: Sequence[_Piece], guidance: str, ratio: float, scale: float
-) -> tuple[float, float, str]:
-    mass = stated_mass(guidance)
-    if mass is not None:
-        return mass, mass, STATED
+def _stated_mass(wish: AskedMass) -> _MassRange:
+    return _MassRange(wish.mass_kg, wish.mass_kg, "the guidance", asked=True)
+
+
+def _usual_masses(size: Size, pieces: Sequence[_Piece], ratio: float, scale: float) -> _MassRange:
+    """The usual masses of an object ``ratio`` times as long as the typical one, whose body may be of another material
+    than usual."""
     least = LEAST_EXPONENT if scale == 1.0 else SHRUNK_EXPONENT
     ends = (ratio**least, ratio**MOST_EXPONENT)
     usual = tables.part_material(size.category, "").material
@@ -195,27 +177,20 @@ def _mass_range(
         other *= table[body.material].density_kg_m3 * table[body.material].wall_factor
         other /= table[usual].density_kg_m3 * table[usual].wall_factor
     low, high = size.mass_min_kg * min(ends) * other, size.mass_max_kg * max(ends) * other
-    return low, high, f"{size.category} of {ratio * size.typical_m:.3g} m"
+    return _MassRange(low, high, f"{size.category} of {ratio * size.typical_m:.3g} m")
 
 
-STATED = "the guidance"
-"""Why a mass that the user states is the only usual one."""
-
-
-def _fitted(
-    pieces: list[_Piece], scale: float, low: float, high: float, why: str
-) -> tuple[list[_Piece], str, MassChange | None]:
+def _fitted(pieces: list[_Piece], scale: float, usual: _MassRange) -> tuple[list[_Piece], str, MassChange | None]:
     total = sum(piece.mass(scale) for piece in pieces)
     fixed = sum(piece.mass(scale) for piece in pieces if piece.fixed)
-    free = total - fixed
-    wanted = min(max(total, low), high)
-    if free <= 0.0 or low <= total <= high:
-        return pieces, f"mass: {total:.3g} kg from the parts, within {low:.3g} to {high:.3g} kg for {why}", None
+    free, bounds = total - fixed, f"{usual.low:.3g} to {usual.high:.3g} kg for {usual.why}"
+    wanted = min(max(total, usual.low), usual.high)
+    if free <= 0.0 or usual.low <= total <= usual.high:
+        return pieces, f"mass: {total:.3g} kg from the parts, within {bounds}", None
     factor = max(wanted - fixed, 0.1 * wanted) / free
     fitted = [p if p.fixed else p.times(factor) for p in pieces]
-    bounds = f"{low:.3g} to {high:.3g} kg for {why}"
     reached = sum(piece.mass(scale) for piece in fitted)
-    change = MassChange(from_kg=_four_digits(total), to_kg=_four_digits(reached), why=bounds, asked=why == STATED)
+    change = MassChange(from_kg=_four_digits(total), to_kg=_four_digits(reached), why=bounds, asked=usual.asked)
     return fitted, f"mass: {total:.3g} kg from the parts, brought to {reached:.3g} kg: {bounds}", change
 
 

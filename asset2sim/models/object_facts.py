@@ -23,7 +23,7 @@ def object_facts(features: Features) -> dict[str, object]:
     }
 
 
-def told_object(features: Features) -> ObjectInfo:
+def rounded_object_info(features: Features) -> ObjectInfo:
     """The object as a prompt tells it, with rounded numbers."""
     return ObjectInfo.from_json({key: rounded(value) for key, value in object_facts(features).items()})
 

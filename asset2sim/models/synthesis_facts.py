@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from asset2sim.assets.marks import OTHERS, mark_names
-from asset2sim.guidance.motion_facts import joint_motions
-from asset2sim.guidance.object_facts import object_facts, rounded
+from asset2sim.models.motion_facts import joint_motions
+from asset2sim.models.object_facts import object_facts, rounded
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.features import Features, LinkFeatures, RestOverlap

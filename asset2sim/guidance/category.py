@@ -1,0 +1,66 @@
+"""The category of an object, by which the tables know it: stated, or named by its words, its name or its parts."""
+
+import re
+from collections import Counter
+
+from asset2sim.guidance import tables
+from asset2sim.guidance.lexicon import head_of, noun_spans
+from asset2sim.guidance.object_info import ObjectInfo
+
+_GENERIC = ("", "*", "Furniture")
+
+
+def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
+    """The object's row of the table of sizes, "*" where nothing names it, and what named it. The stated category,
+    refined by a noun in the guidance for a kind of it ("handbag" of a suitcase); where the category is unknown or says
+    little, the asset's name, then the guidance's nouns, then the labels of the links."""
+    known = _category(info.category)
+    nouns = [category for _, _, category in noun_spans(head_of(tokens))]
+    if known not in _GENERIC:
+        for noun in reversed(nouns):
+            if known in tables.sizes()[noun].refines:
+                return noun, f"named in the guidance, a kind of {known}"
+        return known, "as stated"
+    for source, found in (
+        ("the asset's name", [noun for noun in reversed(_nouns(info.asset_id)) if noun not in _GENERIC]),
+        ("the guidance", [noun for noun in reversed(nouns) if noun not in _GENERIC]),
+        ("the links' labels", _label_votes(info)),
+        ("the stated category", [known] if known == "Furniture" else []),
+    ):
+        if found:
+            return found[0], f"from {source}"
+    return "*", "nothing names it"
+
+
+def _category(stated: str) -> str:
+    plain = re.sub(r"[^a-z]", "", stated.lower())
+    for name in tables.sizes():
+        if plain and plain in (name.lower(), name.lower() + "s"):
+            return name
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", stated)
+    found = _nouns(words)
+    return found[-1] if found else ""
+
+
+def _nouns(text: str) -> list[str]:
+    tokens = tuple(re.findall(r"[a-z]+", text.lower()))
+    return [category for _, _, category in sorted(noun_spans(tokens), key=lambda span: span[0] - span[1])]
+
+
+def is_generic(category: str) -> bool:
+    """Whether a stated category says little: none, "furniture", or one that no table knows."""
+    return _category(category) in _GENERIC
+
+
+def _label_votes(info: ObjectInfo) -> list[str]:
+    votes: Counter[str] = Counter()
+    for link in info.links:
+        for category in _nouns(re.sub(r"_(body|base|frame|leg)$", "", link.label).replace("_", " ")):
+            if category != "Door" and link.label.endswith(("_body", "_base", "_frame")):
+                votes[category] += 3
+    labels = {link.label for link in info.links}
+    for label, category in (("key", "Keyboard"), ("door_frame", "Door"), ("glasses_body", "Eyeglasses")):
+        votes[category] += 3 if label in labels else 0
+    votes["Furniture"] += 1 if {"drawer", "furniture_body"} & labels else 0
+    # A study may have left out the rows of a category.
+    return [category for category, count in votes.most_common() if count > 0 and category in tables.sizes()]

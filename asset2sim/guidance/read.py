@@ -1,0 +1,34 @@
+"""The one reading of a user's sentence."""
+
+from asset2sim.guidance.amounts import asked_mass, unmet_numbers
+from asset2sim.guidance.category import identify
+from asset2sim.guidance.lexicon import segments, tokenize
+from asset2sim.guidance.materials import asked_materials, asked_weights
+from asset2sim.guidance.motions import asked_motions
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.sizing import asked_size
+from asset2sim.guidance.states import asked_states
+from asset2sim.guidance.supports import called_by, said_support
+from schemas.guidance import Guidance
+
+
+def read_guidance(words: str, info: ObjectInfo) -> Guidance:
+    """What the words ask of an object. Which parts they mean depends on its joints, labels and shape."""
+    tokens = tokenize(words)
+    category, category_from = identify(info, tokens)
+    statements, parts = segments(tokens, category), parts_of(info, category)
+    return Guidance(
+        category=category,
+        category_from=category_from,
+        called=called_by(tokens),
+        size=asked_size(words, tokens, statements),
+        mass=asked_mass(words),
+        states=asked_states(info, parts, statements),
+        motions=asked_motions(info, parts, statements),
+        materials=asked_materials(parts, statements),
+        weights=asked_weights(parts, statements),
+        support=said_support(tokens),
+        free=any(statement.of("free") for statement in statements),
+        unmet=unmet_numbers(words),
+    )
