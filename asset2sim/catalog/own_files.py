@@ -23,6 +23,9 @@ from schemas.errors import UsageError
 from schemas.location import is_url, location_of
 from schemas.table import Row, Table
 
+RECORDED_AT = "recorded_at"
+"""Column of the tables of experiments: when a row was made."""
+
 
 def new_name() -> str:
     """A file name that no other writer has."""
@@ -81,3 +84,11 @@ def read_own_files(out: Path | str, table: Table) -> pd.DataFrame:
     whole = pa.concat_tables(found) if found else table.schema.empty_table()
     frame: pd.DataFrame = whole.to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)
     return frame
+
+
+def latest_own(outs: Sequence[Path | str], table: Table) -> pd.DataFrame:
+    """The latest row of every key of an experiment's table in these outputs, in the keys' order."""
+    frames = [read_own_files(out, table) for out in outs]
+    whole = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=table.schema.names)
+    key = list(table.key)
+    return whole.sort_values(RECORDED_AT).drop_duplicates(key, keep="last").sort_values(key, ignore_index=True)

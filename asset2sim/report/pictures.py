@@ -11,12 +11,12 @@ from PIL import Image
 from asset2sim.assets.urdf.locate import find_source, outer_references
 from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.storage.objects import fetch_objects, list_objects
-from asset2sim.experiments.isolation import Ending, run_isolated
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.work import Work, in_child
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import is_current, write_loops
 from asset2sim.report.loops.write import REFERENCE
 from schemas.errors import AssetError
-from schemas.settings import RunSettings
 
 BEFORE, AFTER, THUMB = "before.webp", "after.webp", "thumb.webp"
 PICTURES = (BEFORE, AFTER, THUMB)
@@ -53,10 +53,7 @@ def write_before(before: Before, log: Path) -> bool:
     """Draw an asset as it came, every joint at zero, in a child process that may crash or hang: whether that went
     well. What went wrong is a line in the log."""
     start = time.monotonic()
-    outcome = run_isolated(
-        draw_before, (before,), time_limit_s=TIME_LIMIT_S,
-        memory_limit_mb=RunSettings().asset_memory_limit_mb, services={}, log_path=log,
-    )  # fmt: skip
+    outcome = in_child(Work(draw_before, (before,), TIME_LIMIT_S), log_path=log)
     if outcome.ending is not Ending.RETURNED:
         logger.warning("no picture of %s as it came: %s", before.raw, outcome.reason)
     logger.debug("%s drawn in %.2f s", before.raw, time.monotonic() - start)

@@ -20,7 +20,8 @@ from asset2sim.catalog.run import git_state, versions
 from asset2sim.catalog.storage.cache import cache_root
 from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_objects, send_objects
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
-from asset2sim.experiments.isolation import Ending, run_isolated
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.work import Work, in_child
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.gateway.recorded import check_recorded
@@ -168,12 +169,8 @@ def check_engine(engine: Engine = Engine.PYBULLET) -> str:
     """A child process drops a ball in an engine, and the ball comes to rest on the plane."""
     if engine not in installed():
         raise DoctorError(f"not installed; {HOW_TO_INSTALL} to judge in it too")
-    memory_mb = RunSettings().asset_memory_limit_mb
     with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "engine.log"
-        outcome = run_isolated(
-            drop_ball, (engine, folder), time_limit_s=60.0, memory_limit_mb=memory_mb, services={}, log_path=log
-        )
+        outcome = in_child(Work(drop_ball, (engine, folder), 60.0))
     if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, float):
         raise DoctorError(f"{outcome.reason}; run make clean, then make install")
     if abs(outcome.value - BALL_RADIUS_M) > BALL_TOLERANCE_M:

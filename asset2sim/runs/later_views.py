@@ -7,8 +7,8 @@ from pathlib import Path
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
-from asset2sim.experiments.isolation.pipe_messages import Ending
-from asset2sim.experiments.isolation.supervise import run_isolated
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.work import Work, in_child
 from asset2sim.models.gateway.refused_answers import LOG_FOLDER
 from asset2sim.render import write_views
 from schemas.errors import UsageError
@@ -40,14 +40,9 @@ def lacks_views(folder: Path) -> bool:
 
 def draw(out: Path, settings: Settings, folder: Path) -> str:
     """Draw one asset in a child process, under the limits of an asset; what went wrong, or an empty text."""
-    outcome = run_isolated(
-        write_views_of,
-        (folder, settings.views),
-        time_limit_s=settings.run.asset_time_limit_s,
-        memory_limit_mb=settings.run.asset_memory_limit_mb,
-        services={},
-        log_path=out / LOG_FOLDER / f"{folder.name}.views.log",
-    )
+    limits = settings.run.asset_time_limit_s, settings.run.asset_memory_limit_mb
+    work = Work(write_views_of, (folder, settings.views), *limits)
+    outcome = in_child(work, log_path=out / LOG_FOLDER / f"{folder.name}.views.log")
     return "" if outcome.ending is Ending.RETURNED else outcome.reason
 
 

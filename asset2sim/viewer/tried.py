@@ -1,13 +1,12 @@
 """An object as it came, tried in a child process before the viewer's own: files may crash an engine's native code."""
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
-from asset2sim.experiments.isolation import Ending, run_isolated
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.work import Work, in_child
 from asset2sim.viewer.side import open_side
 from asset2sim.viewer.subject import Subject
-from schemas.settings import EngineSettings, RunSettings
+from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
 TRIED_STEPS = 60
@@ -20,11 +19,7 @@ def why_not(subject: Subject, engine: Engine, settings: EngineSettings) -> str |
     """A line that says why an object cannot be simulated in this process, or None: it was loaded and stepped in another
     one, and that died or hung. What an engine refuses without dying is left to the viewer's own world."""
     shown = replace(subject, source=None)  # which keeps files alive, and is not sent
-    with tempfile.TemporaryDirectory(prefix="asset2sim-view-") as place:
-        outcome = run_isolated(
-            live_a_little, (shown, engine, settings), time_limit_s=LIMIT_S,
-            memory_limit_mb=RunSettings().asset_memory_limit_mb, services={}, log_path=Path(place, "view.log"),
-        )  # fmt: skip
+    outcome = in_child(Work(live_a_little, (shown, engine, settings), LIMIT_S))
     if outcome.ending in (Ending.RETURNED, Ending.RAISED):
         return None
     return f"{engine} dies of it, so it is shown and not moved: {outcome.reason}"

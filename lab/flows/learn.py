@@ -1,4 +1,4 @@
-"""A robot learns to use refined objects, as a flow: trainings on Dask, a child each, and the tables of learning."""
+"""A robot learns to use refined objects: the study of trainings as a flow, its tables, and its page."""
 
 import sys
 from collections.abc import Sequence
@@ -6,16 +6,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
-from prefect import flow
 
+from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from flows.server.client import use_server
-from flows.server.server import temporary_server
+from asset2sim.experiments.study import run_study
+from lab.flows.in_flow import in_flow
 from lab.judged.published import published_learning
 from lab.judged.variant_folders import variant_folders
 from lab.learning.progress import Point
 from lab.learning.show_learning import described, draw_curves, learning_block
-from lab.learning.study import Chosen, Training, check_libraries, latest, left_to_do, run_trainings, trainings_of
+from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_left, trainings_of
 from lab.options.learn_options import LearnOptions
 from lab.pages.blocks import check_page, write_block
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
@@ -23,7 +23,6 @@ from schemas.errors import UsageError
 from schemas.learning_settings import warp_settings
 from schemas.location import is_url
 from schemas.settings import RunSettings
-from schemas.table import Row
 
 BLOCK, PICTURE = "learn", "learning_curves.svg"
 """Name of the page's block, and of the picture beside the page."""
@@ -47,24 +46,18 @@ def learn(options: LearnOptions, run: RunSettings) -> None:
     todo = [item for data in variant_folders(options.outs) for item in trainings_of(Path(data), options.out, chosen)]
     if not todo:
         raise UsageError("no refined object of these outputs has a joint and is of these tasks, methods and assets")
-    left = left_to_do(todo, options.out, options.force)
+    left = trainings_left(todo, heard, options.force)
     if len(left) < len(todo):
         sys.stderr.write(f"{len(todo) - len(left)} of {len(todo)} trainings have ended before; --force begins anew\n")
     if left:
-        with temporary_server() as address, use_server(address):
-            train_all(left, options.out, run)
-    rows, curves = (of_these(latest(options.out, table), todo) for table in (LEARNING, LEARNING_CURVES))
+        study = learning_study(heard)
+        in_flow(study.name, lambda: run_study(study, left, run))
+    rows, curves = (of_these(latest_own([options.out], table), todo) for table in (LEARNING, LEARNING_CURVES))
     for part in described(rows):
         output().print(part)
     if options.page is not None:
         write_block(options.page, BLOCK, learning_block(rows, published))
         draw_curves(curves, options.page.with_name(PICTURE))
-
-
-@flow(name="learn", persist_result=False, validate_parameters=False)
-def train_all(todo: Sequence[Training], out: Path, run: RunSettings) -> None:
-    """Do every training and store its rows."""
-    run_trainings(todo, out, run, heard, told)
 
 
 def heard(item: Training, point: Point) -> None:
@@ -74,12 +67,6 @@ def heard(item: Training, point: Point) -> None:
         f"{lesson.task.name} ({lesson.folder.name}) {item.method} seed {lesson.seed}: {point.steps} actions, "
         f"S {point.s:.2f}, {point.success:.0%} done, {point.fps:.0f} actions/s, {point.seconds:.0f} s\n"
     )
-
-
-def told(row: Row, left: int) -> None:
-    """A line about a training that has ended, on standard error."""
-    why = f": {row['reason']}" if row["reason"] else ""
-    sys.stderr.write(f"{row['task']} {row['method']} seed {row['seed']}: {row['outcome']}{why}; {left} left\n")
 
 
 def of_these(rows: pd.DataFrame, todo: Sequence[Training]) -> pd.DataFrame:

@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from asset2sim.catalog.own_files import latest_own
 from asset2sim.report.loops.film import INK, text
 from lab.judged.variant_folders import variant_folders
+from lab.schemas.tables_trials import TRIALS
 from lab.trials.figures import ORDER
-from lab.trials.study import latest_trials, motion_folder
+from lab.trials.study import motion_folder
 from lab.trials.trial import FILM
 from schemas.errors import DONE, UsageError, exit_code_of
 
@@ -46,7 +48,7 @@ def write_strip(out: Path, task: str, to: Path) -> int:
     folders = [Path(folder) for folder in variant_folders([out])]
     found = []
     for folder in folders:
-        for row in latest_trials([folder]).to_dict("records"):
+        for row in latest_own([folder], TRIALS).to_dict("records"):
             film = motion_folder(folder, str(row["asset_id"]), task) / FILM
             if row["task"] == task and film.is_file():
                 label = f"{row['method']}: {row['outcome']}" + (f" ({row['reason']})" if row["reason"] else "")

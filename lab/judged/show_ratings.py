@@ -7,7 +7,7 @@ import pandas as pd
 from rich.console import RenderableType
 from rich.text import Text
 
-from asset2sim.catalog.own_files import read_own_files
+from asset2sim.catalog.own_files import latest_own, read_own_files
 from asset2sim.catalog.text import NOTHING, number, number_table
 from lab.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
 from lab.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
@@ -16,8 +16,8 @@ from lab.judged.published import SUCCESS_FILE, published_rates, published_rating
 from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates
 from lab.judged.variant_folders import variant_folders
 from lab.judged.verdicts import disagreements, rated_variants, verdict_figures, verdicts_of
-from lab.probes.kept_trials import latest_probes
 from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
+from lab.schemas.tables_probes import PROBE_TRIALS
 from schemas.errors import UsageError
 
 STAGES = ("score_before", "score_untouched", "score_touched")
@@ -36,7 +36,7 @@ def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list
             for table in (RATINGS, RATING_KEYS, VIDEO_SCORES)
         ]
         parts += _ratings("Ratings", joined(*tables[:2]), verdicts) + describe_scores("Video scores", tables[2])
-        parts += describe_probes(latest_probes(outs), real_rates(published))
+        parts += describe_probes(latest_own(outs, PROBE_TRIALS), real_rates(published))
     if published is not None:
         found = joined(*published_ratings(published))
         parts += _ratings("Published ratings", found, verdicts)

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from asset2sim.catalog.own_files import latest_own
 from lab.judged.variant_folders import variant_folders
 from lab.schemas.tables_trials import TRIALS
-from lab.trials.study import latest_trials, motion_folder
+from lab.trials.study import motion_folder
 from lab.trials.trial import FILM
 from schemas.errors import UsageError
 from schemas.location import is_url
@@ -48,7 +49,7 @@ def recorded_trials(outs: Sequence[Path | str]) -> pd.DataFrame:
     for out in variant_folders(outs):
         if is_url(out):
             raise UsageError(f"{out}: films are judged where they were recorded; name a folder on this machine")
-        frames.append(latest_trials([Path(out)]).assign(out=str(out)))
+        frames.append(latest_own([Path(out)], TRIALS).assign(out=str(out)))
     found = pd.concat(frames, ignore_index=True)
     if found.empty:
         raise UsageError(f"{', '.join(map(str, outs))}: no recorded interaction; asset2sim record-motion makes them")

@@ -2,8 +2,10 @@
 lab.pages.blocks summary|questions OUT PAGE`` writes one from OUT's catalog."""
 
 import sys
+from collections.abc import Callable, Mapping
 from importlib import resources
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import pandas as pd
 
@@ -14,6 +16,7 @@ from schemas.errors import UsageError
 QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
 """Example questions to a catalog, in their order: an SQL file each, whose first line is the question in words."""
 FOLDER = "lab/pages"
+Found = TypeVar("Found")
 
 
 def markers(name: str) -> tuple[str, str]:
@@ -40,6 +43,22 @@ def check_page(page: Path, name: str) -> None:
 def write_block(page: Path, name: str, block: str) -> None:
     """Put the block between its markers in the file. Raises UsageError where they are not there."""
     page.write_text(with_block(page.read_text(encoding="utf-8"), name, block), encoding="utf-8")
+
+
+class Pages(Generic[Found]):
+    """Blocks of one name on several pages, each made of the same findings; a page that is None is left out. Raises
+    UsageError for a page that is not there or lacks the markers, before anything is found."""
+
+    def __init__(self, name: str, blocks: Mapping[Path | None, Callable[[Found], str]]) -> None:
+        self.name = name
+        self.blocks = {page: block for page, block in blocks.items() if page is not None}
+        for page in self.blocks:
+            check_page(page, name)
+
+    def write(self, found: Found) -> None:
+        """Put each block between its markers."""
+        for page, block in self.blocks.items():
+            write_block(page, self.name, block(found))
 
 
 def summary_block(out: Path) -> str:

@@ -1,27 +1,19 @@
-"""Probe trials of many refined objects: each in a killable child, spread over Dask's workers; the table of them."""
+"""Probe trials of many refined objects, as a study: the table of them."""
 
 import pkgutil
 import shutil
-import tempfile
-import uuid
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from distributed import Client, as_completed
-
-from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import latest_rows
-from asset2sim.experiments.cluster import open_client
-from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import Ending as ChildEnding
-from asset2sim.experiments.isolation import accept_children, run_isolated, stop_children
+from asset2sim.experiments.study import Done, RunWork, Study, done_row, run_study
+from asset2sim.experiments.work import Work
 from lab.probes.answers import Ending
-from lab.probes.kept_trials import KEY, results
 from lab.probes.policies import PolicySpec
-from lab.probes.probe_trial import FAILED, run_probe
+from lab.probes.probe_trial import run_probe
 from lab.probes.seen import Policy
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.probe_settings import ProbeSettings
@@ -55,7 +47,6 @@ class ProbeJob:
     run_id: str | None
     episode: str = EPISODE
     maker: str = MAKER
-    owner: str = ""
 
     @property
     def to(self) -> Path:
@@ -125,70 +116,41 @@ def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list
     return found
 
 
-def left_to_do(jobs: Sequence[ProbeJob]) -> list[ProbeJob]:
-    """The jobs whose latest row, of the same seed and of the object as it is now, is none or has no result."""
-    kept = []
-    done = {out: results(out) for out in dict.fromkeys(job.out for job in jobs)}
-    for job in jobs:
-        row = job.known
-        if (*(row[name] for name in KEY), job.seed, job.run_id) not in done[job.out]:
-            kept.append(job)
-    return kept
+def probe_study(settings: ProbeSettings) -> Study[ProbeJob]:
+    """The study of probe trials. A trial is settled by a result of the same seed and of the object as it is now."""
+    return Study(
+        "probe", (PROBE_TRIALS,), partial(do_probe, settings=settings),
+        lambda row: f"{row['policy']} {row['method']} {row['task']} ({row['asset_id']}), trial {row['trial']}",
+        lambda job, row: row["success"] is not None and (row["seed"], row["run_id"]) == (job.seed, job.run_id),
+    )  # fmt: skip
 
 
 def run_probes(
-    jobs: Sequence[ProbeJob], run: RunSettings, settings: ProbeSettings, told: Callable[[Row, int], None]
+    jobs: Sequence[ProbeJob],
+    run: RunSettings,
+    settings: ProbeSettings,
+    told: Callable[[str, Row, int], None] | None = None,
 ) -> int:
-    """Do every trial and store its row in its output; ``told`` hears each row and how many are left. Whatever a trial
-    or its policy does is a row. Returns how many were left undone: all that remain once several trials in a row found
-    nobody to ask. An interruption ends the children and keeps the rows so far."""
-    files = {job.out: OwnFile(job.out, PROBE_TRIALS) for job in jobs}
-    owner = f"probes-{uuid.uuid4().hex}"
-    accept_children(owner)
-    left, alone = len(jobs), 0
-    with tempfile.TemporaryDirectory() as place, sigterm_as_interrupt(), open_client(run, Path(place)) as client:
-        try:
-            futures = _submit(client, [replace(job, owner=owner) for job in jobs], settings)
-            for future in as_completed(futures):
-                job, row = futures[future], future.result()
-                files[job.out].add([row])
-                left -= 1
-                told(row, left)
-                alone = alone + 1 if row["outcome"] == Ending.UNREACHABLE else 0
-                if alone == settings.unreachable_in_a_row:
-                    break
-        finally:
-            stop_children(owner)
-    return left
+    """Do every trial, as ``run_study`` does. Returns how many were left undone: all that remain once several trials in
+    a row found no policy to ask."""
+    alone = 0
+
+    def enough(row: Row) -> bool:
+        nonlocal alone
+        alone = alone + 1 if row["outcome"] == Ending.UNREACHABLE else 0
+        return alone == settings.unreachable_in_a_row
+
+    return run_study(probe_study(settings), jobs, run, told, enough)
 
 
-def _submit(client: Client, jobs: Sequence[ProbeJob], settings: ProbeSettings) -> dict[object, ProbeJob]:
-    return {client.submit(trial_of, job, settings, pure=False): job for job in jobs}
-
-
-def trial_of(job: ProbeJob, settings: ProbeSettings) -> Row:
-    """One trial in a child of its own, which may crash or hang."""
-    with tempfile.TemporaryDirectory(prefix="asset2sim-probe-") as place:
-        outcome = run_isolated(
-            episode_of,
-            (job, settings),
-            time_limit_s=settings.trial_s,
-            memory_limit_mb=settings.trial_mb,
-            services={},
-            log_path=Path(place, "probe.log"),
-            owner=job.owner,
-        )
+def do_probe(job: ProbeJob, run: RunWork, settings: ProbeSettings) -> Done:
+    """One trial, done in a child."""
+    outcome = run(Work(episode_of, (job, settings), settings.trial_s, settings.trial_mb))
     # A child that dies or hangs does so over the object; an exception is a broken program, and says nothing of it.
-    row: Row = {
-        "outcome": FAILED,
-        "reason": outcome.reason,
-        "success": None if outcome.ending is ChildEnding.RAISED else False,
-    }
-    if outcome.ending is ChildEnding.RETURNED and isinstance(outcome.value, dict):
-        row = outcome.value
-    columns = PROBE_TRIALS.schema.names
-    kept = {name: value for name, value in row.items() if name in columns}
-    return dict.fromkeys(columns) | kept | job.known | {"recorded_at": datetime.now(UTC)}
+    result: Row = {"success": None if outcome.ending is ChildEnding.RAISED else False}
+    row = result | done_row(outcome)
+    # An episode may say more.
+    return Done({name: value for name, value in row.items() if name in PROBE_TRIALS.schema.names})
 
 
 def episode_of(job: ProbeJob, settings: ProbeSettings) -> Row:

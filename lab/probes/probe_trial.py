@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import mujoco
 
+from asset2sim.experiments.study import FAILED
 from asset2sim.load import LoadError
 from lab.probes.answers import Ending, PolicyError
 from lab.probes.experts import NoWayError
@@ -17,7 +18,6 @@ from schemas.table import Row
 
 SHARE = 0.8
 """Share of a trial's wall time that its policy may take in all: the trial then ends by itself and says so."""
-FAILED = "failed"
 Episode = Callable[[Callable[[Seen], Chunk]], Row]
 """An episode to be run with a policy; its row holds columns of the table of probe trials."""
 

@@ -1,15 +1,15 @@
 """``asset2sim probe``: the flow over an output, its rows, its page, and what it refuses."""
 
-from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.catalog.own_files import latest_own
 from flows.command import refine, run_command, serve
 from lab.flows import probe as module
 from lab.probes.cameras import gl_works
-from lab.probes.kept_trials import latest_probes
+from lab.schemas.tables_probes import PROBE_TRIALS
 from lab.tests.test_probes_probe_study import BOX, out
 
 __all__ = ["out"]
@@ -21,8 +21,7 @@ def test_the_command_does_what_is_left_to_do_and_writes_the_page(
     out: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Prefect's server takes 10 s; lab/tests/test_flows_record_motion.py has a flow of the same shape over it.
-    monkeypatch.setattr(module, "temporary_server", nullcontext)
-    monkeypatch.setattr(module, "run_probe_trials", module.run_probe_trials.fn)
+    monkeypatch.setattr(module, "in_flow", lambda name, work: work())
     page = out.parent / "page.md"
     page.write_text("<!-- probe: begin (make probe) -->\n<!-- probe: end -->\n", encoding="utf-8")
     words = ["probe", str(out), "--policy", "scripted", "--tasks", "box close", "--trials", "1"]
@@ -31,7 +30,7 @@ def test_the_command_does_what_is_left_to_do_and_writes_the_page(
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "no SRCC of scripted" in capsys.readouterr().out
     assert "| scripted | asset2sim | 0.00 |" in page.read_text(encoding="utf-8")
-    (row,) = latest_probes([out]).to_dict("records")
+    (row,) = latest_own([out], PROBE_TRIALS).to_dict("records")
     assert (row["asset_id"], row["outcome"], row["success"]) == (BOX, "failed", False)
     assert "validation errors for PhysicsOverlay" in row["reason"]
     assert run_command(words, refine=refine, nightly=serve) == 0

@@ -5,11 +5,12 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.catalog.own_files import read_own_files
+from asset2sim.catalog.own_files import latest_own, read_own_files
 from asset2sim.catalog.write import write_run
+from asset2sim.experiments.study import run_study
 from flows.command import refine, run_command, serve
 from lab.schemas.tables_trials import TRIALS
-from lab.trials.study import jobs_of, latest_trials, run_trials
+from lab.trials.study import STUDY, jobs_of
 from lab.trials.trial import TRACK
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import RunSettings
@@ -49,9 +50,10 @@ def test_the_command_records_every_refined_object_and_writes_the_page(
 def test_trials_are_done_anew_and_the_latest_counts(out: Path) -> None:
     told: list[tuple[Row, int]] = []
     for _ in range(2):
-        run_trials(jobs_of(out, ("block",), False), RunSettings(workers=1), lambda row, left: told.append((row, left)))
+        jobs = jobs_of(out, ("block",), False)
+        run_study(STUDY, jobs, RunSettings(workers=1), lambda _, row, left: told.append((row, left)))
     assert [(row["outcome"], left) for row, left in told] == [("unreachable", 0)] * 2
-    assert len(read_own_files(out, TRIALS)) == 2 and len(latest_trials([out])) == 1
+    assert len(read_own_files(out, TRIALS)) == 2 and len(latest_own([out], TRIALS)) == 1
 
 
 def test_what_cannot_be_recorded_is_said_in_one_line(out: Path) -> None:

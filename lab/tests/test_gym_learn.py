@@ -15,9 +15,10 @@ pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not instal
 pytest.importorskip("torch", reason="torch is not installed: it comes with the extra learn")
 import mlflow
 
-from asset2sim.catalog.own_files import OwnFile, read_own_files
+from asset2sim.catalog.own_files import OwnFile, latest_own, read_own_files
 from asset2sim.catalog.write import write_run
 from asset2sim.experiments.isolation import accept_children, stop_children
+from asset2sim.experiments.study import do_job
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.environment import ObjectEnv
 from flows.command import refine, run_command, serve
@@ -27,7 +28,7 @@ from lab.learning.lesson import Lesson
 from lab.learning.ppo import environments, load_policy, new_model, without_noise
 from lab.learning.progress import PROGRESS, Point, Progress
 from lab.learning.rollouts import roll
-from lab.learning.study import Chosen, Training, check_libraries, latest, trained, trainings_of
+from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_of
 from lab.learning.training import train
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
@@ -98,13 +99,13 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
     OwnFile(to, LEARNING).add([{str(name): value for name, value in lost.items()}])
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "ended before" not in capsys.readouterr().err
-    assert latest(to, LEARNING)["outcome"].tolist() == ["not learnt"]
+    assert latest_own([to], LEARNING)["outcome"].tolist() == ["not learnt"]
     assert set(read_own_files(to, LEARNING_CURVES)["steps"]) == {64, 128}
 
 
 def test_a_training_that_is_killed_goes_on_from_its_last_checkpoint_in_the_same_run(out: Path, tmp_path: Path) -> None:
     (item,) = trainings_of(out, tmp_path / "to", Chosen(assets=["drawer"], seeds=1, filmed=False))
-    item = replace(item, owner="killed", lesson=lesson(item.lesson.folder, item.lesson.to, 192))
+    item = replace(item, lesson=lesson(item.lesson.folder, item.lesson.to, 192))
     heard: list[int] = []
 
     def kill(_: Training, point: Point) -> None:
@@ -113,14 +114,16 @@ def test_a_training_that_is_killed_goes_on_from_its_last_checkpoint_in_the_same_
             stop_children("killed")
 
     accept_children("killed")
-    row, points = trained(item, kill)
-    assert heard == [64, 128] and (row["outcome"], points) == ("failed", ())
+    rows = do_job(learning_study(kill), item, "killed")
+    assert heard == [64, 128] and rows["learning"][0]["outcome"] == "failed" and not rows["learning_curves"]
     run = (item.lesson.to / IDENTITY).read_text(encoding="utf-8")
     accept_children("killed")
-    row, points = trained(item, lambda _, point: heard.append(point.steps))
+    rows = do_job(learning_study(lambda _, point: heard.append(point.steps)), item, "killed")
+    (row,), points = rows["learning"], rows["learning_curves"]
     assert (item.lesson.to / IDENTITY).read_text(encoding="utf-8") == run
     assert heard == [64, 128, 192] and row["outcome"] == "not learnt"
-    assert [point.steps for point in points] == [64, 128, 192] and points[2].seconds > points[1].seconds
+    assert [point["steps"] for point in points] == [64, 128, 192]
+    assert float(str(points[2]["seconds"])) > float(str(points[1]["seconds"]))
     assert row["steps"] == 192
 
 

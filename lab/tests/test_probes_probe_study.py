@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.own_files import read_own_files
+from asset2sim.catalog.own_files import latest_own, read_own_files
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.write import write_run
-from lab.probes.kept_trials import latest_probes
+from asset2sim.experiments.study import left_to_do
 from lab.probes.policies import PROBES, PolicySpec, policy_spec
-from lab.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, left_to_do, run_probes
+from lab.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, probe_study, run_probes
 from lab.probes.tasks import PAPER11
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
@@ -28,6 +28,7 @@ RUN = RunSettings(workers=2)
 BOX, LAPTOP = "100221", "9912"
 TASKS = chosen_tasks(["paper11"])
 SCRIPTED = PolicySpec("scripted")
+STUDY = probe_study(QUICK)
 
 
 @pytest.fixture
@@ -46,7 +47,7 @@ def done(jobs: list[ProbeJob], settings: ProbeSettings = QUICK, run: RunSettings
     heard: list[Row] = []
     stand_in = "lab.tests.probe_episodes"
     jobs = [replace(job, episode=f"{stand_in}:run_episode", maker=f"{stand_in}:make_probe") for job in jobs]
-    left = run_probes(jobs, run, settings, lambda row, _: heard.append(row))
+    left = run_probes(jobs, run, settings, lambda _, row, left: heard.append(row))
     return heard, left
 
 
@@ -57,10 +58,10 @@ def test_trials_of_a_probe_are_rows_and_are_not_done_twice(out: Path) -> None:
     assert [(job.folder.name, job.task.name, job.seed) for job in jobs if job.trial == 1] == [
         (BOX, "box close", 1), (BOX, "box grasp", 1), (LAPTOP, "laptop fold", 1)
     ]  # fmt: skip
-    assert left_to_do(jobs) == jobs
+    assert left_to_do(STUDY, jobs) == jobs
     rows, left = done(jobs[:4])
     assert left == 0 and [row["outcome"] for row in rows] == ["done"] * 4
-    trials = latest_probes([out])
+    trials = latest_own([out], PROBE_TRIALS)
     assert (
         len(trials) == 4 and trials["success"].all() and (trials["asked"] == 4).all() and (trials["steps"] == 32).all()
     )
@@ -69,10 +70,12 @@ def test_trials_of_a_probe_are_rows_and_are_not_done_twice(out: Path) -> None:
     assert set(trials["video"]) == {
         f"probes/scripted/{BOX}/{task}/{trial}/motion.mp4" for task in ("box-close", "box-grasp") for trial in (0, 1)
     }
-    assert left_to_do(jobs) == jobs[4:]
-    assert left_to_do([replace(job, seed=7) for job in jobs[:4]]) != [], "another start is another trial"
-    assert len(left_to_do([replace(job, run_id="next") for job in jobs[:4]])) == 4, "the object was refined again"
-    assert len(left_to_do(jobs_of([out], PolicySpec("noisy"), choice))) == 6
+    assert left_to_do(STUDY, jobs) == jobs[4:]
+    assert left_to_do(STUDY, [replace(job, seed=7) for job in jobs[:4]]) != [], "another start is another trial"
+    assert len(left_to_do(STUDY, [replace(job, run_id="next") for job in jobs[:4]])) == 4, (
+        "the object was refined again"
+    )
+    assert len(left_to_do(STUDY, jobs_of([out], PolicySpec("noisy"), choice))) == 6
     with connect(out) as tables:
         assert tables.sql("SELECT count(*) FROM probe_trials WHERE success").fetchall() == [(4,)]
 
@@ -95,7 +98,7 @@ def test_a_policy_killed_midway_is_a_row_and_the_run_goes_on(out: Path, tmp_path
     assert "ConnectionRefused" in str(heard[3]["reason"]) and heard[3]["asked"] == 1
     assert all(row["reason"] and row["success"] is None for row in heard[1:])
     assert heard[0]["success"] is False and heard[0]["protocol"] == "openpi" and heard[0]["ours"] is False
-    assert len(left_to_do(jobs)) == 4, "they are done again"
+    assert len(left_to_do(STUDY, jobs)) == 4, "they are done again"
 
 
 @pytest.mark.system
@@ -103,7 +106,7 @@ def test_a_run_that_finds_nobody_three_times_ends_and_says_how_much_is_left(out:
     jobs = jobs_of([out], PolicySpec("gone", host="127.0.0.1", port=1), ProbeChoice(TASKS, trials=5))
     rows, left = done(jobs, QUICK.model_copy(update={"connect_s": 0.2}))
     assert len(rows) == 3 and left == 12 and {row["outcome"] for row in rows} == {"policy unreachable"}
-    assert len(read_own_files(out, PROBE_TRIALS)) == 3 and len(left_to_do(jobs)) == 15
+    assert len(read_own_files(out, PROBE_TRIALS)) == 3 and len(left_to_do(STUDY, jobs)) == 15
 
 
 @pytest.mark.system

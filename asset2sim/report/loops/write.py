@@ -4,16 +4,15 @@ import hashlib
 import json
 import logging
 import re
-import tempfile
 from pathlib import Path
 
 from asset2sim.assets.checksums import FILE
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.engines.registry import engine_version
-from asset2sim.experiments.isolation import Ending, run_isolated
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.work import Work, in_child
 from asset2sim.report.draw import Before
 from asset2sim.report.loops.make import make_loops, save
-from schemas.settings import RunSettings
 from schemas.vocabulary import Engine
 
 RECORD = "loops.json"
@@ -67,16 +66,7 @@ def write_loops(
     ``stop_children(owner)`` ends it."""
     to.mkdir(parents=True, exist_ok=True)
     key = loops_key(refined, raw_urdf)
-    with tempfile.TemporaryDirectory(prefix="asset2sim-loops-") as place:
-        outcome = run_isolated(
-            make_loops,
-            (refined, raw_urdf, to, before),
-            time_limit_s=LIMIT_S,
-            memory_limit_mb=RunSettings().asset_memory_limit_mb,
-            services={},
-            log_path=Path(place, "loops.log"),
-            owner=owner,
-        )
+    outcome = in_child(Work(make_loops, (refined, raw_urdf, to, before), LIMIT_S), owner)
     if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, list):
         log.warning("%s: no loops of it: %s", refined.name, outcome.reason)
         return []
