@@ -14,7 +14,6 @@ from asset2sim.runs.remote.output import view_output
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.workers import bounded_by_memory
 from flows import PIPELINE
-from schemas.location import absolute, below, is_url
 from schemas.model_names import described
 from schemas.settings import Settings
 
@@ -25,11 +24,11 @@ MAX_EXAMPLES = 8
 def print_dry_run(request: RefineRequest) -> None:
     """Print what a run of this request would do; writes nothing into OUT."""
     settings, sentence = bounded_by_memory(request.settings)
-    data, out = absolute(request.data), absolute(request.out)
+    data, out = request.data.absolute(), request.out.absolute()
     found = request.found or check_request(data, out, settings, request.subset, request.asset_ids, request.limit)
-    references = read_references(local_file(below(data, FILE)))
-    expectations = read_expectations(local_file(below(data, expected.FILE)))
-    folder, there = view_output(out, views=settings.views.in_run) if is_url(out) else (working_folder(out), None)
+    references = read_references(local_file(data.below(FILE)))
+    expectations = read_expectations(local_file(data.below(expected.FILE)))
+    folder, there = view_output(out, views=settings.views.in_run) if out.is_url else (working_folder(out), None)
     told = forecast(found.refs, references, folder, settings, PIPELINE, there, expectations)
     console = output()
     console.print(Text(f"dry run: {request.data} into {request.out}; nothing is written\n"))

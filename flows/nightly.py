@@ -18,7 +18,7 @@ from flows.refine_dataset import refine_dataset
 from flows.server.night_secrets import with_secrets
 from flows.steps import alert, opaque
 from schemas.errors import DONE, FAILED, GATE, MISTAKE, STOPPED, Asset2SimError, UsageError, error_exit_code
-from schemas.location import Location, location_of
+from schemas.location import Location
 from schemas.settings import Settings
 
 REFUSED = "Refused"
@@ -34,7 +34,7 @@ def run_crash_hook(flow: Flow[..., Any], flow_run: FlowRun, state: State) -> Non
         settings = with_secrets(settings, flow_run.parameters.get("secrets"))
         settings = tonight(settings, flow_run.parameters.get("settings_file"))
     error = Asset2SimError(state.message or "the night's process ended without a word")
-    warning = alert_error(location_of(flow_run.parameters["out"]), settings.run, error)
+    warning = alert_error(Location(flow_run.parameters["out"]), settings.run, error)
     for message in (str(error), warning):
         if message is not None:
             complain(message)

@@ -28,7 +28,7 @@ from flows.steps import (
     report,
 )
 from schemas.asset import FoundAssets
-from schemas.location import Location, absolute
+from schemas.location import Location
 from schemas.settings import Settings
 
 
@@ -49,7 +49,7 @@ def refine_dataset(
     ``found`` are the assets, where the caller has checked the request. An asset that fails is a row. Raises
     ``UsageError`` for a request that cannot be met, before anything is written.
     """
-    data, place = absolute(data), absolute(out)
+    data, place = data.absolute(), out.absolute()
     settings, fewer = bounded_by_memory(settings or Settings())
     if fewer is not None:
         complain(fewer)
@@ -59,12 +59,12 @@ def refine_dataset(
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
     with raise_disk_full(working_folder(place)), open_output(place) as output:
-        out = output.folder
-        check_catalog(out)
+        folder = output.folder
+        check_catalog(folder)
         started = start_run(settings, str(data), subset, selection_of(asset_ids, limit))
-        died = write_run_marker(out, started)
+        died = write_run_marker(folder, started)
         todo = plan(opaque(refs), opaque(references), opaque(expectations), output, settings, pipeline)
-        with open_parts(out, started) as parts:
+        with open_parts(folder, started) as parts:
             refined = refine_assets(
                 opaque(refs),
                 opaque(todo),
@@ -76,22 +76,22 @@ def refine_dataset(
                 pipeline,
             )
             run = finish_run(started, "interrupted" if refined.stopped else "finished")
-            previous = find_previous(out, run, opaque(present))
+            previous = find_previous(folder, run, opaque(present))
             removed = [publish(output, run, opaque(parts), opaque(refined), opaque(present))]
-            remove_run_marker(out)
+            remove_run_marker(folder)
             by_hand = changes_text(todo.by_hand, settings.run.redo)
-            told = report(out, run, opaque(refined), opaque(previous), len(refs), died, by_hand, output.url)
+            told = report(folder, run, opaque(refined), opaque(previous), len(refs), died, by_hand, output.url)
             # After Ctrl-C the run ends without MLflow, which alone takes seconds.
             warning = None
             if refined.stopped != INTERRUPTED:
-                warning = log_run(out, run, opaque(refined), opaque(told.changes), opaque(parts), told.index)
+                warning = log_run(folder, run, opaque(refined), opaque(told.changes), opaque(parts), told.index)
                 if settings.run.keep_days is not None:
-                    removed.append(remove_old(out, run))
+                    removed.append(remove_old(folder, run))
         send_rest(output)
     unknown = () if present is None else unknown_assets(expectations, present)
     warnings = (*told.warnings, *((warning,) if warning else ()), *unknown)
     return RunResult(
-        out,
+        folder,
         run,
         refined.records,
         refined.stopped,

@@ -14,7 +14,7 @@ from asset2sim.catalog.run_page import run_page
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.deployment import count_skipped_runs
-from schemas.location import below
+from schemas.location import Location
 from schemas.summary import AssetSummary
 
 ARTIFACT = "report"
@@ -49,7 +49,7 @@ def publish_report(
     problems = [problem for problem in (stopped_line(refined, chosen), previous.problem, *warnings) if problem]
     index, warning = _publish_site(out, run, refined, url)
     warnings += [warning] if warning else []
-    place = str(below(url or out, *index.relative_to(out).parts)) if index else None
+    place = str(Location(url or out).below(*index.relative_to(out).parts)) if index else None
     page = run_page(run, refined.records, changes, problems, refined.unchanged, place)
     try:
         create_markdown_artifact(page, key=ARTIFACT, description=f"run {run.run_id}")

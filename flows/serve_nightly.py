@@ -37,7 +37,6 @@ from flows.server.deployment import (
 from flows.server.night_secrets import secrets_kept
 from flows.server.serving import FLOW, STOP_LIMIT_S, deployment_name
 from schemas.errors import UsageError
-from schemas.location import absolute
 
 
 def parameters(request: RefineRequest) -> dict[str, object]:
@@ -45,8 +44,8 @@ def parameters(request: RefineRequest) -> dict[str, object]:
     With a settings file they hold what the options state: each night reads the file as it is then."""
     told = request.model_dump(mode="json")
     return {
-        "data": str(absolute(request.data)),
-        "out": str(absolute(request.out)),
+        "data": str(request.data.absolute()),
+        "out": str(request.out.absolute()),
         "settings": told["settings" if request.settings_file is None else "stated"],
         "settings_file": told["settings_file"],
         "subset": request.subset,

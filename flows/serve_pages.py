@@ -12,7 +12,7 @@ from asset2sim.catalog.storage.objects import open_store
 from asset2sim.catalog.text import output
 from asset2sim.runs.page_options import RateOptions
 from schemas.errors import UsageError
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Engine
 
@@ -71,8 +71,8 @@ def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_por
     from asset2sim.experiments.interrupt import sigterm_as_interrupt
     from flows.programs import run_side_by_side
 
-    if is_url(out):
-        open_store(out)
+    if (place := Location(out)).is_url:
+        open_store(place)
     ports = {"Prefect": prefect_port, "MLflow": mlflow_port}
     reported = report_folder(out).is_dir()
     ports |= {"report": report_port} if reported else {}
@@ -105,7 +105,7 @@ def report_folder(out: Path | str) -> Path:
     from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.report.page_files import FOLDER
 
-    return working_folder(location_of(out)) / FOLDER
+    return working_folder(out) / FOLDER
 
 
 def commands(

@@ -16,7 +16,7 @@ from asset2sim.catalog.text import NOTHING, cut, output
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
 from schemas.errors import printable
-from schemas.location import below, location_of
+from schemas.location import Location
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Grouping, Status
 
@@ -223,7 +223,7 @@ def print_site(out: Path | str, settings: Settings, anew: bool) -> None:
 
     site = write_report_of(out, workers=settings.run.workers, anew=anew)
     made = f"{site.written} of {site.pages} objects' pages made anew"
-    output().print(Text(f"report: {below(location_of(out), *site.index.parts[-2:])}\n{made}"))
+    output().print(Text(f"report: {Location(out).below(*site.index.parts[-2:])}\n{made}"))
 
 
 def print_ratings(outs: Sequence[Path | str], published: Path | None) -> None:

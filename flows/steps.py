@@ -31,7 +31,7 @@ from asset2sim.runs.remote.set_aside_stored import set_aside_stored
 from asset2sim.runs.spread.refine_all import RunRecords, refine_and_keep
 from flows.run_report import publish_report
 from schemas.asset import AssetRecord, AssetRef, FoundAssets
-from schemas.location import Location, below
+from schemas.location import Location
 from schemas.settings import Settings
 from schemas.summary import AssetSummary
 
@@ -69,13 +69,13 @@ def discover(
 @step("find-references")
 def find_references(data: Location) -> dict[str, Reference]:
     """The experts' choices, as far as the dataset has any."""
-    return read_references(local_file(below(data, FILE)))
+    return read_references(local_file(data.below(FILE)))
 
 
 @step("find-expectations")
 def find_expectations(data: Location) -> Expectations:
     """What readers of the dataset's prompts expect, as far as it says."""
-    return expected.read_expectations(local_file(below(data, expected.FILE)))
+    return expected.read_expectations(local_file(data.below(expected.FILE)))
 
 
 @step("plan")

@@ -5,15 +5,15 @@ from typing import Annotated
 from pydantic import AfterValidator
 
 from schemas.base import Frozen, Positive
-from schemas.location import is_url, location_of
+from schemas.location import Location
 
 
 def _package(text: str) -> str:
     name, separator, place = text.partition("=")
     if not (name.strip() and separator and place.strip()) or "/" in name:
         raise ValueError(f"'{text}' is not of the form NAME=PATH, a package's name and its folder")
-    folder = location_of(place.strip())
-    return f"{name.strip()}={folder if is_url(folder) else folder.expanduser().absolute()}"
+    folder = Location(place.strip())
+    return f"{name.strip()}={folder if folder.is_url else folder.folder.expanduser().absolute()}"
 
 
 Package = Annotated[str, AfterValidator(_package)]

@@ -1,11 +1,11 @@
-"""Where a dataset or an output lies: a folder that this machine sees, or a URL of an object store."""
+"""Where a dataset or an output lies: a folder that this machine sees, or one of an object store, named by a URL."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Self
 from urllib.parse import urlsplit
 
-from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
-from typing_extensions import TypeIs
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
 
 from schemas.errors import UsageError
 
@@ -13,13 +13,63 @@ LOCAL_SCHEMES = ("file", "local")
 """Schemes that name a folder of this machine."""
 
 
-def location_of(value: object) -> Path | str:
-    """A local folder as a ``Path``, a URL such as ``s3://bucket/prefix`` as text without a slash at its end.
-    ``file://`` URLs are local folders. Raises UsageError for an empty name, and for a URL that names no bucket, chains
-    several stores, or holds a password: tables and logs would keep it."""
-    if isinstance(value, Path):
-        return value
-    text = str(value)
+class Location(str):
+    """A folder of this machine by its path, or one of an object store by its URL, such as ``s3://bucket/prefix``, as
+    text. Made of a path or of text, once, where a user names it; a ``Location`` of a ``Location`` is the same."""
+
+    __slots__ = ()
+
+    def __new__(cls, value: Path | str) -> Self:
+        """Raises UsageError for an empty name, and for a URL that names no bucket, chains several stores, or holds a
+        password: tables and logs would keep it. ``file://`` URLs are local folders."""
+        return super().__new__(cls, value if isinstance(value, Path | Location) else _parsed(str(value)))
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """The schema of a string."""
+        serialized = core_schema.plain_serializer_function_ser_schema(
+            str, return_schema=core_schema.str_schema(), when_used="json"
+        )
+        parsed = core_schema.no_info_plain_validator_function(cls, serialization=serialized)
+        return core_schema.json_or_python_schema(core_schema.chain_schema([core_schema.str_schema(), parsed]), parsed)
+
+    @property
+    def is_url(self) -> bool:
+        """Whether it is in an object store; a path has no two slashes in a row."""
+        return "://" in self
+
+    @property
+    def folder(self) -> Path:
+        """The folder of this machine. Raises UsageError for a URL."""
+        if self.is_url:
+            raise UsageError(f"{self}: only `asset2sim` itself takes URLs; name a folder of this machine")
+        return Path(self)
+
+    def absolute(self) -> "Location":
+        """The location as an absolute path; a URL unchanged. Raises UsageError for a path that no file system has."""
+        if self.is_url:
+            return self
+        try:
+            found = self.folder.resolve()
+            found.exists()
+            return Location(found)
+        except (OSError, RuntimeError) as error:  # a name that is too long; links that lead back to themselves
+            said = error.strerror if isinstance(error, OSError) else "its links lead in a circle"
+            raise UsageError(f"{self}: no folder can be there ({said}); name another") from error
+
+    def below(self, *parts: str) -> "Location":
+        """The location of ``parts`` under this one."""
+        return str.__new__(Location, "/".join((self, *parts)) if self.is_url else Path(self, *parts))
+
+    def is_within(self, folder: Path | str) -> bool:
+        """Whether this absolute location is a folder or lies below it."""
+        other = Location(folder)
+        if self.is_url or other.is_url:
+            return f"{self}/".startswith(f"{other}/")
+        return self.folder.is_relative_to(other.folder)
+
+
+def _parsed(text: str) -> Path | str:
     if not text.isascii() and text != text.encode(errors="replace").decode():
         shown = text.encode(errors="surrogateescape").decode(errors="backslashreplace")
         raise UsageError(f"{shown}: a path must be text in UTF-8, which tables can hold; rename the folder")
@@ -47,54 +97,7 @@ def location_of(value: object) -> Path | str:
     return f"{scheme.lower()}://{'/'.join(parts)}"
 
 
-Location = Annotated[
-    Path | str,
-    PlainValidator(location_of),
-    PlainSerializer(str, return_type=str, when_used="json"),
-    WithJsonSchema({"type": "string"}),
-]
-"""A local folder (``Path``) or the URL of one in an object store (``str``), as ``location_of`` makes it."""
-
-
-def is_url(location: Path | str) -> TypeIs[str]:
-    """Whether a location that ``location_of`` made is a URL."""
-    return isinstance(location, str)
-
-
-def local_folder(text: str) -> Path:
-    """A local folder, for programs that cannot use an object store. Raises UsageError for a URL."""
-    found = location_of(text)
-    if is_url(found):
-        raise UsageError(f"{text}: only `asset2sim` itself takes URLs; name a folder of this machine")
-    return found
-
-
-def absolute(location: Path | str) -> Path | str:
-    """The location as an absolute path; a URL unchanged. Raises UsageError for a path that no file system can have."""
-    if is_url(location):
-        return location
-    try:
-        found = Path(location).resolve()
-        found.exists()
-        return found
-    except (OSError, RuntimeError) as error:  # a name that is too long; links that lead back to themselves
-        said = error.strerror if isinstance(error, OSError) else "its links lead in a circle"
-        raise UsageError(f"{location}: no folder can be there ({said}); name another") from error
-
-
 def nearest_existing(path: Path) -> Path:
     """The path as absolute, or the nearest folder above it that exists."""
     path = path.absolute()
     return next(place for place in (path, *path.parents) if place.exists())
-
-
-def below(location: Path | str, *parts: str) -> Path | str:
-    """The location of ``parts`` under a location."""
-    return "/".join((location, *parts)) if is_url(location) else Path(location, *parts)
-
-
-def is_within(location: Path | str, folder: Path | str) -> bool:
-    """Whether an absolute location is a folder or lies below it."""
-    if is_url(location) or is_url(folder):
-        return f"{location}/".startswith(f"{folder}/")
-    return Path(location).is_relative_to(folder)

@@ -21,7 +21,7 @@ from flows import command
 from flows.refine_dataset import refine_dataset
 from flows.steps import discover
 from schemas.errors import MISTAKE, AssetError, UnknownChoiceError, UsageError
-from schemas.location import absolute, location_of
+from schemas.location import Location
 from schemas.vocabulary import UpAxis
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
@@ -331,10 +331,10 @@ def test_a_dataset_of_nothing_but_faults_is_the_users_mistake(tmp_path: Path) ->
 @pytest.mark.parametrize("name", ["x" * 300, os.fsdecode(b"\xff"), "self", "self/in"])
 def test_paths_that_no_file_system_can_have_are_the_users_mistake(tmp_path: Path, name: str) -> None:
     (tmp_path / "self").symlink_to("self")
-    for function in (load_dataset, absolute):
+    for function in (load_dataset, Location.absolute):
         if not (function is load_dataset and "\udcff" in name):  # the command line refuses it before
             with pytest.raises(UsageError) as caught:
-                function(location_of(str(tmp_path / name)))
+                function(Location(str(tmp_path / name)))
             assert "\n" not in str(caught.value)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.storage import listing
-from asset2sim.catalog.storage.cache import data_root
+from asset2sim.catalog.storage.cache import data_root, working_folder
 from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.dataset import load_dataset
@@ -20,11 +20,12 @@ from asset2sim.runs.remote.fetch_asset import (
     run_with_local_files,
     with_local_packages,
 )
+from asset2sim.runs.remote.output import open_output
 from asset2sim.runs.request import RefineRequest
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
-from schemas.location import absolute, below, is_url, is_within, local_folder, location_of
+from schemas.location import Location
 from schemas.vocabulary import FailureMode, Method, Status
 from tests.factories import make_finding, make_record
 from tests.incremental_runs import NO_VIEWS, dataset
@@ -52,23 +53,37 @@ def with_outer(folder: Path) -> Path:
 
 
 def test_a_location_is_a_folder_or_a_url() -> None:
-    assert location_of("data/raw") == Path("data/raw") == location_of(Path("data/raw"))
-    assert location_of("file:///data/raw") == Path("/data/raw")
-    assert location_of("S3://bucket//a b/") == "s3://bucket/a b" == absolute("s3://bucket/a b")
-    assert below("s3://b/x", "assets", "1") == "s3://b/x/assets/1" and below(Path("x"), "1") == Path("x/1")
-    assert is_url(location_of("gs://b")) and not is_url(location_of("C:/x"))
-    assert is_within("s3://b/x", "s3://b") and not is_within("s3://bb", "s3://b") and not is_within("s3://b", Path("/"))
+    assert Location("data/raw/") == "data/raw" == Location(Path("data/raw")) and Location("data/raw").folder == Path(
+        "data/raw"
+    )
+    assert Location("file:///data/raw").folder == Path("/data/raw")
+    assert Location("S3://bucket//a b/") == "s3://bucket/a b" == Location("s3://bucket/a b").absolute()
+    assert Location("s3://b/x").below("assets", "1") == "s3://b/x/assets/1" and Location("x").below("1") == "x/1"
+    assert Location("gs://b").is_url and not Location("C:/x").is_url
+    assert (
+        Location("s3://b/x").is_within("s3://b")
+        and not Location("s3://bb").is_within("s3://b")
+        and not Location("s3://b").is_within(Path("/"))
+    )
     for wrong in ("s3://", "s3://b/../c", "simplecache::s3://b"):
         with pytest.raises(UsageError, match="s3://bucket/prefix"):
-            location_of(wrong)
+            Location(wrong)
     with pytest.raises(UsageError, match="leave the password out") as told:
-        location_of("ftp://me:hunter22@host/x")
+        Location("ftp://me:hunter22@host/x")
     assert "hunter22" not in str(told.value)
     request = RefineRequest.model_validate({"data": "s3://b/x/", "out": "out"})
-    assert (request.data, request.out) == ("s3://b/x", Path("out"))
+    assert (request.data, request.out) == ("s3://b/x", "out")
     assert RefineRequest.model_validate_json(request.model_dump_json()) == request
     with pytest.raises(UsageError, match="folder of this machine"):
-        local_folder("s3://b/x")
+        _ = Location("s3://b/x").folder
+
+
+def test_a_folder_named_by_text_is_a_folder(tmp_path: Path) -> None:
+    assert working_folder(str(tmp_path)) == tmp_path and local_file(Location(str(tmp_path))) == tmp_path
+    with open_output(str(tmp_path)) as output:
+        assert (output.folder, output.url) == (tmp_path, None)
+    with pytest.raises(UsageError, match="no catalog in"):
+        read_table(str(tmp_path), "assets")
 
 
 @pytest.mark.parametrize("layout", ["manifest", "one level", "two levels", "one asset"])
@@ -170,7 +185,7 @@ def test_an_asset_is_fetched_as_far_as_it_changed(store: Store, tmp_path: Path) 
     assert not place.exists()
     # The experts' choices lie above the assets.
     store.files.pipe_file(f"{url}/reference.csv", b"asset_id\n")
-    assert local_file(f"{url}/reference.csv").read_text() == "asset_id\n"
+    assert local_file(Location(f"{url}/reference.csv")).read_text() == "asset_id\n"
     assert fetch_asset(f"{url}/b", Method.REFERENCE).parent.joinpath("reference.csv").is_file()
 
 
@@ -215,14 +230,14 @@ def test_an_asset_outside_its_dataset_is_not_fetched(store: Store, tmp_path: Pat
 
 def test_what_cannot_be_fetched_is_the_assets_failure(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     ref = AssetRef(asset_id="a", path="s3://no-such-bucket/a")
-    attempt = run_with_local_files(ref, Path("out"), NO_VIEWS, lambda _: pytest.fail("it was refined"))
+    attempt = run_with_local_files(ref, Location("out"), NO_VIEWS, lambda _: pytest.fail("it was refined"))
     assert attempt.record.failure_mode is FailureMode.UNREADABLE_ASSET and attempt.record.status is Status.FAILED
     assert attempt.record.reason.startswith("s3://no-such-bucket/a: not there") and not attempt.died
     # A store that is away is the day's fault: the next run tries again.
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:1")
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
     type(store.files).clear_instance_cache()
-    attempt = run_with_local_files(ref, Path("out"), NO_VIEWS, lambda _: pytest.fail("it was refined"))
+    attempt = run_with_local_files(ref, Location("out"), NO_VIEWS, lambda _: pytest.fail("it was refined"))
     assert attempt.record.failure_mode is FailureMode.ENGINE_CRASH
     type(store.files).clear_instance_cache()
 
@@ -236,7 +251,7 @@ def test_a_record_speaks_of_urls(store: Store, tmp_path: Path) -> None:
         finding = make_finding("warning", "x").model_copy(update={"message": f"{local.path}/mobility.urdf: odd"})  # type: ignore[arg-type]
         return AssetAttempt(make_record("a", ref=local, reason=f"{local.path}: bad", findings=(finding,)))
 
-    record = run_with_local_files(ref, tmp_path / "out", NO_VIEWS, work).record
+    record = run_with_local_files(ref, Location(tmp_path / "out"), NO_VIEWS, work).record
     assert record.ref == ref and record.reason == f"{store.url}/set/a: bad"
     assert record.findings[0].message == f"{store.url}/set/a/mobility.urdf: odd"
 

@@ -17,6 +17,7 @@ from asset2sim.runs.workers import bounded_by_memory, machine_memory_mb
 from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
+from schemas.location import Location
 from schemas.model_names import named_models, settings_for
 from schemas.settings import (
     EngineSettings,
@@ -111,8 +112,8 @@ def test_a_package_that_is_not_there_is_the_users_mistake(tmp_path: Path) -> Non
         ("s3://bucket/kit", "in the bucket of its dataset"),
     ):
         with pytest.raises(UsageError, match=f"--package kit=.*{said}"):
-            check_packages({"kit": place}, tmp_path)
-    check_packages({"kit": str(tmp_path), "more": "s3://bucket/kit"}, "s3://bucket/data")
+            check_packages({"kit": place}, Location(tmp_path))
+    check_packages({"kit": str(tmp_path), "more": "s3://bucket/kit"}, Location("s3://bucket/data"))
 
 
 @pytest.mark.parametrize("words", [["--up=-y"], ["--up", "x"], []])

@@ -20,7 +20,7 @@ from asset2sim.catalog.storage.mirror import pull
 from asset2sim.catalog.storage.objects import StoreError, send_objects, store_usage_error
 from asset2sim.catalog.switch import replace_file
 from schemas.errors import UsageError
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.table import Row, Table
 
 RECORDED_AT = "recorded_at"
@@ -36,7 +36,7 @@ class OwnFile:
     """One writer's file of a table in OUT, a folder or a URL; written anew, in one step, whenever rows are added."""
 
     def __init__(self, out: Path | str, table: Table) -> None:
-        self.out, self.table = location_of(out), table
+        self.out, self.table = Location(out), table
         self.name = new_name()
         self.rows: tuple[Row, ...] = ()
 
@@ -48,16 +48,16 @@ class OwnFile:
         self.rows = every
 
 
-def write_own_file(out: Path | str, table: Table, name: str, rows: pa.Table) -> None:
+def write_own_file(out: Location, table: Table, name: str, rows: pa.Table) -> None:
     """Write a file of a table in one step. Raises UsageError where OUT cannot be written to."""
     try:
-        if is_url(out):
+        if out.is_url:
             with tempfile.TemporaryDirectory() as folder:
                 staged = Path(folder, name)
                 pq.write_table(rows, staged, compression="zstd")
                 send_objects({f"{out}/{table.name}/{name}": staged})
             return
-        place = out / table.name / name
+        place = out.folder / table.name / name
         place.parent.mkdir(parents=True, exist_ok=True)
         staged = place.with_name(f".{name}.part")
         pq.write_table(rows, staged, compression="zstd")
@@ -71,15 +71,14 @@ def write_own_file(out: Path | str, table: Table, name: str, rows: pa.Table) -> 
 def read_own_files(out: Path | str, table: Table) -> pd.DataFrame:
     """All rows of a table in OUT, in today's schema and in the order of their files; empty where there is none. Raises
     CatalogError for a file of another version, UsageError where OUT's store cannot be read."""
-    place = location_of(out)
-    if is_url(place):
-        folder = reading_folder(place)
+    place = Location(out)
+    folder = reading_folder(place) if place.is_url else place.folder
+    if place.is_url:
         try:
             pull(place, folder, (f"{table.name}/",))
         except StoreError as error:
             raise store_usage_error(error) from error
-        place = folder
-    files = sorted(place.glob(f"{table.name}/*.parquet"))
+    files = sorted(folder.glob(f"{table.name}/*.parquet"))
     found = [conform(table, pq.read_table(path, partitioning=None), str(path)) for path in files]
     whole = pa.concat_tables(found) if found else table.schema.empty_table()
     frame: pd.DataFrame = whole.to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)

@@ -5,7 +5,6 @@ tables = connect("data/refined")
 tables.sql("SELECT failure_mode, count(*) FROM assets GROUP BY ALL").df()
 """
 
-import os
 import re
 from importlib import resources
 from pathlib import Path
@@ -30,7 +29,7 @@ _LEFT_OUT = re.compile(r"^(LINE \d+:|\s*\^)")
 _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 
 
-def connect(out: str | os.PathLike[str]) -> "duckdb.DuckDBPyConnection":
+def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
     """A connection with a view per table of OUT, its history and those of outer judges among them; times are in UTC.
     The views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
     UsageError where OUT has no catalog."""

@@ -1,7 +1,6 @@
 """Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run. OUT is a
 folder or a URL."""
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -41,7 +40,7 @@ _ATTEMPTS = 20
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
 
-def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
+def read_table(out: Path | str, name: str) -> pd.DataFrame:
     """One table of OUT's catalog, or its history; counts and flags keep their type where some are null. Raises
     UnknownChoiceError for a name that is no table, UsageError where OUT has no catalog."""
     if name not in PUBLISHED:
@@ -54,7 +53,7 @@ def read_table(out: str | os.PathLike[str], name: str) -> pd.DataFrame:
     return _read_consistent(out, lambda folder: _frame(folder / TABLES[name].file))
 
 
-def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
+def query(out: Path | str, sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
     """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``. Raises UsageError
     where OUT has no catalog or the query is at fault."""
     out = local_tables(out)
@@ -66,14 +65,14 @@ def query(out: str | os.PathLike[str], sql: str, parameters: Sequence[object] = 
         raise query_error(error) from error
 
 
-def read_asset(out: str | os.PathLike[str], asset_id: str) -> dict[str, pd.DataFrame]:
+def read_asset(out: Path | str, asset_id: str) -> dict[str, pd.DataFrame]:
     """Table name → this asset's rows, of every method and model, and its runs; all from one state of OUT. Raises
     UnknownChoiceError, naming the closest ids, where the catalog has no such asset."""
     return _read_consistent(local_tables(out), lambda folder: _asset_frames(folder, asset_id))
 
 
 def read_tables(
-    out: str | os.PathLike[str], parts: Mapping[str, Part], of_history: Callable[[pd.DataFrame], Sequence[str]]
+    out: Path | str, parts: Mapping[str, Part], of_history: Callable[[pd.DataFrame], Sequence[str]]
 ) -> dict[str, pd.DataFrame]:
     """Table name → the part of it that is asked for, ``runs`` among them; of the history rows of the runs alone that
     ``of_history`` chooses of ``runs``. All from one state of OUT. Raises UsageError where OUT has no catalog."""
@@ -87,7 +86,7 @@ def read_tables(
     return _read_consistent(out, read)
 
 
-def read_assets(out: str | os.PathLike[str], asset_ids: Sequence[str]) -> dict[str, pd.DataFrame]:
+def read_assets(out: Path | str, asset_ids: Sequence[str]) -> dict[str, pd.DataFrame]:
     """Table name → the rows of these assets, in every table that has rows of assets; all from one state of OUT. Raises
     UsageError where OUT has no catalog."""
     mine = Part(filters=[("asset_id", "in", list(asset_ids))])
@@ -201,7 +200,7 @@ def _identity(out: Path, folder: Path) -> tuple[int, int, tuple[Path, ...]] | No
     return stat.st_ino, stat.st_mtime_ns, tuple(history_files(out))
 
 
-def latest_rows(out: str | os.PathLike[str], *names: str) -> tuple[pd.DataFrame, ...]:
+def latest_rows(out: Path | str, *names: str) -> tuple[pd.DataFrame, ...]:
     """Rows of these per-asset tables for the assets of the latest run; unchanged assets have rows of earlier runs.
     Raises UsageError where OUT has no run."""
     runs, history = "runs", HISTORY.name

@@ -1,7 +1,6 @@
 """Reading the tables behind a URL: local copies, brought up to date each time."""
 
 import logging
-import os
 import time
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from asset2sim.catalog.storage.objects import StoreError, store_usage_error
 from asset2sim.catalog.stored_reviews import REVIEWS_FOLDER
 from asset2sim.catalog.stored_tables import recorded_run_ids
 from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.tables import TABLES
 
 PARTS = (f"{CATALOG}/", f"{HISTORY_FOLDER}/", f"{REVIEWS_FOLDER}/")
@@ -28,12 +27,12 @@ UPLOAD_POLL_S = 0.5
 logger = logging.getLogger(__name__)
 
 
-def local_tables(out: str | os.PathLike[str]) -> Path:
+def local_tables(out: Path | str) -> Path:
     """The folder with OUT's tables and history: OUT itself, or up-to-date local copies for a URL. Raises UsageError for
     a store that cannot be read, and where a URL has no catalog."""
-    place = location_of(out)
-    if not is_url(place):
-        return place
+    place = Location(out)
+    if not place.is_url:
+        return place.folder
     folder = reading_folder(place)
     # Other processes on this machine may be updating the same copies.
     with lock_output(folder, wait=True):

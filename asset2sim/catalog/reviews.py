@@ -18,7 +18,7 @@ from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query
 from asset2sim.catalog.text import NOTHING, cut, titled_table
 from schemas.errors import UsageError
-from schemas.location import location_of
+from schemas.location import Location
 from schemas.tables_reviews import REVIEWS
 
 VERDICTS = ("good", "bad")
@@ -42,7 +42,7 @@ class ReviewFile:
     """The file of one viewer's reviews in OUT, a folder or a URL; written anew, in one step, with each of them."""
 
     def __init__(self, out: Path | str) -> None:
-        self.out, self.name = location_of(out), new_name()
+        self.out, self.name = Location(out), new_name()
         self.reviews: tuple[Review, ...] = ()
 
     def add(self, review: Review) -> None:

@@ -12,7 +12,7 @@ from rich.text import Text
 from asset2sim.catalog.read import read_asset
 from asset2sim.catalog.show_physics import FrameRow, engine_tables, measurement_table, physics_tables
 from asset2sim.catalog.text import NOTHING, cut, number, number_table, numbers
-from schemas.location import below, is_url, location_of
+from schemas.location import Location
 from schemas.model_names import described
 from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
@@ -143,9 +143,9 @@ def _call(call: FrameRow) -> tuple[object, ...]:
 
 
 def _files(out: Path | str, asset_id: str) -> Text:
-    if is_url(place := location_of(out)):
-        return Text(f"files      {below(place, 'assets', asset_id)}")
-    folder = place / "assets" / asset_id
+    if (place := Location(out)).is_url:
+        return Text(f"files      {place.below('assets', asset_id)}")
+    folder = place.folder / "assets" / asset_id
     if not folder.is_dir():
         return Text(f"files      none: {folder} does not exist", style="dim")
     views = sorted(path.name for path in (folder / "views").glob("*.png"))

@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform
 from asset2sim.catalog.own_files import write_own_file
+from schemas.location import Location
 from schemas.tables_reviews import REVIEWS
 
 REVIEWS_FOLDER = REVIEWS.name
@@ -24,7 +25,7 @@ def review_files(out: Path) -> list[Path]:
 def make_reviews(out: Path) -> None:
     """Write the file without rows, where there is none."""
     if not (out / REVIEWS_FOLDER / EMPTY).exists():
-        write_own_file(out, REVIEWS, EMPTY, REVIEWS.schema.empty_table())
+        write_own_file(Location(out), REVIEWS, EMPTY, REVIEWS.schema.empty_table())
 
 
 def stored_reviews(out: Path) -> pa.Table:

@@ -16,7 +16,7 @@ from asset2sim.catalog.storage.objects import StoreError, read_object, remove_ob
 from asset2sim.experiments.isolation.children import refuse_daemon
 from asset2sim.experiments.isolation.stopping import accept_children, stop_children
 from schemas.errors import UsageError
-from schemas.location import below, is_url
+from schemas.location import Location
 
 CONNECT_LIMIT_S = 10.0
 """Time in which a scheduler must answer, s."""
@@ -85,17 +85,17 @@ def _check_workers(client: Client, address: str, out: Path | str) -> None:
             f"`DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker {address} --nthreads 1`"
         )
     _ask_all(client, "cannot run Asset2Sim ({}); install the project where workers start", refuse_daemon)
-    sign, text = below(out, SIGN), uuid.uuid4().hex
+    sign, text = Location(out).below(SIGN), uuid.uuid4().hex
     try:
         _write(sign, text)
     except (OSError, StoreError):  # a full disk; a folder that is never writable has been refused before
         return
     try:
-        question = refuse_other_store if is_url(sign) else refuse_other_folder
+        question = refuse_other_store if sign.is_url else refuse_other_folder
         _ask_all(client, "cannot tell what is in the output folder ({})", question, str(sign), text)
     finally:
         with contextlib.suppress(OSError, StoreError):
-            remove_objects([sign]) if is_url(sign) else sign.unlink()
+            remove_objects([sign]) if sign.is_url else sign.folder.unlink()
 
 
 def refuse_other_folder(sign: str, text: str) -> None:
@@ -124,12 +124,12 @@ def refuse_other_store(sign: str, text: str) -> None:
         raise UsageError(f"it finds something else at {sign}; give it the endpoint that this run has")
 
 
-def _write(sign: Path | str, text: str) -> None:
-    if is_url(sign):
+def _write(sign: Location, text: str) -> None:
+    if sign.is_url:
         write_object(sign, text.encode())
         return
-    sign.parent.mkdir(parents=True, exist_ok=True)
-    sign.write_text(text, encoding="ascii")
+    sign.folder.parent.mkdir(parents=True, exist_ok=True)
+    sign.folder.write_text(text, encoding="ascii")
 
 
 def _ask_all(client: Client, words: str, question: object, *args: object) -> None:

@@ -28,7 +28,7 @@ from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUM
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
 from asset2sim.runs.remote.fetch_asset import local_copy_path
 from schemas.inputs import InputSettings
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.table import ASSET_KEY
 
 OBJECTS, INDEX = "objects", "index.html"
@@ -56,9 +56,9 @@ class Site:
 def write_report_of(out: Path | str, *, workers: int = 1, anew: bool = False) -> Site:
     """Write the report of OUT, a folder or a URL, behind which it then lies too. Raises UsageError where there is no
     catalog or no store."""
-    place = location_of(out)
-    if not is_url(place):
-        return write_site(place, workers=workers, anew=anew)
+    place = Location(out)
+    if not place.is_url:
+        return write_site(place.folder, workers=workers, anew=anew)
     # The folder in which runs of this machine work: there the answers of its models are.
     folder = working_folder(place)
     try:
@@ -160,8 +160,8 @@ def reach_of_run(run: Row) -> Reach:
 
 def _here(place: str) -> Path:
     """A folder of a dataset on this machine: the copy that runs made, where it is a URL's."""
-    found = location_of(place)
-    return local_copy_path(found) if is_url(found) else found
+    found = Location(place)
+    return local_copy_path(found) if found.is_url else found.folder
 
 
 def _picture_key(asset: Row, out: Path | None) -> str:

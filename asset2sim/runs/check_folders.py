@@ -17,7 +17,7 @@ from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.interaction import EngineReport
-from schemas.location import is_url
+from schemas.location import Location
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Severity
@@ -37,7 +37,7 @@ def check_folders(folders: Sequence[Path | str], settings: Settings, pipeline: s
         require(engine)
     refs: dict[str, AssetRef] = {}
     for folder in folders:
-        if is_url(folder):
+        if Location(folder).is_url:
             raise UsageError(f"{folder}: folders are checked here; copy it first")
         refs |= {ref.path: ref for ref in load_dataset(folder)}
     warm_up(pipeline)

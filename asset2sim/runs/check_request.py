@@ -13,7 +13,7 @@ from asset2sim.runs.overrides import with_prompt
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
-from schemas.location import absolute, below, is_url, is_within, location_of, nearest_existing
+from schemas.location import Location, nearest_existing
 from schemas.secret import redacted_address
 from schemas.settings import Settings
 
@@ -38,7 +38,7 @@ def check_request(
 def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: Settings) -> None:
     """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings."""
     check_model(settings.model)
-    check_packages(settings.inputs.package_folders, data)
+    check_packages(settings.inputs.package_folders, Location(data))
     for engine in settings.engine.verify or ():
         require(engine)
     if settings.exports:
@@ -52,11 +52,12 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         raise UsageError(
             "--hook is a web address, not a command; call it, as in --hook 'curl -d \"$FAILED\" https://…'"
         )
-    check_output(absolute(out), absolute(data), found.refs)
-    if is_url(out):
+    place = Location(out).absolute()
+    check_output(place, Location(data).absolute(), found.refs)
+    if place.is_url:
         if settings.views.write and settings.views.later:
             raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
-        check_store(out)
+        check_store(place)
 
 
 def is_web_address(command: str) -> bool:
@@ -65,15 +66,15 @@ def is_web_address(command: str) -> bool:
     return len(words) == 1 and words[0].lower().startswith(("http://", "https://"))
 
 
-def check_packages(folders: Mapping[str, str], data: Path | str) -> None:
+def check_packages(folders: Mapping[str, str], data: Location) -> None:
     """Refuse a package whose folder is not there, or is a URL that does not lie beside the dataset's."""
     for name, place in folders.items():
-        folder = location_of(place)
-        if not is_url(folder) and not folder.is_dir():
+        folder = Location(place)
+        if not folder.is_url and not folder.folder.is_dir():
             raise UsageError(
                 f"--package {name}={place}: there is no such folder; name the one that '{name}/' stands for"
             )
-        if is_url(folder) and (not is_url(data) or folder.split("/")[:3] != data.split("/")[:3]):
+        if folder.is_url and (not data.is_url or folder.split("/")[:3] != data.split("/")[:3]):
             raise UsageError(f"--package {name}={place}: a package behind a URL lies in the bucket of its dataset")
 
 
@@ -99,18 +100,18 @@ def check_scheduler(address: str) -> None:
         ) from error
 
 
-def check_output(out: Path | str, data: Path | str, refs: Sequence[AssetRef]) -> None:
+def check_output(out: Location, data: Location, refs: Sequence[AssetRef]) -> None:
     """Refuse an output (absolute) that is the input or part of it, or that cannot be written to."""
     if out == data:
         raise UsageError(f"--out {out} is the dataset itself, which is never written to; choose another folder")
     for ref in refs:
-        source = location_of(ref.path)
-        if is_within(out, source) or is_within(source, below(out, "assets")):
+        source = Location(ref.path)
+        if out.is_within(source) or source.is_within(out.below("assets")):
             raise UsageError(f"--out {out} and asset {ref.asset_id} at {source} overlap; choose another --out")
-    if is_url(out):
+    if out.is_url:
         return
-    if out.exists() and not out.is_dir():
+    if out.folder.exists() and not out.folder.is_dir():
         raise UsageError(f"--out {out} is a file; name a folder")
-    above = nearest_existing(out)
+    above = nearest_existing(out.folder)
     if not os.access(above, os.W_OK | os.X_OK):
         raise UsageError(f"--out {out}: {above} is not writable; choose another folder")

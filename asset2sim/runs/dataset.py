@@ -13,7 +13,7 @@ from asset2sim.runs.overrides import NUMBERS, PREFIXES, read_overrides, with_ove
 from asset2sim.runs.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.location import is_url, nearest_existing
+from schemas.location import Location, nearest_existing
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
 
@@ -31,7 +31,8 @@ def load_dataset(
     an asset, not as a run. Raises ``UsageError``, naming the valid choices, for a dataset that cannot be read and for a
     subset or an asset that it does not have.
     """
-    tree = remote_tree(data) if is_url(data) else _local(Path(data))
+    place = Location(data)
+    tree = remote_tree(place) if place.is_url else _local(place.folder)
     try:
         has_manifest = MANIFEST in (*tree.files(""), *tree.folders(""))
         refs = with_overrides(tree, read_manifest(tree) if has_manifest else find_assets(tree))
@@ -101,10 +102,10 @@ def _up(cell: str, where: str) -> UpAxis | None:
     return UpAxis(cell) if cell else None
 
 
-def _folder_of(place: Path | str, path: str, where: str) -> tuple[Path | str, str | None]:
+def _folder_of(place: Location, path: str, where: str) -> tuple[Path | str, str | None]:
     """The folder of a row, absolute, and why it cannot be found, if so."""
-    if not is_url(place):
-        whole = Path(place) / path
+    if not place.is_url:
+        whole = place.folder / path
         try:
             return whole.resolve(), None
         except (OSError, RuntimeError) as error:

@@ -27,7 +27,7 @@ from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.runs.request import usable_cores
 from schemas.errors import Asset2SimError, UsageError
-from schemas.location import is_url, nearest_existing
+from schemas.location import Location, nearest_existing
 from schemas.model_names import described, is_prior, is_recorded, named_models, settings_for
 from schemas.request import ModelRequest
 from schemas.secret import redacted_address
@@ -61,11 +61,14 @@ class Check:
 def examine(out: Path | str, model: ModelSettings) -> list[Check]:
     """Results of all checks, in the order in which a run would meet the problems; no file is left behind."""
     quiet_environment()
+    place = Location(out)
     return [
         _attempt("python", check_python),
         _attempt("packages", check_packages),
         _attempt("checkout", check_checkout, needed=False),
-        _attempt("output folder", lambda: check_store_writable(out) if is_url(out) else check_writable(out)),
+        _attempt(
+            "output folder", lambda: check_store_writable(place) if place.is_url else check_writable(place.folder)
+        ),
         _attempt("temporary folder", lambda: check_writable(Path(tempfile.gettempdir()))),
         _attempt("cores and memory", check_machine),
         _attempt("local ports", check_ports),

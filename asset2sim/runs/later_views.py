@@ -12,7 +12,7 @@ from asset2sim.experiments.work import Work, in_child
 from asset2sim.models.gateway.refused_answers import LOG_FOLDER
 from asset2sim.render import write_views
 from schemas.errors import UsageError
-from schemas.location import is_url
+from schemas.location import Location
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings, ViewSettings
 
@@ -23,7 +23,7 @@ def write_missing_views(out: Path | str, settings: Settings) -> dict[str, str]:
 
     Raises UsageError for a URL, a folder that no run wrote to, and one that a run is writing to.
     """
-    if is_url(out):
+    if Location(out).is_url:
         raise UsageError(f"--out {out}: views are drawn in a folder; copy the assets here first")
     out = Path(out)
     if find_catalog(out) is None:

@@ -87,7 +87,7 @@ class SettingsOptions(FileOptions):
 class DoctorOptions(ModelOptions):
     """Check what works here, and what does not."""
 
-    out: OUT = Field(Path("data/refined"), description="where it would go")
+    out: OUT = Field(Location("data/refined"), description="where it would go")
 
 
 class RefineOptions(AnswerOptions, ModelOptions, Selection):

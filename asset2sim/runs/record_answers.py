@@ -21,7 +21,7 @@ from asset2sim.models.gateway.recorded import (
     read_recording,
 )
 from schemas.errors import UsageError
-from schemas.location import location_of
+from schemas.location import Location
 from schemas.model_names import is_recorded, recorded_folder
 from schemas.recording import AnswerOrigin, Recording
 
@@ -45,7 +45,7 @@ def record_answers(out: Path | str, folder: Path) -> AnswerFiles:
     """Write the answers of the latest run in ``out`` into ``folder``, beside what it holds, and its ``recording.json``.
     Raises UsageError, with nothing written, where there are none or the folder holds others under their names."""
     (calls,) = latest_rows(out, "model_calls")
-    found = collect(calls, working_folder(location_of(str(out))) / answer_cache.FOLDER)
+    found = collect(calls, working_folder(Location(out)) / answer_cache.FOLDER)
     if not found.texts:
         why = f" ({found.lost[0]}, …)" if found.lost else ": it made no model calls"
         raise UsageError(f"{out}: its latest run left no answers to record{why}")

@@ -6,7 +6,7 @@ from pathlib import Path
 from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.run import RunRow
 from schemas.asset import Unchanged
-from schemas.location import below
+from schemas.location import Location
 from schemas.summary import AssetSummary
 
 INTERRUPTED = "interrupted"
@@ -29,14 +29,14 @@ class RunResult:
     unchanged: tuple[Unchanged, ...] = ()
     report: Path | None = None
     changes: Changes | None = None
-    place: Path | str | None = None
+    place: Location | None = None
     removed: tuple[str, ...] = ()
 
-    def shown(self, *parts: str) -> Path | str:
+    def shown(self, *parts: str) -> Location:
         """Path or URL of the output as the user named it, or of ``parts`` below it."""
-        return below(self.place or self.out, *parts)
+        return Location(self.place or self.out).below(*parts)
 
     @property
-    def shown_report(self) -> Path | str | None:
+    def shown_report(self) -> Location | None:
         """Path or URL of the report, below the output as the user named it."""
         return None if self.report is None else self.shown(*self.report.relative_to(self.out).parts)

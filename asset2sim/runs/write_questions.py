@@ -17,7 +17,7 @@ from asset2sim.runs.record_answers import write_files
 from asset2sim.runs.remote.fetch_asset import run_with_local_files
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.recording import AnswerOrigin
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
@@ -82,8 +82,8 @@ def question_of(ref: AssetRef, scratch: Path, settings: Settings, pipeline: str)
         return ModelAnswer(content=None, calls=(), error="the question is written to a file")
 
     attempt = partial(attempt_in_child, pipeline, out=scratch, settings=settings, ask=keep)
-    local = not is_url(location_of(ref.path))
-    record = (attempt(ref) if local else run_with_local_files(ref, scratch, settings, attempt)).record
+    local = not Location(ref.path).is_url
+    record = (attempt(ref) if local else run_with_local_files(ref, Location(scratch), settings, attempt)).record
     return (asked[0], "") if asked else (None, record.reason)
 
 

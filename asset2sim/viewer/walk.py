@@ -12,7 +12,7 @@ from asset2sim.catalog.storage.cache import reading_folder
 from asset2sim.catalog.storage.mirror import pull
 from asset2sim.runs.remote.fetch_asset import fetch_asset
 from asset2sim.viewer.subject import Subject, raw_subject, refined_subject
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.vocabulary import Method, Status
 
 _NEW_FAILURES = """
@@ -124,18 +124,18 @@ def refined_of(out: Path | str, stop: Stop) -> Subject:
     """The refined object, downloaded where OUT is a URL. Raises AssetError or StoreError."""
     if stop.refined is None:
         raise FileNotFoundError(f"nothing was written of it: {stop.reason}")
-    place = location_of(out)
-    if is_url(place):
+    place = Location(out)
+    if place.is_url:
         folder = reading_folder(place)
         pull(place, folder, (f"{ASSETS_FOLDER}/{stop.asset_id}/",))
         return refined_subject(folder / ASSETS_FOLDER / stop.asset_id)
-    return refined_subject(place / stop.refined)
+    return refined_subject(place.folder / stop.refined)
 
 
 def raw_of(stop: Stop, *, held: bool) -> Subject:
     """The object as it came, downloaded where its dataset is behind a URL. Raises AssetError or StoreError."""
-    source = location_of(stop.source)
-    folder = fetch_asset(source, Method(stop.method)) if is_url(source) else source
+    source = Location(stop.source)
+    folder = fetch_asset(source, Method(stop.method)) if source.is_url else source.folder
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder} is not here: run the viewer from the folder of the run")
     return raw_subject(folder, held=held)

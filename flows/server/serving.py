@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from schemas.errors import UsageError
-from schemas.location import absolute
+from schemas.location import Location
 
 FLOW = "nightly"
 FOLDER = "nightlies"
@@ -32,7 +32,7 @@ class Serving:
 
 def deployment_name(out: Path | str) -> str:
     """The deployment's name for an output, a folder or a URL: no other dataset on the server may take its place."""
-    place = os.fsencode(absolute(out))
+    place = os.fsencode(Location(out).absolute())
     name = os.fsdecode(place.rpartition(b"/")[2])
     word = re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-").lower() or "out"
     return f"{word}-{hashlib.sha256(place).hexdigest()[:DIGITS]}"

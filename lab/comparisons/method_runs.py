@@ -17,7 +17,7 @@ from asset2sim.runs.request import merged, settings_for_run, stated_settings
 from lab.noise.noise_level import noise_of
 from schemas.base import Frozen
 from schemas.errors import UsageError
-from schemas.location import local_folder
+from schemas.location import Location
 from schemas.model_names import MAX_LEVEL, NOISY, is_noisy
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
@@ -84,7 +84,7 @@ def level_of(model: str) -> float | None:
     return None if noise is None else noise.level
 
 
-Folder = Annotated[Path, BeforeValidator(local_folder)]
+Folder = Annotated[Path, BeforeValidator(lambda text: Location(text).folder)]
 METHOD_NAMES = TypeAliasType("METHOD_NAMES", tuple[Method, ...])
 MODELS = TypeAliasType("MODELS", tuple[str, ...])
 LEVELS = TypeAliasType("LEVELS", str)

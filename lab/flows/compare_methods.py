@@ -18,6 +18,7 @@ from lab.comparisons.object_rows import read_objects
 from lab.pages.blocks import check_page, write_block
 from schemas.asset import FoundAssets
 from schemas.errors import DONE, STOPPED, exit_code_of
+from schemas.location import Location
 
 
 def compare_methods(request: CompareRequest) -> int:
@@ -41,7 +42,9 @@ def compare_methods(request: CompareRequest) -> int:
         with use_server(address):
             for number, run in enumerate(runs, start=1):
                 console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}", markup=False)
-                result = refine_dataset(request.data, run.folder, run.settings(base), *chosen, found=found)
+                result = refine_dataset(
+                    Location(request.data), Location(run.folder), run.settings(base), *chosen, found=found
+                )
                 if result.stopped is not None:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED

@@ -8,7 +8,6 @@ from lab.flows.in_flow import in_flow
 from lab.judged.judge_videos import judge_videos
 from lab.judged.show_ratings import describe_scores
 from lab.options.judged_options import JudgeVideosOptions
-from schemas.location import below, location_of
 from schemas.settings import ModelSettings
 
 
@@ -26,5 +25,5 @@ def judge_films(options: JudgeVideosOptions, model: ModelSettings) -> None:
     scores = in_flow("judge-videos", judge)
     for part in describe_scores("Video scores", scores):
         output().print(part)
-    place = below(location_of(str(options.outs[0])), "video_scores")
+    place = options.outs[0].below("video_scores")
     output().print(Text(f"stored in {place}; asset2sim ratings prints them too"))

@@ -21,7 +21,7 @@ from lab.pages.blocks import check_page, write_block
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.learning_settings import warp_settings
-from schemas.location import is_url
+from schemas.location import Location
 from schemas.settings import RunSettings
 
 BLOCK, PICTURE = "learn", "learning_curves.svg"
@@ -35,8 +35,8 @@ def learn(options: LearnOptions, run: RunSettings) -> None:
     if options.page is not None:
         check_page(options.page, BLOCK)
     published = published_learning(options.published) if options.published is not None else None
-    for out in (*options.outs, options.out):
-        if is_url(out):
+    for out in (*options.outs, Location(options.out)):
+        if out.is_url:
             raise UsageError(f"{out}: a robot learns with objects in a folder; fetch the output first")
     chosen = Chosen(
         options.tasks, options.assets, options.methods, options.seeds, options.budget, options.minutes, options.film

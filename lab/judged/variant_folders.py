@@ -5,7 +5,7 @@ from pathlib import Path
 
 from asset2sim.catalog.switch import find_catalog
 from schemas.errors import UsageError
-from schemas.location import is_url
+from schemas.location import Location
 
 
 def variant_folders(outs: Sequence[Path | str]) -> tuple[Path | str, ...]:
@@ -13,10 +13,12 @@ def variant_folders(outs: Sequence[Path | str]) -> tuple[Path | str, ...]:
     METHOD/MODEL below it), inside it. A URL counts as an output folder. Raises UsageError where there is none."""
     found: dict[Path | str, None] = {}
     for out in outs:
-        if is_url(out):
+        if Location(out).is_url:
             found[out] = None
             continue
-        inside = [out] if find_catalog(out) else [path for path in sorted(out.glob("*/*/")) if find_catalog(path)]
+        folder = Path(out)
+        below = [path for path in sorted(folder.glob("*/*/")) if find_catalog(path)]
+        inside = [folder] if find_catalog(folder) else below
         if not inside:
             raise UsageError(f"{out}: no catalog in it, nor in METHOD/MODEL below it; name a run's output folder")
         found |= dict.fromkeys(inside)

@@ -17,7 +17,7 @@ from lab.schemas.tables_trials import TRIALS
 from lab.trials.study import motion_folder
 from lab.trials.trial import FILM
 from schemas.errors import UsageError
-from schemas.location import is_url
+from schemas.location import Location
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def recorded_trials(outs: Sequence[Path | str]) -> pd.DataFrame:
     where two folders hold the same variant of a task."""
     frames = []
     for out in variant_folders(outs):
-        if is_url(out):
+        if Location(out).is_url:
             raise UsageError(f"{out}: films are judged where they were recorded; name a folder on this machine")
         frames.append(latest_own([Path(out)], TRIALS).assign(out=str(out)))
     found = pd.concat(frames, ignore_index=True)

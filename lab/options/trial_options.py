@@ -22,15 +22,15 @@ from asset2sim.runs.option_types import (
     N,
 )
 from schemas.errors import UsageError
-from schemas.location import Location, is_url
+from schemas.location import Location
 
 
 def local_folders(outs: Sequence[Location]) -> tuple[Path, ...]:
     """Output folders of this machine. Raises UsageError for a URL."""
     for out in outs:
-        if is_url(out):
+        if out.is_url:
             raise UsageError(f"{out}: trials are recorded beside the objects; fetch the output into a folder first")
-    return tuple(Path(out) for out in outs)
+    return tuple(out.folder for out in outs)
 
 
 class RecordMotionOptions(FileOptions):

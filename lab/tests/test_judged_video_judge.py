@@ -469,7 +469,7 @@ def test_the_command_s_options_become_settings() -> None:
     words = ["judge-videos", "a", "b", "--judges", "openai/one,openai/one,physical-judge", "--api-base", "http://h/v1"]
     words += ["--budget-usd", "2", "--budget-calls", "9", "--budget-tokens", "90", "--rpm", "3", "--no-answer-cache"]
     options = parse(words)
-    assert isinstance(options, JudgeVideosOptions) and options.outs == (Path("a"), Path("b"))
+    assert isinstance(options, JudgeVideosOptions) and options.outs == ("a", "b")
     assert options.judges == ("openai/one", PHYSICAL_JUDGE) and (options.trials, options.frames, options.seed) == (
         10,
         12,

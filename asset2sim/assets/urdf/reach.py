@@ -10,7 +10,7 @@ from asset2sim.assets.urdf.locate import PARENTS_SEARCHED, is_loose, is_regular,
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.inputs import InputSettings
-from schemas.location import location_of
+from schemas.location import Location
 from schemas.vocabulary import FailureMode
 
 WEB = ("http", "https", "ftp", "s3", "gs")
@@ -43,7 +43,7 @@ ANYWHERE = Reach(anywhere=True)
 def reach_of(ref: AssetRef, inputs: InputSettings) -> Reach:
     """Where the files of an asset may lie: below its dataset's folder, or its own where it comes from none."""
     folders = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return Reach((Path(location_of(ref.root or ref.path)).resolve(),), folders, inputs.allow_outside)
+    return Reach((Location(ref.root or ref.path).folder.resolve(),), folders, inputs.allow_outside)
 
 
 @dataclass(frozen=True)

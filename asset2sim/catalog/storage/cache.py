@@ -5,7 +5,7 @@ import os
 import re
 from pathlib import Path
 
-from schemas.location import is_url
+from schemas.location import Location
 
 VARIABLE = "ASSET2SIM_CACHE"
 """Environment variable that names another cache folder."""
@@ -22,7 +22,8 @@ def cache_root() -> Path:
 
 def working_folder(out: Path | str) -> Path:
     """The local folder in which a run works on OUT: OUT itself, or the one that mirrors its URL."""
-    return _folder("out", out) if is_url(out) else Path(out)
+    place = Location(out)
+    return _folder("out", place) if place.is_url else place.folder
 
 
 def reading_folder(out: str) -> Path:

@@ -10,7 +10,7 @@ from asset2sim.assets.regular import link_problem, read_regular
 from asset2sim.catalog.storage.listing import listing_of, objects_below
 from asset2sim.catalog.storage.objects import StoreError, object_info, read_object, store_usage_error
 from schemas.errors import UsageError
-from schemas.location import below
+from schemas.location import Location
 
 
 @dataclass(frozen=True)
@@ -20,15 +20,15 @@ class Tree:
     folder that lead nowhere, no hidden ones, each with what is wrong, in words that follow its name. ``read`` gives the
     first so many bytes of a regular file. Each raises OSError where a folder or a file cannot be read."""
 
-    place: Path | str
+    place: Location
     folders: Callable[[str], list[str]]
     files: Callable[[str], list[str]]
     broken: Callable[[str], dict[str, str]]
     read: Callable[[str, int], bytes]
 
-    def at(self, name: str) -> Path | str:
+    def at(self, name: str) -> Location:
         """Path or URL of a folder or a file."""
-        return below(self.place, name) if name else self.place
+        return self.place.below(name) if name else self.place
 
 
 def local_tree(root: Path) -> Tree:
@@ -50,7 +50,7 @@ def local_tree(root: Path) -> Tree:
         return {name: said for name, place in links.items() if (said := link_problem(place)) is not None}
 
     return Tree(
-        root,
+        Location(root),
         lambda folder: [name for name, is_folder in scan(folder).items() if is_folder and not name.startswith(".")],
         lambda folder: [name for name, is_folder in scan(folder).items() if not is_folder],
         broken,
@@ -82,7 +82,7 @@ def remote_tree(url: str) -> Tree:
             raise store_usage_error(error) from error
 
     return Tree(
-        url,
+        Location(url),
         lambda folder: sorted(name for name in folders.get(folder, ()) if not name.startswith(".")),
         lambda folder: sorted(files.get(folder, ())),
         lambda folder: {},

@@ -23,7 +23,7 @@ from asset2sim.runs.plan.content_hash import IRRELEVANT_SETTINGS, package_versio
 from asset2sim.runs.plan.plan import Plan, Why, make_plan
 from asset2sim.runs.plan.state import changed_inputs, read_state
 from schemas.asset import AssetRef
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.model_names import is_prior, settings_for
 from schemas.settings import Settings
 from schemas.vocabulary import Status
@@ -94,7 +94,7 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
         for ref in refs:
             row = was[ref.asset_id]
             parts = list(by_run.get(row["run_id"], ()))
-            if not is_url(location_of(ref.path)) and (
+            if not Location(ref.path).is_url and (
                 files := changed_inputs(state, Path(ref.path), reach_of(ref, settings.inputs))
             ):
                 parts.insert(0, f"files {_listed(files)}")

@@ -32,7 +32,7 @@ from asset2sim.runs.plan.timeouts import is_left, timed_out, timeouts_in_a_row
 from asset2sim.runs.plan.url_files import remote_content_hashes, url_reach
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.inputs import InputSettings
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.settings import RunSettings, Settings
 from schemas.summary import AssetSummary
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
@@ -48,7 +48,7 @@ def asset_files_hashes(
     """Asset path → hash of the files that ``inputs`` let it be read from: local ones are read if they changed, of URLs
     only the store's listing. An asset whose files take over ``limit_s``, s, has a hash that no run has again and
     is refined."""
-    urls = {ref.path: url_reach(ref, inputs) for ref in refs if is_url(location_of(ref.path))}
+    urls = {ref.path: url_reach(ref, inputs) for ref in refs if Location(ref.path).is_url}
     found = remote_content_hashes(state, urls) if urls else {}
     for ref in refs:
         if ref.path in found:

@@ -22,7 +22,7 @@ from asset2sim.catalog.storage.listing import Listing, cached_listing, covers, f
 from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 from schemas.asset import AssetRef
 from schemas.inputs import InputSettings
-from schemas.location import is_url, is_within, location_of
+from schemas.location import Location
 
 LOOKS = (".mtl", ".bmp", ".gif", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff")
 """File endings of an OBJ's materials and textures: taken from its own folder, where exporters put them."""
@@ -56,7 +56,8 @@ class UrlReach:
 
     def allows(self, url: str) -> bool:
         """Whether an object's URL lies below one of the folders."""
-        return not self.roots or any(is_within(url, folder) for folder in (*self.roots, *self.packages.values()))
+        folders = (*self.roots, *self.packages.values())
+        return not self.roots or any(f"{url}/".startswith(f"{folder}/") for folder in folders)
 
 
 BUCKET = UrlReach()
@@ -64,7 +65,7 @@ BUCKET = UrlReach()
 
 def url_reach(ref: AssetRef, inputs: InputSettings) -> UrlReach:
     """Where the objects of an asset may lie: as ``reach_of``, within its bucket."""
-    packages = {name: place for name, place in inputs.package_folders.items() if is_url(location_of(place))}
+    packages = {name: place for name, place in inputs.package_folders.items() if Location(place).is_url}
     return UrlReach(() if inputs.allow_outside else (ref.root or ref.path,), packages)
 
 

@@ -25,7 +25,7 @@ from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_
 from asset2sim.runs.plan.url_files import BUCKET, UrlReach, choose_urdf_name, outer_objects, url_reach, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
 
@@ -64,10 +64,10 @@ def fetch_file(url: str) -> Path:
     return local_copy_path(url)
 
 
-def local_file(place: Path | str) -> Path:
+def local_file(place: Location) -> Path:
     """A file on this machine: itself, or its copy. Raises UsageError where the store does not answer."""
-    if not is_url(place):
-        return place
+    if not place.is_url:
+        return place.folder
     try:
         return fetch_file(place)
     except StoreError as error:
@@ -92,21 +92,21 @@ def _bring_reference(folder: str) -> None:
 
 
 def run_with_local_files(
-    ref: AssetRef, out: Path | str, settings: Settings, work: Callable[[AssetRef], AssetAttempt]
+    ref: AssetRef, out: Location, settings: Settings, work: Callable[[AssetRef], AssetAttempt]
 ) -> AssetAttempt:
     """Run ``work`` on a local copy of an asset, and upload its folder and logs to OUT's URL; one of both is a URL.
 
     An object that is missing or refused fails the asset as ``unreadable_asset``; a store that does not answer fails it
     as ``engine_crash``, so that the next run tries it again.
     """
-    place = location_of(ref.path)
+    place = Location(ref.path)
     try:
-        local = fetched(ref, settings) if is_url(place) else ref
+        local = fetched(ref, settings) if place.is_url else ref
     except StoreError as error:
         return AssetAttempt(failed_record(ref, settings, _mode_of(error), str(error)))
     attempt = work(local)
     record = without_local_paths(attempt.record, ref, out)
-    if is_url(out):
+    if out.is_url:
         try:
             send_asset(out, ref.asset_id)
         except StoreError as error:
@@ -120,15 +120,15 @@ def run_with_local_files(
 def fetched(ref: AssetRef, settings: Settings) -> AssetRef:
     """The reference of the local copy of an asset behind a URL, its dataset's folder being the copy of the dataset's.
     Raises StoreError where an object cannot be read."""
-    root = location_of(ref.root or ref.path)
+    root = Location(ref.root or ref.path)
     path = fetch_asset(ref.path, settings.method, url_reach(ref, settings.inputs))
-    return ref.model_copy(update={"path": str(path), "root": str(local_copy_path(root) if is_url(root) else root)})
+    return ref.model_copy(update={"path": str(path), "root": str(local_copy_path(root) if root.is_url else root)})
 
 
 def with_local_packages(settings: Settings) -> Settings:
     """The settings with the local copies of those packages' folders that are behind URLs."""
-    found = ((name, location_of(place)) for name, place in settings.inputs.package_folders.items())
-    packages = tuple(f"{name}={local_copy_path(place) if is_url(place) else place}" for name, place in found)
+    found = ((name, Location(place)) for name, place in settings.inputs.package_folders.items())
+    packages = tuple(f"{name}={local_copy_path(place) if place.is_url else place}" for name, place in found)
     return settings.model_copy(update={"inputs": settings.inputs.model_copy(update={"packages": packages})})
 
 
@@ -146,12 +146,12 @@ def send_asset(out: str, asset_id: str) -> None:
     remove_objects([url for url, log in logs.items() if not log.is_file()])
 
 
-def without_local_paths(record: AssetRecord, ref: AssetRef, out: Path | str) -> AssetRecord:
+def without_local_paths(record: AssetRecord, ref: AssetRef, out: Location) -> AssetRecord:
     """The record with the user's URLs in place of local paths, in its asset reference, reason and findings."""
-    places = {}
-    if is_url(out):
+    places: dict[str, str] = {}
+    if out.is_url:
         places[str(working_folder(out))] = out
-    if is_url(place := location_of(ref.path)):
+    if (place := Location(ref.path)).is_url:
         places[f"{data_root() / scheme_of(place)}/"] = f"{scheme_of(place)}://"
 
     def told(text: str) -> str:

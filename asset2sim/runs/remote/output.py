@@ -44,7 +44,7 @@ from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
 from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
 from asset2sim.runs.plan.state import FILE as STATE
-from schemas.location import is_url
+from schemas.location import Location
 from schemas.tables import TABLES as CATALOG_TABLES
 
 TABLES = f"{CATALOG}/"
@@ -62,30 +62,31 @@ class Output:
     """An output locked by this process: ``place`` as the user named it, ``folder`` where the run works, and ``check``,
     which raises LostLockError where another run has taken the place over."""
 
-    place: Path | str
+    place: Location
     folder: Path
     check: Callable[[], None] = lambda: None
 
     @property
     def url(self) -> str | None:
         """The URL that ``folder`` mirrors, if it does."""
-        return self.place if is_url(self.place) else None
+        return self.place if self.place.is_url else None
 
 
 @contextmanager
 def open_output(out: Path | str) -> Iterator[Output]:
     """Lock OUT, and download its state to the local folder. Raises UsageError where another run holds it."""
-    folder = working_folder(out)
-    if not is_url(out):
+    place = Location(out)
+    folder = working_folder(place)
+    if not place.is_url:
         with lock_output(folder):
-            yield Output(out, folder)
+            yield Output(place, folder)
         return
-    with lock_output(folder, shown=out), lock_url(out, folder / LOCK_TOKEN_FILE) as check:
+    with lock_output(folder, shown=place), lock_url(place, folder / LOCK_TOKEN_FILE) as check:
         for left in (STAGING, READY, OLD, *(path.name for path in folder.glob(f"{INCOMING_PREFIX}*"))):
             shutil.rmtree(folder / left, ignore_errors=True)
-        pull(out, folder, SHARED)
+        pull(place, folder, SHARED)
         repair_history(folder)
-        yield Output(out, folder, check)
+        yield Output(place, folder, check)
 
 
 def check_store(out: str) -> None:
@@ -170,7 +171,7 @@ def _remove_gone(url: str, folder: Path, parts: list[str]) -> None:
 
 def send_record(out: Path | str, content_hash: str) -> None:
     """Upload a record from the working folder: from here on the asset counts as finished."""
-    if is_url(out):
+    if Location(out).is_url:
         name = _record_name(content_hash)
         send_objects({f"{out}/{name}": working_folder(out) / name})
 
@@ -178,7 +179,7 @@ def send_record(out: Path | str, content_hash: str) -> None:
 def fetch_record(out: Path | str, content_hash: str, run_id: str, attempt: int) -> None:
     """Download the record that a worker uploaded in this run, at this attempt or a later one, to the working folder.
     A record that is there already, or is not in the store, is not downloaded."""
-    if not is_url(out):
+    if not Location(out).is_url:
         return
     folder, name = working_folder(out), _record_name(content_hash)
     here = read_record(folder, content_hash)
@@ -186,7 +187,7 @@ def fetch_record(out: Path | str, content_hash: str, run_id: str, attempt: int) 
         return
     stored = object_info(f"{out}/{name}")
     if stored is not None:
-        fetch(out, folder, {name: stored})
+        fetch(str(out), folder, {name: stored})
 
 
 def _record_name(content_hash: str) -> str:

@@ -27,7 +27,7 @@ from asset2sim.runs.remote.fetch_asset import run_with_local_files, with_local_p
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.spread.job import Job, JobResult
 from schemas.asset import AssetRef
-from schemas.location import is_url, location_of
+from schemas.location import Location
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Method
@@ -68,8 +68,9 @@ def attempt_asset(
         owner=owner,
         fresh=fresh,
     )
-    if is_url(out) or is_url(location_of(ref.path)):
-        return run_with_local_files(ref, out, settings, attempt)
+    place = Location(out)
+    if place.is_url or Location(ref.path).is_url:
+        return run_with_local_files(ref, place, settings, attempt)
     return attempt(ref)
 
 
