@@ -74,5 +74,10 @@ def outside_code() -> bytes:
 def declared(package: str, name: str) -> list[object]:
     """Values of ``name`` in the modules of a package that have one, by file name, then in those from outside."""
     own = [import_module(f"{package}.{item.name}") for item in pkgutil.iter_modules(import_module(package).__path__)]
-    modules = (*own, *outside(os.environ.get(VARIABLE, "")))
+    return [getattr(module, name) for module in own if hasattr(module, name)] + outside_values(name)
+
+
+def outside_values(name: str) -> list[object]:
+    """Values of ``name`` in the modules from outside that have one."""
+    modules = outside(os.environ.get(VARIABLE, ""))
     return [getattr(module, name) for module in modules if hasattr(module, name)]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.engines.registry import installed, open_world
+from asset2sim.engines.registry import installed, known_engines, open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -22,7 +22,7 @@ ENGINES = [
         id=engine.value,
         marks=() if engine in installed() else pytest.mark.skip(reason=f"{engine} is not installed (extra: engines)"),
     )
-    for engine in Engine
+    for engine in known_engines()
 ]
 every_engine = pytest.mark.parametrize("engine", ENGINES)
 

@@ -9,7 +9,7 @@ import pytest
 
 from asset2sim.checks.interact import examine
 from asset2sim.checks.mechanism import Mechanism, mechanism
-from asset2sim.engines.registry import installed, open_world
+from asset2sim.engines.registry import installed, known_engines, open_world
 from asset2sim.engines.world import World
 from schemas.base import Vector3
 from schemas.interaction import Interaction
@@ -22,7 +22,7 @@ from tests.factories import make_joint
 SETTINGS = EngineSettings()
 LIMITS = Thresholds()
 ENGINES = [pytest.param(engine, marks=[] if engine in installed() else pytest.mark.skip(f"{engine} is not installed"))
-           for engine in Engine]  # fmt: skip
+           for engine in known_engines()]  # fmt: skip
 
 
 @dataclass(frozen=True)

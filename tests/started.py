@@ -7,24 +7,21 @@ from functools import wraps
 from pathlib import Path
 from typing import Any
 
-ENGINES = {
-    "pybullet": ("pybullet", "connect"),
-    "MuJoCo": ("asset2sim.engines.mujoco_world", "MuJoCoWorld", "__init__"),
-    "SAPIEN": ("asset2sim.engines.sapien_world", "SapienWorld", "__init__"),
-}
-"""Engine → module and attribute that are called whenever a world of it is opened."""
+from asset2sim.engines.registry import declared_engine, known_engines, package_of
+from schemas.vocabulary import Engine
 
 _seen: list[str] | None = None
-_watched: set[str] = set()
+_watched: set[Engine] = set()
 
 
 def begin() -> None:
     """Note from here on what this thread, the tests' own, starts."""
     global _seen
     _seen = []
-    for engine, (module, *names) in ENGINES.items():
-        if module in sys.modules and engine not in _watched:
-            _watch(engine, sys.modules[module], names)
+    for engine in known_engines():
+        # Nothing is imported that no test has: an engine is slow to load.
+        if package_of(engine) in sys.modules and engine not in _watched:
+            _watch(engine, *declared_engine(engine).started)
 
 
 def end() -> list[str]:
@@ -39,10 +36,7 @@ def _note(what: str) -> None:
         _seen.append(what)
 
 
-def _watch(engine: str, holder: Any, names: list[str]) -> None:
-    *path, name = names
-    for step in path:
-        holder = getattr(holder, step)
+def _watch(engine: Engine, holder: object, name: str) -> None:
     call: Callable[..., Any] = getattr(holder, name)
 
     @wraps(call)

@@ -6,17 +6,20 @@ is mended, the documentation and the bench of planted defects.
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.remedy import Remedy
-from asset2sim.checks.rig import Rig
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Bound, Thresholds
 from schemas.vocabulary import FailureMode
 
-Measure = Callable[[Rig], Mapping[str, object]]
+if TYPE_CHECKING:  # worlds take a second to import, and who reads a verdict needs none
+    from asset2sim.checks.rig import Rig
+
+Measure = Callable[["Rig"], Mapping[str, object]]
 """Measures an object; the records, by field of ``Interaction``. Those of a check from outside the package stand in
 ``Interaction.further`` instead: sequences of frozen records, by a name of its own."""
 Judge = Callable[[Interaction, Mapping[str, JointPhysics], Thresholds], Iterable[CheckVerdict]]

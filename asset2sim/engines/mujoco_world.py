@@ -13,6 +13,7 @@ from asset2sim.assets.mujoco_options import body_name
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
 from asset2sim.engines.world import nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
@@ -182,3 +183,6 @@ def shape_of(model: mujoco.MjModel, index: int) -> lowest.Balls:
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
         return lowest.capsule(float(size[0]), float(size[1]), 2)
     return lowest.cylinder(float(size[0]), float(size[1]), 2)
+
+
+ENGINE = DeclaredEngine(Engine.MUJOCO, open_mujoco, started=(MuJoCoWorld, "__init__"))

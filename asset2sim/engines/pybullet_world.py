@@ -10,6 +10,7 @@ import pybullet
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.world import contact_distance_m, nothing_collides, with_followers
@@ -158,3 +159,6 @@ class PyBulletWorld:
     def contacts(self) -> list[ContactPoint]:
         """See ``World``: no contacts of a link with its parent."""
         return self.item.contacts()
+
+
+ENGINE = DeclaredEngine(Engine.PYBULLET, open_pybullet, started=(pybullet, "connect"))

@@ -6,37 +6,71 @@ from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import cast
+from pkgutil import iter_modules
 
-from asset2sim.engines.world import Opener, World
+from asset2sim.engines.declared_engine import DeclaredEngine
+from asset2sim.engines.world import World
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
+from schemas.declared import outside_values
 from schemas.errors import UsageError
 from schemas.vocabulary import Engine
 
-OPENERS = {
-    Engine.PYBULLET: ("asset2sim.engines.pybullet_world", "open_pybullet"),
-    Engine.MUJOCO: ("asset2sim.engines.mujoco_world", "open_mujoco"),
-    Engine.SAPIEN: ("asset2sim.engines.sapien_world", "open_sapien"),
-}
-"""Engine → the module and the function that open a world in it; the engine's package bears the engine's name."""
-
+PACKAGE, ENDING = "asset2sim.engines", "_world"
+"""An engine's module in here is named for it, and it for the package that it needs: ``mujoco_world``."""
 HOW_TO_INSTALL = "pip install -c constraints.txt -e '.[engines]'"
+
+OWN = tuple(
+    Engine.add(item.name.removesuffix(ENDING))
+    for item in iter_modules(import_module(PACKAGE).__path__)
+    if item.name.endswith(ENDING)
+)
+"""The engines that have a module in here."""
+
+
+@cache
+def further() -> dict[Engine, DeclaredEngine]:
+    """The engines that modules from outside the package declare."""
+    found = outside_values("ENGINE")
+    return {item.engine: item for item in found if isinstance(item, DeclaredEngine)}
+
+
+def known_engines() -> tuple[Engine, ...]:
+    """All engines, in the vocabulary's order, installed or not; nothing of theirs is imported."""
+    return tuple(engine for engine in Engine if engine in OWN or engine in further())
+
+
+def declared_engine(engine: Engine) -> DeclaredEngine:
+    """What an engine declares; its package is imported. Raises ImportError where that is not installed."""
+    if engine in further():
+        return further()[engine]
+    found: DeclaredEngine = import_module(f"{PACKAGE}.{engine}{ENDING}").ENGINE
+    return found
+
+
+def package_of(engine: Engine) -> str:
+    """The package that an engine needs."""
+    return (further()[engine].package if engine in further() else "") or engine.value
+
+
+def modules_of(engine: Engine) -> tuple[str, ...]:
+    """The modules that a child process should find loaded to open a world in an engine."""
+    return (package_of(engine), *((f"{PACKAGE}.{engine}{ENDING}",) if engine in OWN else ()))
 
 
 def installed() -> tuple[Engine, ...]:
     """The engines whose packages are installed here, in the vocabulary's order; nothing is imported."""
-    return tuple(engine for engine in Engine if find_spec(engine.value) is not None)
+    return tuple(engine for engine in known_engines() if find_spec(package_of(engine)) is not None)
 
 
 @cache
 def engine_version(engine: Engine) -> str:
-    """The version of an installed engine's package; looked up once a process, since it takes up to 20 ms."""
-    return version(engine.value)
+    """The version of an installed engine; looked up once a process, since it takes up to 20 ms."""
+    return (further()[engine].version if engine in further() else "") or version(package_of(engine))
 
 
 def require(engine: Engine) -> None:
     """Raise UsageError where the engine is not installed, with what to install."""
-    if find_spec(engine.value) is None:
+    if find_spec(package_of(engine)) is None:
         there = ", ".join(installed()) or "none"
         raise UsageError(
             f"the engine '{engine}' is not installed (installed: {there}); "
@@ -59,8 +93,6 @@ def open_world(
     entering where it refuses the URDF.
     """
     require(engine)
-    module, name = OPENERS[engine]
-    opener = cast(Opener, getattr(import_module(module), name))
-    return opener(
+    return declared_engine(engine).open(
         urdf, plane=plane, timestep_s=timestep_s, contact_friction=contact_friction, gravity_m_s2=gravity_m_s2
     )

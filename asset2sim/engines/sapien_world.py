@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.sapien_coupling import Coupling
 from asset2sim.engines.sapien_object import SapienObject, loaded
 from asset2sim.engines.world import nothing_collides, with_followers
@@ -177,3 +178,6 @@ class SapienWorld:
             # PhysX also lists points that are still apart.
             if point.separation <= 0.0
         ]
+
+
+ENGINE = DeclaredEngine(Engine.SAPIEN, open_sapien, started=(SapienWorld, "__init__"))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from asset2sim.checks.known_checks import require_bounds
 from asset2sim.engines.registry import require
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.dataset import load_dataset
@@ -41,6 +42,8 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
     check_packages(settings.inputs.package_folders, Location(data))
     for engine in settings.engine.verify or ():
         require(engine)
+    if settings.thresholds.further:
+        require_bounds(settings.thresholds)
     if settings.exports:
         from asset2sim.assets.exports import require_exports  # late: it brings an engine and a second of imports
 

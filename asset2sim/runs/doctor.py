@@ -19,7 +19,7 @@ from pathlib import Path
 from asset2sim.catalog.run import git_state, versions
 from asset2sim.catalog.storage.cache import cache_root
 from asset2sim.catalog.storage.objects import StoreError, list_objects, remove_objects, send_objects
-from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, open_world
+from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, known_engines, open_world
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.work import Work, in_child
 from asset2sim.models.gateway.choices import check_model
@@ -75,7 +75,7 @@ def examine(out: Path | str, model: ModelSettings) -> list[Check]:
         _attempt("child processes and PyBullet", check_engine),
         *(
             _attempt(f"engine {engine}", partial(check_engine, engine), needed=False)
-            for engine in Engine
+            for engine in known_engines()
             if engine is not Engine.PYBULLET
         ),
         *(

@@ -11,30 +11,27 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 from asset2sim.assets.exports.mjcf import export_mjcf
 from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject, read_object
 from asset2sim.catalog.text import markdown_table
-from asset2sim.engines.registry import engine_version, installed
+from asset2sim.engines.registry import engine_version, installed, known_engines
 from lab.loaders import probes
 from lab.loaders.loaded import Loader
 from lab.pages.blocks import check_page, write_block
 from schemas.errors import DONE, UsageError, exit_code_of
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
-from schemas.vocabulary import Engine
 
 BLOCK = "loaders"
 """Name of the page's block."""
 LID, PEDAL, BUCKET, BOX = "laptop_silver", "trashcan_pedal", "bucket_yellow", "box_wooden"
 """Samples with a lid that friction holds, with a part that a spring returns, with a hollow, and one that slides on a
 slope before it topples."""
-MODULES = {
-    Engine.PYBULLET: "lab.loaders.load_pybullet",
-    Engine.MUJOCO: "lab.loaders.load_mujoco",
-    Engine.SAPIEN: "lab.loaders.load_sapien",
-}
+MODULES = {engine: name for engine in known_engines() if find_spec(name := f"lab.loaders.load_{engine}") is not None}
+"""Engine → the module with its own ways to load a URDF, which is named for it."""
 SAME = 0.1
 """A term is honoured if what is measured differs from what is stated by at most this share."""
 CREEP = 1e-2
@@ -191,7 +188,7 @@ ROWS: dict[str, Row] = {
 def loaders() -> tuple[Loader, ...]:
     """Every way to load that can be tried here, engine by engine."""
     found: list[Loader] = []
-    for engine in installed():
+    for engine in filter(MODULES.get, installed()):
         found.extend(import_module(MODULES[engine]).LOADERS)
     return tuple(found)
 

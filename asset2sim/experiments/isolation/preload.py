@@ -11,11 +11,14 @@ import logging
 import os
 import sys
 
-from asset2sim.engines.registry import OPENERS
+from asset2sim.engines.registry import installed, modules_of
 from asset2sim.experiments.isolation.children import PIPELINE_VARIABLE
 
-MODULES = ("numpy", "scipy.spatial", "trimesh", "yourdfpy", *OPENERS, *(module for module, _ in OPENERS.values()))
-"""The adapters too: each check runs in a fork of the child, and would import its engine's anew."""
+MODULES = (
+    *("numpy", "scipy.spatial", "trimesh", "yourdfpy"),
+    *(module for engine in installed() for module in modules_of(engine)),
+)
+"""And the engines with their adapters: each check runs in a fork of the child, and would import its engine's anew."""
 
 
 def import_quietly(names: tuple[str, ...]) -> None:
