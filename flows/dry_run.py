@@ -4,15 +4,12 @@ from rich.text import Text
 
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.text import number, output, titled_table
-from asset2sim.checks.alignment import expectations as expected
-from asset2sim.checks.alignment.expectations import read_expectations
-from asset2sim.checks.alignment.reference import FILE, read_references
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.forecast import Expected, Forecast, forecast
-from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import view_output
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.workers import bounded_by_memory
+from asset2sim.runs.yardsticks import with_yardsticks
 from flows import PIPELINE
 from schemas.model_names import described
 from schemas.settings import Settings
@@ -26,10 +23,9 @@ def print_dry_run(request: RefineRequest) -> None:
     settings, sentence = bounded_by_memory(request.settings)
     data, out = request.data.absolute(), request.out.absolute()
     found = request.found or check_request(data, out, settings, request.subset, request.asset_ids, request.limit)
-    references = read_references(local_file(data.below(FILE)))
-    expectations = read_expectations(local_file(data.below(expected.FILE)))
+    refs = with_yardsticks(data, found.refs).refs
     folder, there = view_output(out, views=settings.views.in_run) if out.is_url else (working_folder(out), None)
-    told = forecast(found.refs, references, folder, settings, PIPELINE, there, expectations)
+    told = forecast(refs, folder, settings, PIPELINE, there)
     console = output()
     console.print(Text(f"dry run: {request.data} into {request.out}; nothing is written\n"))
     if told.reasons:

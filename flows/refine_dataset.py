@@ -7,7 +7,6 @@ from asset2sim.catalog.run import finish_run, remove_run_marker, selection_of, s
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.stored_tables import check_catalog
-from asset2sim.checks.alignment.expectations import unknown_assets
 from asset2sim.runs.plan.hand_changes import changes_text
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import INTERRUPTED, RunResult
@@ -16,9 +15,8 @@ from flows import PIPELINE
 from flows.night_text import complain
 from flows.steps import (
     discover,
-    find_expectations,
     find_previous,
-    find_references,
+    find_yardsticks,
     log_run,
     opaque,
     plan,
@@ -53,8 +51,8 @@ def refine_dataset(
     settings, fewer = bounded_by_memory(settings or Settings())
     if fewer is not None:
         complain(fewer)
-    refs = discover(data, place, settings, subset, asset_ids, limit, found)
-    references, expectations = find_references(data), find_expectations(data)
+    held = find_yardsticks(data, opaque(discover(data, place, settings, subset, asset_ids, limit, found)))
+    refs = held.refs
     # Only a run over the whole dataset can tell which assets were removed from it.
     whole = subset is None and not asset_ids and limit is None
     present = frozenset(ref.asset_id for ref in refs) if whole else None
@@ -63,18 +61,9 @@ def refine_dataset(
         check_catalog(folder)
         started = start_run(settings, str(data), subset, selection_of(asset_ids, limit))
         died = write_run_marker(folder, started)
-        todo = plan(opaque(refs), opaque(references), opaque(expectations), output, settings, pipeline)
+        todo = plan(opaque(refs), output, settings, pipeline)
         with open_parts(folder, started) as parts:
-            refined = refine_assets(
-                opaque(refs),
-                opaque(todo),
-                opaque(references),
-                opaque(expectations),
-                output,
-                started,
-                opaque(parts),
-                pipeline,
-            )
+            refined = refine_assets(opaque(refs), opaque(todo), output, started, opaque(parts), pipeline)
             run = finish_run(started, "interrupted" if refined.stopped else "finished")
             previous = find_previous(folder, run, opaque(present))
             removed = [publish(output, run, opaque(parts), opaque(refined), opaque(present))]
@@ -88,8 +77,7 @@ def refine_dataset(
                 if settings.run.keep_days is not None:
                     removed.append(remove_old(folder, run))
         send_rest(output)
-    unknown = () if present is None else unknown_assets(expectations, present)
-    warnings = (*told.warnings, *((warning,) if warning else ()), *unknown)
+    warnings = (*told.warnings, *((warning,) if warning else ()), *held.unknown(present))
     return RunResult(
         folder,
         run,

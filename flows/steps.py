@@ -17,18 +17,14 @@ from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.catalog.parts import Parts
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_parts
-from asset2sim.checks.alignment import expectations as expected
-from asset2sim.checks.alignment.align import with_alignment
-from asset2sim.checks.alignment.expectations import Expectations
-from asset2sim.checks.alignment.reference import FILE, Reference, read_references
 from asset2sim.runs import alert as alerts
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.set_aside import set_aside
-from asset2sim.runs.remote.fetch_asset import local_file
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.remote.set_aside_stored import set_aside_stored
 from asset2sim.runs.spread.refine_all import RunRecords, refine_and_keep
+from asset2sim.runs.yardsticks import with_yardsticks
 from flows.run_report import publish_report
 from schemas.asset import AssetRecord, AssetRef, FoundAssets
 from schemas.location import Location
@@ -47,6 +43,7 @@ def step(name: str) -> Callable[[Callable[Arguments, T]], Task[Arguments, T]]:
     return task(name=name, cache_policy=NO_CACHE, persist_result=False)
 
 
+find_yardsticks = step("find-yardsticks")(with_yardsticks)
 find_previous = step("find-previous")(read_previous)
 report = step("report")(publish_report)
 alert = step("alert")(alerts.alert)
@@ -66,55 +63,26 @@ def discover(
     return (found or check_request(data, out, settings, subset, asset_ids, limit)).refs
 
 
-@step("find-references")
-def find_references(data: Location) -> dict[str, Reference]:
-    """The experts' choices, as far as the dataset has any."""
-    return read_references(local_file(data.below(FILE)))
-
-
-@step("find-expectations")
-def find_expectations(data: Location) -> Expectations:
-    """What readers of the dataset's prompts expect, as far as it says."""
-    return expected.read_expectations(local_file(data.below(expected.FILE)))
-
-
 @step("plan")
-def plan(
-    refs: list[AssetRef],
-    references: dict[str, Reference],
-    expectations: Expectations,
-    output: Output,
-    settings: Settings,
-    pipeline: str,
-) -> Plan:
+def plan(refs: list[AssetRef], output: Output, settings: Settings, pipeline: str) -> Plan:
     """The assets that the run must do, sent to the workers where the output is a URL."""
     there = stored_asset_ids(output, views=settings.views.in_run)
-    made = make_plan(refs, references, output.folder, settings, pipeline, there, expectations)
+    made = make_plan(refs, output.folder, settings, pipeline, there)
     send_plan(output, made)
     return made
 
 
 @step("refine-assets")
 def refine_assets(
-    refs: list[AssetRef],
-    plan: Plan,
-    references: dict[str, Reference],
-    expectations: Expectations,
-    output: Output,
-    run: RunRow,
-    parts: Parts,
-    pipeline: str,
+    refs: list[AssetRef], plan: Plan, output: Output, run: RunRow, parts: Parts, pipeline: str
 ) -> RunRecords[AssetSummary]:
-    """Every asset that the plan has to do, in short; their rows are in ``parts``, with their alignment
-    and how they meet what is expected of them."""
+    """Every asset that the plan has to do, in short; their rows are in ``parts``."""
 
     def keep(record: AssetRecord) -> AssetSummary:
-        asset_id = record.ref.asset_id
-        judged = expected.with_expectations(with_alignment(record, references), expectations.get(asset_id, ()))
-        before = plan.owned.get(asset_id)
+        before = plan.owned.get(record.ref.asset_id)
         if output.url is None:
-            return parts.add(set_aside(output.folder, judged, before))
-        return parts.add(set_aside_stored(output.url, judged, before))
+            return parts.add(set_aside(output.folder, record, before))
+        return parts.add(set_aside_stored(output.url, record, before))
 
     if plan.todo:
         # MLflow, which the run's last step needs, loads beside the work.

@@ -1,5 +1,7 @@
 """Scores of how well a refined asset matches its prompt, an expert's reference, and written expectations."""
 
+from dataclasses import dataclass
+
 from schemas.base import Finite, Fraction, Frozen, NonNegative
 
 
@@ -30,6 +32,24 @@ class Alignment(Frozen):
     def value(self) -> float:
         """The prompt alignment a in [0, 1]: half for scale, half for the articulated state."""
         return (self.scale.value + self.state.value) / 2.0
+
+
+UNSTATED_SCALE = 1.0
+"""The scale that the reference's loader assumes where the expert states none."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What an expert chose for one object: scale, and the position of the joint of interest (rad or m at scale 1)."""
+
+    scale: float
+    joint: str
+    position: float
+
+    @property
+    def states_scale(self) -> bool:
+        """Whether the scale is an expert's, not a loader's default."""
+        return self.scale != UNSTATED_SCALE
 
 
 SIZE, NOTHING = "size", "none"

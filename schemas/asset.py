@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from schemas.alignment import Alignment, Expected
+from schemas.alignment import Alignment, Expectation, Expected, Reference
 from schemas.base import Frozen
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
@@ -30,7 +30,8 @@ class AssetRef(Frozen):
     """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
     ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's folder
     or URL, below which its files may lie; None: its own folder. ``fault``: why it cannot be read, where that shows
-    before anything is read. ``overrides``: numbers of the user's own."""
+    before anything is read. ``overrides``: numbers of the user's own. ``reference`` and ``expectations``: an expert's
+    choice, and what readers expect; yardsticks, which only the stage ``align`` reads."""
 
     asset_id: str
     path: str
@@ -42,6 +43,8 @@ class AssetRef(Frozen):
     root: str | None = None
     fault: str | None = None
     overrides: Overrides | None = None
+    reference: Reference | None = None
+    expectations: tuple[Expectation, ...] = ()
 
 
 class FoundAssets:

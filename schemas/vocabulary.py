@@ -78,6 +78,7 @@ class Stage(StrEnum):
     APPLY = "apply"
     REFINE = "refine"
     MEASURE = "measure"
+    ALIGN = "align"
     PUBLISH = "publish"
 
 

@@ -13,7 +13,6 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
 from asset2sim.baselines.constant import without_model
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
-from asset2sim.checks.alignment.vision_judge import with_judge_score
 from asset2sim.checks.check_verdict import Verdict
 from lab.trials.reach_stage import measure_reach
 from schemas.asset import AssetRecord, AssetRef
@@ -22,6 +21,7 @@ from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Stage
 from tasks import synthesize
+from tasks.align import align_asset
 from tasks.apply import apply_overlay
 from tasks.extract import extract_asset, guidance_of
 from tasks.job import AssetJob
@@ -58,12 +58,13 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) ->
     Any problem with the asset or its model gives a record with a failure mode; the folder of an earlier run is replaced
     only when the new one is complete.
     """
-    progress = Progress()
+    progress, job = Progress(), AssetJob(ref, out, settings, ask)
     try:
-        verdict = run_stages(AssetJob(ref, out, settings, ask), progress)
+        verdict = run_stages(job, progress)
     except AssetError as error:
         verdict = progress.failed(error)
-    return with_judge_score(progress.record(ref, settings, verdict), out, settings, ask)
+        progress.run(Stage.ALIGN, align_asset, job, progress.record(ref, settings, verdict), None)
+    return progress.record(ref, settings, verdict)
 
 
 def run_stages(job: AssetJob, progress: Progress) -> Verdict:
@@ -71,6 +72,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     run, method = progress.run, METHODS[job.settings.method]
     extracted = run(Stage.EXTRACT, extract_asset, job, correct_joints=method.rules)
     job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
+    given = job
     if job.settings.method is Method.NO_SEMANTICS:
         job = replace(job, ask=without_semantics(job.ask, extraction.features))
         extraction = replace(extraction, features=unlabelled(extraction.features))
@@ -90,7 +92,11 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
             measured = run(
                 Stage.MEASURE, measure_written, job, extraction, applied.urdf, refined.overlay, refined.reports
             )
-            run(Stage.PUBLISH, publish_folder, job, folder, refined.overlay, measured.reports)
+            overlay = refined.overlay if folder is None else refined.overlay.with_followers()
+            progress.overlay = overlay
+            draft = progress.record(job.ref, job.settings, measured.verdict)
+            run(Stage.ALIGN, align_asset, given, draft, applied.urdf)
+            run(Stage.PUBLISH, publish_folder, job, folder, overlay, measured.reports)
             run(Stage.MEASURE, measure_reach, job, folder)
         progress.written = proposal is not None
         return measured.verdict

@@ -8,6 +8,7 @@ from typing import ParamSpec, TypeVar
 
 from asset2sim.checks.check_verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError
+from schemas.alignment import Alignment, Expected
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
@@ -36,6 +37,10 @@ class StageResult:
     reports: tuple[EngineReport, ...] | None = None
     overlaps: tuple[OverlapPair, ...] | None = None
     reached: Reached | None = None
+    alignment: Alignment | None = None
+    expected: tuple[Expected, ...] | None = None
+    measure_s: float = 0.0
+    """Of the stage's wall time, what engines took to verify, s: it counts as the stage ``measure``."""
 
 
 Given = ParamSpec("Given")
@@ -71,6 +76,8 @@ class Progress:
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
     reached: Reached | None = None
+    alignment: Alignment | None = None
+    expected: tuple[Expected, ...] = ()
     calls: list[ModelCall] = field(default_factory=list)
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -95,10 +102,13 @@ class Progress:
             raise internal_error(stage, error) from error
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
+        if result.measure_s:
+            self.seconds[stage] -= result.measure_s
+            self.seconds[Stage.MEASURE] = self.seconds.get(Stage.MEASURE, 0.0) + result.measure_s
         self.findings.extend(result.findings)
         self.calls.extend(result.calls)
         self.trace.extend(result.trace)
-        for name in ("features", "guidance", "overlay", "reports", "overlaps", "reached"):
+        for name in ("features", "guidance", "overlay", "reports", "overlaps", "reached", "alignment", "expected"):
             if getattr(result, name) is not None:
                 setattr(self, name, getattr(result, name))
         return result
@@ -136,6 +146,8 @@ class Progress:
             reports=self.reports,
             overlaps=self.overlaps,
             reached=self.reached,
+            alignment=self.alignment,
+            expected=self.expected,
             calls=tuple(self.calls),
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
             findings=tuple(self.findings),

@@ -40,7 +40,7 @@ def publish_folder(
     """
     if folder is None:
         return Published()
-    settings, urdf, overlay = job.settings, folder / URDF_NAME, overlay.with_followers()
+    settings, urdf = job.settings, folder / URDF_NAME
     findings: tuple[Finding, ...] = ()
     if settings.state is StateMode.BAKE:
         overlay, findings = bake(urdf, overlay, settings)

@@ -21,5 +21,10 @@ def refine_written(job: AssetJob, applied: Applied) -> Refined:
     assert applied.to_refine is not None, "only what our rules wrote is refined"
     done = refine(*applied.to_refine, job.ask)
     return Refined(
-        overlay=done.overlay, reports=done.reports, trace=done.trace, calls=done.calls, findings=done.findings
+        overlay=done.overlay,
+        reports=done.reports,
+        trace=done.trace,
+        calls=done.calls,
+        findings=done.findings,
+        measure_s=done.measure_s,
     )

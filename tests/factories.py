@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+from asset2sim.checks.alignment.align import align
+from asset2sim.checks.alignment.expectations import expectations_met, misfits
 from asset2sim.guidance.read import read_guidance
 from asset2sim.models.object_facts import rounded_object_info
-from schemas.alignment import Alignment, Expectation, Expected, Score
+from schemas.alignment import Alignment, Expectation, Expected, Reference, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
 from schemas.finding import Finding, TraceStep
@@ -16,6 +18,8 @@ from schemas.request import ModelCall
 from schemas.vocabulary import Engine, FailureMode, Method, OverlapCause, Severity, Source, Stage, Status, VolumeSource
 
 MODEL = "prior/household"
+UNSTATED = (Stage.ALIGN, Stage.PUBLISH)
+"""Stages that a made record states no time of."""
 
 
 def make_call(**changes: object) -> ModelCall:
@@ -120,7 +124,7 @@ def make_record(asset_id: str = "100", **changes: object) -> AssetRecord:
         "trace": (TraceStep(step=1, proposer="model", phi_before_m=0.004, phi_after_m=0.0005, moved={"hinge": 0.1},
                             accepted=True, evaluations=12, reason="Φ fell"),),
         "findings": (make_finding(Severity.WARNING, "link_completed"),),
-        "seconds": {stage.value: 0.1 * (i + 1) for i, stage in enumerate(Stage) if stage is not Stage.PUBLISH},
+        "seconds": {stage.value: 0.1 * (i + 1) for i, stage in enumerate(Stage) if stage not in UNSTATED},
         "written": True,
         "content_hash": f"hash-{asset_id}",
     }  # fmt: skip
@@ -199,3 +203,13 @@ def _joint_features(name: str, kind: str, parent: str, child: str) -> JointFeatu
         axis_in_root=(0, 0, 1), lower=0.0, upper=1.0, effort=None, velocity=None, damping=None, friction=None,
         mimic=None, closed=0.0, open=1.0, openness_confidence=0.9,
     )  # fmt: skip
+
+
+def held(record: AssetRecord, reference: Reference | None = None, *expectations: Expectation) -> AssetRecord:
+    """The record as the stage ``align`` leaves it, held against these yardsticks."""
+    ref = record.ref.model_copy(update={"reference": reference, "expectations": expectations})
+    record = record.model_copy(update={"ref": ref})
+    unfit = () if record.features is None else misfits(record.features, expectations)
+    alignment = record.alignment if expectations else align(record)
+    found = {"alignment": alignment, "expected": expectations_met(record), "findings": record.findings + unfit}
+    return record.model_copy(update=found)

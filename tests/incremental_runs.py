@@ -62,7 +62,7 @@ def run(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = good,
     out.mkdir(parents=True, exist_ok=True)
     refs = load_dataset(data, asset_ids=only)
     started = start_run(settings, str(data))
-    plan = make_plan(refs, {}, out, settings, pipeline)
+    plan = make_plan(refs, out, settings, pipeline)
     records = list(plan.finished)
     for record in records:
         keep_record(out, KeptRecord(run_id=started.run_id, redo=settings.run.redo, record=record))

@@ -67,7 +67,7 @@ def night(data: Path | str, out: Path | str, settings: Settings = NO_VIEWS, *, d
         check_catalog(folder)
         run = start_run(settings, str(data))
         there = stored_asset_ids(output, views=settings.views.write)
-        plan = make_plan(refs, {}, folder, settings, PIPELINE, there)
+        plan = make_plan(refs, folder, settings, PIPELINE, there)
         send_plan(output, plan)
         if dask:
             records = list(refine_all(refs, folder, settings, PIPELINE, run.run_id, plan, output.url).records)

@@ -19,12 +19,12 @@ from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.write import write_parts, write_run
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.spread.harvest import Harvest, take
-from asset2sim.runs.spread.job import Job, JobResult
+from asset2sim.runs.spread.job import Job
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.summary import AssetSummary
 from schemas.tables import TABLES
-from schemas.vocabulary import FailureMode, Redo, Severity, Status
+from schemas.vocabulary import FailureMode, Redo, Severity
 from tests.factories import make_call, make_failure, make_finding, make_record
 from tests.test_catalog_history import night
 
@@ -219,8 +219,8 @@ def peaks(out: Path, assets: int, kept: list[AssetRecord] | None = None) -> tupl
         with lock_output(out), open_parts(out, run) as held:
             keep = (lambda record: None) if kept is None else kept.append
             harvest = Harvest(out, run.run_id, Settings(), keep, held.add)
-            for asset_id, job in jobs.items():
-                take(harvest, job, JobResult(asset_id, Status.OK))
+            for job in jobs.values():
+                take(harvest, job, None)
             write_parts(out, run, held, tuple(harvest.records.values()))
         return tracemalloc.get_traced_memory()[1], float(pool.max_memory())
     finally:

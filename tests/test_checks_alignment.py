@@ -8,24 +8,25 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from asset2sim.assets.urdf.bake import baked
 from asset2sim.catalog.rows_engines import alignment_rows
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line
-from asset2sim.checks.alignment.align import align, final_positions, initial_positions, with_alignment
-from asset2sim.checks.alignment.reference import Reference
+from asset2sim.checks.alignment.align import align, final_positions
 from asset2sim.checks.alignment.rubric import Rubric
 from asset2sim.checks.alignment.user_request import read_request
-from asset2sim.checks.alignment.vision_judge import judge, judge_request, with_judge_score
-from schemas.alignment import Alignment, Score
+from asset2sim.checks.alignment.vision_judge import judge, judge_request
+from schemas.alignment import Alignment, Reference, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Source
+from tasks.align import Aligned, align_asset
+from tasks.job import AssetJob
 from tests.factories import (
     guidance_of,
+    held,
     make_call,
     make_failure,
     make_features,
@@ -53,7 +54,7 @@ def asked(
 
 
 def aligned(record: AssetRecord, reference: Reference | None = None) -> Alignment:
-    found = align(record, reference)
+    found = held(record, reference).alignment
     assert found is not None
     return found
 
@@ -81,17 +82,10 @@ def test_without_a_reference_or_its_joint_there_is_no_deviation() -> None:
 
 
 def test_what_never_came_to_an_overlay_has_no_alignment() -> None:
-    assert align(make_failure("1", FailureMode.MISSING_MESH), None) is None
+    assert align(make_failure("1", FailureMode.MISSING_MESH)) is None
 
 
 # Where joints are
-
-
-def test_a_baked_overlay_counts_from_the_authored_zero() -> None:
-    record = asked(None, hinge=0.3, slider=0.05)
-    assert record.overlay is not None
-    moved = record.model_copy(update={"overlay": baked(record.overlay)})
-    assert initial_positions(moved) == pytest.approx({"hinge": 0.3, "slider": 0.05})
 
 
 def test_the_state_is_where_joints_end_unless_the_simulation_exploded() -> None:
@@ -264,22 +258,27 @@ def test_a_judge_that_fails_leaves_a_warning_and_no_score(answers: Sequence[str 
     assert len(found.calls) == len(answers)
 
 
-def test_the_pipeline_s_hook_keeps_score_and_calls_and_the_reference_comes_later(tmp_path: Path) -> None:
-    record = asked("A box.")
-    assert with_judge_score(record, tmp_path, Settings(), Scripted()) is record
+def test_the_stage_keeps_score_and_calls_where_a_judge_is_set(tmp_path: Path) -> None:
+    record = held(asked("A box."), Reference(0.5, "hinge", 0.0))
+
+    def aligned(settings: Settings, urdf: Path | None, *answers: str) -> Aligned:
+        return align_asset(AssetJob(record.ref, tmp_path, settings, Scripted(*answers)), record, urdf)
+
+    plain = aligned(Settings(), tmp_path)
+    assert plain.calls == () and plain.alignment is not None and plain.alignment.judged is None
+    assert plain.alignment.scale_deviation == pytest.approx(0.5)
     judging = Settings(model=ModelSettings(judge_model="openai/judge"))
-    found = with_judge_score(record, tmp_path, judging, Scripted(said(1, 0.5)))
+    assert aligned(judging, None) == plain, "what failed on the way is not judged"
+    found = aligned(judging, tmp_path / "no.urdf", said(1, 0.5))
     assert found.alignment is not None and found.alignment.judged is not None
     assert found.alignment.judged.value == pytest.approx(0.75)
-    assert len(found.calls) == len(record.calls) + 1 and found.calls[-1].purpose == "judge"
-    late = with_alignment(found, {"1": Reference(0.5, "hinge", 0.0)})
-    assert late.alignment is not None and late.alignment.judged == found.alignment.judged
-    assert late.alignment.scale_deviation == pytest.approx(0.5)
+    assert [call.purpose for call in found.calls] == ["judge"]
 
 
-def test_a_failed_asset_is_not_judged(tmp_path: Path) -> None:
+def test_a_failed_asset_has_no_alignment(tmp_path: Path) -> None:
     failed = make_failure("1", FailureMode.MISSING_MESH)
-    assert with_judge_score(failed, tmp_path, Settings(model=ModelSettings(judge_model="x/y")), Scripted()) is failed
+    job = AssetJob(failed.ref, tmp_path, Settings(model=ModelSettings(judge_model="x/y")), Scripted())
+    assert align_asset(job, failed, None) == Aligned(expected=())
 
 
 # Rows and the line
@@ -291,8 +290,7 @@ def test_the_row_keeps_hinges_and_sliders_apart() -> None:
         ("hinge", "joint_deviation_rad", "joint_deviation_m"),
         ("slider", "joint_deviation_m", "joint_deviation_rad"),
     ):
-        one = with_alignment(record, {"1": Reference(0.5, joint, 0.4)})
-        (row,) = alignment_rows({}, one)
+        (row,) = alignment_rows({}, held(record, Reference(0.5, joint, 0.4)))
         assert row[filled] is not None and row[empty] is None
 
 

@@ -6,20 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.urdf.bake import baked
 from asset2sim.catalog.rows_engines import expectation_rows
 from asset2sim.catalog.run_figures import expected_counts, run_figures
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line, expected_line
-from asset2sim.checks.alignment.expectations import FILE, meet, read_expectations, unknown_assets, with_expectations
+from asset2sim.checks.alignment.expectations import FILE, meet, read_expectations, unknown_assets
 from schemas.alignment import Expectation, Expected
 from schemas.asset import AssetRecord
 from schemas.errors import UsageError
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import Engine, FailureMode, Method
 from tests.assets import RAW, sample
-from tests.factories import make_failure, make_measurement, make_motion, make_record, make_report
+from tests.factories import held, make_failure, make_measurement, make_motion, make_record, make_report
 from tests.methods_runs import run, settings_of
 
 HEADER = "asset_id,what,low,high,unit,why\n"
@@ -145,16 +143,9 @@ def test_a_slider_is_counted_at_scale_one() -> None:
     assert verdicts(found) == (False, True) and [found.start, found.rest] == pytest.approx([0.2, 0.4])
 
 
-def test_a_baked_state_counts_from_the_authored_zero() -> None:
-    record = placed(0.3)
-    assert isinstance(record.overlay, PhysicsOverlay)
-    moved = record.model_copy(update={"overlay": baked(record.overlay)})
-    assert meet(moved, stated("hinge", 0.29, 0.31, "rad")).at_start
-
-
 def test_what_never_came_to_an_overlay_meets_nothing_and_is_not_lost() -> None:
     wanted = (stated("size", 1.0, 90.0, "cm"), stated("hinge", 0.0, 1.0, "rad"), Expectation(what="none", lines=(4,)))
-    record = with_expectations(make_failure("1", FailureMode.MISSING_MESH), wanted)
+    record = held(make_failure("1", FailureMode.MISSING_MESH), None, *wanted)
     assert [verdicts(item) for item in record.expected] == [(False, None), (False, False), (None, None)]
     assert expected_counts(summarize_all([record])) == {
         "sizes": (0, 1),
@@ -165,7 +156,7 @@ def test_what_never_came_to_an_overlay_meets_nothing_and_is_not_lost() -> None:
 
 def test_a_line_that_fits_no_joint_is_a_finding_and_no_verdict() -> None:
     wanted = (stated("hinges", 0.0, 1.0, "rad"), stated("hinge", 0.0, 1.0, "m"), stated("anchor", 0.0, 1.0, "swings"))
-    record = with_expectations(placed(0.3), wanted)
+    record = held(placed(0.3), None, *wanted)
     assert all(verdicts(item) == (None, None) for item in record.expected)
     messages = [item.message for item in record.findings if item.code == "expectation_unfit"]
     assert messages == [
@@ -181,7 +172,7 @@ def test_a_line_that_fits_no_joint_is_a_finding_and_no_verdict() -> None:
 
 def test_rows_figures_and_the_line_count_what_is_asked() -> None:
     wanted = (stated("size", 20.0, 30.0, "cm"), stated("hinge", 0.2, 0.4, "rad"), stated("slider", 0.9, 1.0, "swings"))
-    records = [with_expectations(placed(0.3, rests=(0.3, 0.0)), wanted), make_record("2")]
+    records = [held(placed(0.3, rests=(0.3, 0.0)), None, *wanted), make_record("2")]
     rows = expectation_rows({}, records[0])
     assert [(row["what"], row["met_at_start"], row["met_at_rest"]) for row in rows] == [
         ("size", True, None), ("hinge", True, False), ("slider", False, None),
@@ -240,8 +231,8 @@ def test_only_the_yardstick_s_own_readers_import_it() -> None:
         for file in ([room] if room.is_file() else room.rglob("*.py"))
         if file.suffix == ".py" and "expectations" in file.read_text(encoding="utf-8")
     }
-    # A run reads them to hold results against, and for its plan; a report shows how they were met. Nothing hands them
-    # to an asset's process.
-    assert users <= {"catalog", "checks", "report", "runs", "studies", "flows"} and "checks" in users
-    isolation = root / "asset2sim/experiments/isolation"
-    assert not any("expectations" in file.read_text() for file in isolation.rglob("*.py"))
+    # A run brings them, for its plan and for the stage that holds an asset against them; a report shows how they were
+    # met. Of what proposes, bounds or refines nothing reads them.
+    assert users <= {"catalog", "checks", "report", "runs", "flows", "tasks"} and "checks" in users
+    stages = {file.name for file in (root / "tasks").glob("*.py") if "expectations" in file.read_text()}
+    assert stages == {"align.py"}

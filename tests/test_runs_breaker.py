@@ -48,7 +48,7 @@ def test_a_refused_key_ends_the_asking_and_every_asset_has_a_row(
             engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
             run=RunSettings(workers=1, max_model_errors=3),
         )
-        plan = make_plan(refs, {}, tmp_path, settings, PIPELINE)
+        plan = make_plan(refs, tmp_path, settings, PIPELINE)
         refined = refine_all(refs, tmp_path, settings, PIPELINE, "one", plan)
         asked = len(server.requests)
     assert 3 <= asked <= 5, "what is in flight ends, and nothing else begins"

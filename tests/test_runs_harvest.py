@@ -3,20 +3,9 @@
 from functools import partial
 from pathlib import Path
 
-import pytest
-
 from asset2sim.runs.asset_attempt import FirstAttempt, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
-from asset2sim.runs.plan.records import (
-    KeptRecord,
-    await_record,
-    call_writer,
-    keep_record,
-    kept_records,
-    paid_calls,
-    read_record,
-    record_file,
-)
+from asset2sim.runs.plan.records import KeptRecord, call_writer, keep_record, kept_records, paid_calls, read_record
 from asset2sim.runs.spread.harvest import Harvest, finish_without_retry, second_attempt_jobs, take
 from asset2sim.runs.spread.job import Job, JobResult, jobs_of, last_seconds
 from asset2sim.runs.spread.refine_all import refine_all
@@ -88,14 +77,16 @@ def test_a_run_tries_no_more_of_the_dead_than_it_may(tmp_path: Path) -> None:
     assert not list((tmp_path / records.RECORDS_FOLDER).iterdir())
 
 
-def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
+def test_what_comes_in_is_handed_over_or_lies_in_the_output_folder(tmp_path: Path) -> None:
     got = harvest(tmp_path)
-    keep_record(tmp_path, kept())
-    assert taken(got, JOB, JobResult("a", Status.OK)) == got.records["a"] == kept().record
-    dead = harvest(tmp_path)
-    keep_record(tmp_path, kept(died="crashed"))
-    assert taken(dead, JOB, JobResult("a", Status.FAILED, died="crashed")) is None
-    assert dead.dead == {"a": FirstAttempt("crashed", ())} and not dead.records and dead.first == {"a": None}
+    assert taken(got, JOB, JobResult(kept())) == got.records["a"] == kept().record
+    assert not list(kept_records(tmp_path)), "its worker has written it where it was"
+    dead, died = harvest(tmp_path), kept(died="crashed")
+    assert taken(dead, JOB, JobResult(died)) is None
+    assert dead.dead == {"a": FirstAttempt("crashed", ())} and not dead.records and dead.first == {"a": died.record}
+    keep_record(tmp_path, died)
+    collected = harvest(tmp_path)
+    assert taken(collected, JOB, None) is None and collected.dead == dead.dead and collected.first == dead.first
     second = Job(REF, HASH, dead.dead["a"])
     assert taken(dead, second, None) is None
     keep_record(tmp_path, kept(attempt=2))
@@ -104,22 +95,25 @@ def test_what_comes_in_is_read_from_the_output_folder(tmp_path: Path) -> None:
     assert not dead.dead
     assert taken(dead, second, None) is None
     assert taken(harvest(tmp_path), Job(REF, "1" * 64), None) is None
+    keep_record(tmp_path, kept(run_id="another"))
+    assert taken(harvest(tmp_path), JOB, None) is None
 
 
 def test_a_record_that_could_not_be_written_travels_and_is_kept_where_there_is_room(tmp_path: Path) -> None:
     got = harvest(tmp_path)
-    assert taken(got, JOB, JobResult("a", Status.OK, record=kept().record)) == kept().record
+    assert taken(got, JOB, JobResult(kept(), written=False)) == kept().record
     assert [item.record for item in kept_records(tmp_path)] == [kept().record]
 
 
 def test_what_is_done_is_not_done_again_where_only_the_answer_was_lost(tmp_path: Path) -> None:
     work = partial(refine_on_worker, out=tmp_path, settings=Settings(), pipeline="tests.crashers:no_pipeline")
     keep_record(tmp_path, kept(reason="kept"))
-    assert work(JOB, run_id="r") == JobResult("a", Status.OK) == work(JOB, run_id="r")
+    assert work(JOB, run_id="r") == JobResult(kept(reason="kept")) == work(JOB, run_id="r")
     (same,) = kept_records(tmp_path)
     assert same.record.reason == "kept"
-    assert work(Job(REF, HASH, FIRST), run_id="r") == JobResult("a", Status.OK)
+    done = work(Job(REF, HASH, FIRST), run_id="r")
     (second,) = kept_records(tmp_path)
+    assert done == JobResult(second)
     assert second.attempt == 2 and second.record.calls == FIRST.calls
 
 
@@ -159,28 +153,6 @@ def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path:
     finish_without_retry(one_too_many, JOB)
     assert one_too_many.records["a"].reason == "its Dask worker was lost: gone"
     assert not one_too_many.dead
-
-
-def test_a_file_may_appear_a_moment_late_and_must_be_of_this_run_and_attempt(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(records, "VISIBLE_LIMIT_S", 0.3)
-    looks: list[Path] = []
-
-    def appear(folder: Path) -> None:
-        looks.append(folder)
-        keep_record(tmp_path, kept(attempt=len(looks)))
-
-    keep_record(tmp_path, kept(run_id="another"))
-    assert await_record(tmp_path, HASH, "r", 1, 0.3) is None
-    monkeypatch.setattr(records, "_refresh_listing", appear)
-    found = await_record(tmp_path, HASH, "r", 2, 0.3)
-    assert found is not None and found.attempt == 2 == len(looks)
-    got = harvest(tmp_path)
-    record_file(tmp_path, HASH).unlink()
-    monkeypatch.setattr(records, "_refresh_listing", looks.append)
-    assert taken(got, JOB, JobResult("a", Status.OK)) is None
-    assert "not to be seen" in got.dead["a"].died
 
 
 def test_what_a_killed_run_had_still_to_try_again_is_refined_anew(tmp_path: Path) -> None:

@@ -94,7 +94,7 @@ def test_the_same_holds_for_the_manifests_columns(tmp_path: Path) -> None:
 def test_numbers_decide_what_is_unchanged_and_their_line_does_not() -> None:
     def key(cells: dict[str, str], where: str = "line 2") -> str:
         ref = AssetRef(asset_id="a", path="/a", overrides=read_overrides(cells, where))
-        return content_hash(ref, "files", "shared", None)
+        return content_hash(ref, "files", "shared")
 
     cells: tuple[dict[str, str], ...] = (
         *({}, {"scale": "0.5"}, {"scale": "0.6"}, {"size_m": "0.5"}, {"joint:lid": "0.5"}, {"joint:lid": "50%"}),

@@ -19,13 +19,13 @@ import pytest
 
 from asset2sim.assets.urdf.reach import Reach
 from asset2sim.catalog.read import read_table
-from asset2sim.checks.alignment.reference import Reference
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
 from asset2sim.runs.plan.plan import asset_files_hashes, must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
+from schemas.alignment import Reference
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import DECIDING_PACKAGES, RETRIED_MODES, Check, Engine, FailureMode, Method, Redo, Status
@@ -202,8 +202,8 @@ def test_a_file_that_was_just_written_is_not_trusted_to_tell_of_the_next_write(t
 REF = AssetRef(asset_id="a", path="/data/a", prompt="a small box")
 
 
-def key(ref: AssetRef = REF, settings: Settings = NO_VIEWS, reference: Reference | None = None) -> str:
-    return content_hash(ref, "files", shared_hash(settings, "p"), reference)
+def key(ref: AssetRef = REF, settings: Settings = NO_VIEWS) -> str:
+    return content_hash(ref, "files", shared_hash(settings, "p"))
 
 
 def test_the_hash_follows_request_settings_and_reference() -> None:
@@ -211,13 +211,13 @@ def test_the_hash_follows_request_settings_and_reference() -> None:
         key(),
         key(REF.model_copy(update={"prompt": "another"})),
         key(REF.model_copy(update={"asset_id": "b"})),
-        key(reference=Reference(0.5, "lid", 0.1)),
+        key(REF.model_copy(update={"reference": Reference(0.5, "lid", 0.1)})),
         key(settings=NO_VIEWS.model_copy(update={"physics": PhysicsSettings(min_mass_kg=0.01)})),
         key(settings=NO_VIEWS.model_copy(update={"method": Method.RAW})),
         key(settings=NO_VIEWS.model_copy(update={"model": ModelSettings(model="prior/noisy")})),
         key(settings=NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})),
-        content_hash(REF, "other files", shared_hash(NO_VIEWS, "p"), None),
-        content_hash(REF, "files", shared_hash(NO_VIEWS, "another pipeline"), None),
+        content_hash(REF, "other files", shared_hash(NO_VIEWS, "p")),
+        content_hash(REF, "files", shared_hash(NO_VIEWS, "another pipeline")),
     ]
     assert len(set(changed)) == len(changed)
     assert key(REF.model_copy(update={"path": "/moved/a"})) == key()

@@ -16,7 +16,7 @@ from tests.incremental_runs import NO_VIEWS, asking, dataset, failing, manifest,
 
 
 def told(data: Path, out: Path, settings: Settings = NO_VIEWS) -> Forecast:
-    return forecast(load_dataset(data), {}, out, settings, "p")
+    return forecast(load_dataset(data), out, settings, "p")
 
 
 def tree(folder: Path) -> dict[str, tuple[int, int]]:

@@ -20,7 +20,7 @@ def night(data: Path, out: Path, settings: Settings = NO_VIEWS, make: Make = goo
     """Run as the flow does; the assets in ``writes``, and those that pass, get a new folder."""
     out.mkdir(exist_ok=True)
     started, refs = start_run(settings, str(data)), load_dataset(data)
-    plan = make_plan(refs, {}, out, settings, "p")
+    plan = make_plan(refs, out, settings, "p")
     records = []
     for ref in plan.todo:
         record = make(ref).model_copy(update={"content_hash": plan.hashes[ref.asset_id], "method": settings.method})

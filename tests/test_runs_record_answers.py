@@ -48,7 +48,7 @@ def refined(out: Path, settings: Settings, asset_ids: tuple[str, ...], data: Pat
     """Refine samples as the flow does, without Prefect. Returns the plan."""
     out.mkdir(exist_ok=True)
     refs, started = load_dataset(data, asset_ids=asset_ids), start_run(settings, str(data))
-    plan = make_plan(refs, {}, out, settings, PIPELINE)
+    plan = make_plan(refs, out, settings, PIPELINE)
     done = refine_all(refs, out, settings, PIPELINE, started.run_id, plan)
     write_run(out, finish_run(started), done.records, plan.unchanged)
     mark_published(out, done.records)
@@ -120,7 +120,7 @@ def test_a_recorded_run_comes_out_as_the_run_did(tmp_path: Path, monkeypatch: py
     (box,) = load_dataset(RAW, asset_ids=("box_wooden",))
     there = refine_on_worker(Job(box, "0" * 64), tmp_path / "there", again, PIPELINE, "r", str(tmp_path))
     lost = refine_on_worker(Job(box, "1" * 64), tmp_path / "lost", again, PIPELINE, "r")
-    assert (there.status, lost.status) == (Status.OK, Status.FAILED)
+    assert (there.kept.record.status, lost.kept.record.status) == (Status.OK, Status.FAILED)
     monkeypatch.chdir(tmp_path)
 
     (kept / "laptop_silver.json").unlink()

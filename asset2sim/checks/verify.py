@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 
@@ -80,8 +81,13 @@ def verify_in(
     )
 
 
-Known = dict[tuple[str, Engine, FailureMode | None], EngineReport]
-"""Reports of one asset by digest of what was written, engine, and the failure that was checked (None: all)."""
+@dataclass
+class Known:
+    """Reports of one asset by digest of what was written, engine, and the failure that was checked (None: all), and the
+    wall time that engines took for all of them, s."""
+
+    reports: dict[tuple[str, Engine, FailureMode | None], EngineReport] = field(default_factory=dict)
+    seconds: float = 0.0
 
 
 def verify_cached(
@@ -101,11 +107,12 @@ def verify_cached(
     written = digest(folder, overlay)
     reports = []
     for engine in engines:
-        report = known.get((written, engine, only))
+        report = known.reports.get((written, engine, only))
         if report is None:
             report = verify_in(engine, folder.urdf, overlay, cause, settings, only)
+            known.seconds += report.seconds
             if report.problem is None:
-                known[written, engine, only] = report
+                known.reports[written, engine, only] = report
         reports.append(report)
     return tuple(reports)
 

@@ -46,7 +46,7 @@ class RefinementJob:
     settings: Settings
     guidance: str | None = None
     """The user's words, for questions to a model."""
-    known: Known = field(default_factory=dict)
+    known: Known = field(default_factory=Known)
     """Engine reports on the asset so far, for all shapes and states tried."""
 
 
@@ -71,7 +71,8 @@ class Attempt:
 
 @dataclass(frozen=True)
 class RefinementResult:
-    """The overlay that stays written in the folder, each engine's report on it, and how refinement got there."""
+    """The overlay that stays written in the folder, each engine's report on it, and how refinement got there; of its
+    wall time ``measure_s`` went to engines that verified."""
 
     overlay: PhysicsOverlay
     folder: Folder
@@ -79,6 +80,7 @@ class RefinementResult:
     trace: tuple[TraceStep, ...]
     calls: tuple[ModelCall, ...]
     findings: tuple[Finding, ...]
+    measure_s: float = 0.0
 
 
 def shape_folder(job: RefinementJob) -> ShapedFolder:
@@ -102,6 +104,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
         (*best.state.trace, *best.mended.trace),
         tuple(questions.calls),
         (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings),
+        job.known.seconds,
     )
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.checks.alignment.expectations import expectations_met
 from asset2sim.experiments.isolation.children import preload
 from asset2sim.experiments.isolation.pipe_messages import Ending, Outcome
 from asset2sim.experiments.isolation.supervise import run_isolated
@@ -134,7 +135,7 @@ def failed_record(
 ) -> AssetRecord:
     """A failed record that holds only its failure mode and reason, with one finding that says the same."""
     message = f"asset {ref.asset_id}: {reason}"
-    return AssetRecord(
+    record = AssetRecord(
         ref=ref,
         category=ref.category or "unknown",
         method=settings.method,
@@ -146,6 +147,7 @@ def failed_record(
         calls=calls,
         seconds=seconds or {},
     )
+    return record.model_copy(update={"expected": expectations_met(record)})
 
 
 def with_first_attempt(record: AssetRecord, first: FirstAttempt, died: str) -> AssetRecord:
@@ -167,7 +169,8 @@ def with_first_attempt(record: AssetRecord, first: FirstAttempt, died: str) -> A
         finding.model_copy(update={"message": message}) if finding.code == record.failure_mode else finding
         for finding in record.findings
     )
-    return record.model_copy(update={"calls": calls, "reason": reason, "findings": findings})
+    record = record.model_copy(update={"calls": calls, "reason": reason, "findings": findings})
+    return record.model_copy(update={"expected": expectations_met(record)})
 
 
 def without_retry(record: AssetRecord, first: FirstAttempt, most: int) -> AssetRecord:

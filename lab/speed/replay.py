@@ -66,7 +66,7 @@ def make_entries(samples: Path, data: Path, count: int) -> list[AssetRef]:
 def leave_records(refs: Sequence[AssetRef], out: Path, settings: Settings) -> None:
     """Leave the entries' records and folders in OUT as a night does that is killed when it has refined them all."""
     with lock_output(out):
-        hashes = make_plan(refs, {}, out, settings, PIPELINE).hashes
+        hashes = make_plan(refs, out, settings, PIPELINE).hashes
     for ref in refs:
         record = replay(ref, out, settings, None)
         kept = record.model_copy(update={"content_hash": hashes[ref.asset_id]})

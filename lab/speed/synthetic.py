@@ -71,7 +71,7 @@ def publish_entries(
     out.mkdir(parents=True)
     dataset = str(data.resolve())
     with lock_output(out):
-        hashes = make_plan(refs, {}, out, settings, pipeline).hashes
+        hashes = make_plan(refs, out, settings, pipeline).hashes
         for first in range(0, len(refs), BATCH):
             batch = [renamed(record, ref, hashes[ref.asset_id]) for ref in refs[first : first + BATCH]]
             for item in batch:
@@ -82,7 +82,7 @@ def publish_entries(
         # MLflow makes its database in a first run, which takes it seconds.
         few = summarize_all(batch[:1])
         warning = log_run(out, run, few, find_changes(few, Previous()))
-        left = make_plan(refs, {}, out, settings, pipeline).todo
+        left = make_plan(refs, out, settings, pipeline).todo
     if warning is not None:
         raise BenchError(warning)
     if left:

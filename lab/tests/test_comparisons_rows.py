@@ -12,7 +12,7 @@ from PIL import Image
 
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.checks.alignment.expectations import with_expectations
+from asset2sim.checks.alignment.expectations import meet
 from lab.comparisons.charts import growth_chart, spread_labels
 from lab.comparisons.comparison import compare, write_comparison, write_page
 from lab.comparisons.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
@@ -284,6 +284,10 @@ def test_objects_are_read_from_the_latest_run_of_each_folder(tmp_path: Path) -> 
     assert rows.loc["3", "paper_failure_mode"] == "no valid parameter estimate"
 
 
+def expecting(record: AssetRecord, *wanted: Expectation) -> AssetRecord:
+    return record.model_copy(update={"expected": tuple(meet(record, item) for item in wanted)})
+
+
 def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_path: Path) -> None:
     size = Expectation(what="size", ranges=((90.0, 99.0),), unit="cm", why="a big box", lines=(2,))
     hinge = Expectation(what="hinge", ranges=((0.0, 0.2), (2.0, 2.1)), unit="rad", why="ajar", lines=(3,))
@@ -294,10 +298,10 @@ def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_p
     joints = tuple(joint.model_copy(update={"asked_position": None}) for joint in base.overlay.joints)
     expert = base.model_copy(update={"overlay": base.overlay.model_copy(update={"joints": joints})})
     records = {
-        "1": with_expectations(expert, (size, hinge, slider)),
-        "2": with_expectations(make_record("2"), (swings,)),
-        "3": with_expectations(make_failure("3", FailureMode.MODEL_ERROR), (size, hinge)),
-        "4": with_expectations(make_record("4"), (Expectation(what="none", lines=(9,)),)),
+        "1": expecting(expert, size, hinge, slider),
+        "2": expecting(make_record("2"), swings),
+        "3": expecting(make_failure("3", FailureMode.MODEL_ERROR), size, hinge),
+        "4": expecting(make_record("4"), Expectation(what="none", lines=(9,))),
         "5": make_record("5"),
     }
     run = Run(Method.REFERENCE, MODEL, tmp_path)

@@ -173,7 +173,7 @@ def test_synthetic_entries_are_unchanged_until_one_changes(tmp_path: Path) -> No
     assert set(read_table(out, "links")["asset_id"]) == {ref.asset_id for ref in refs}
 
     def todo() -> list[str]:
-        return [ref.asset_id for ref in make_plan(load_dataset(data), {}, out, NO_VIEWS, PIPELINE).todo]
+        return [ref.asset_id for ref in make_plan(load_dataset(data), out, NO_VIEWS, PIPELINE).todo]
 
     assert todo() == []
     changed = data / "entry00007" / "mobility.urdf"

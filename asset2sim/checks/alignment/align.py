@@ -1,24 +1,16 @@
 """The alignment of one record: rubric, and distance from an expert's choice. Pure over the record."""
 
 import math
-from collections.abc import Mapping
 
-from asset2sim.checks.alignment.reference import Reference
 from asset2sim.checks.alignment.rubric import score_scale, score_state
 from asset2sim.checks.alignment.user_request import read_request
-from schemas.alignment import Alignment
+from schemas.alignment import Alignment, Reference
 from schemas.asset import AssetRecord
-from schemas.overlay import PhysicsOverlay
 
 
 def initial_positions(record: AssetRecord) -> dict[str, float]:
-    """Joint name → where it starts, rad or m at the final scale, counted from the authored zero; {} without overlay. A
-    baked overlay counts from its own state: its closed positions tell how far that is from the authored zero."""
-    overlay = record.overlay
-    if overlay is None:
-        return {}
-    shifts = _shifts(record, overlay) if all(joint.initial_position == 0.0 for joint in overlay.all_joints) else {}
-    return {joint.name: joint.initial_position + shifts.get(joint.name, 0.0) for joint in overlay.all_joints}
+    """Joint name → where it starts, rad or m at the final scale, from the authored zero; {} without overlay."""
+    return {} if record.overlay is None else record.overlay.initial_positions
 
 
 def final_positions(record: AssetRecord) -> dict[str, float]:
@@ -31,17 +23,7 @@ def final_positions(record: AssetRecord) -> dict[str, float]:
     return positions
 
 
-def _shifts(record: AssetRecord, overlay: PhysicsOverlay) -> dict[str, float]:
-    authored = {joint.name: joint for joint in record.features.joints} if record.features is not None else {}
-    return {
-        joint.name: (authored[joint.name].closed or 0.0) * (overlay.scale if joint.type == "prismatic" else 1.0)
-        - joint.closed
-        for joint in overlay.all_joints
-        if joint.name in authored
-    }
-
-
-def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
+def align(record: AssetRecord) -> Alignment | None:
     """Alignment of an asset with its user's request; None for a record without an overlay.
 
     The rubric (paper, evaluation, section 2): half for scale, half for the articulated state, each 0 to 1, with partial
@@ -50,24 +32,19 @@ def align(record: AssetRecord, reference: Reference | None) -> Alignment | None:
     of the way from closed to open; where it starts, if nothing was measured or the guidance wants something to move
     freely, which gravity then takes from its state.
 
-    ``judged`` stays what the record has. Deviations are of the positions in which the asset starts, as the experts'.
+    Deviations from the expert's reference are of the positions in which the asset starts, as the expert's.
     """
     overlay, features = record.overlay, record.features
     if overlay is None or features is None or record.guidance is None:
         return None
+    reference = record.ref.reference
     request = read_request(features, record.guidance, overlay.scale)
     positions = initial_positions(record) if request.free else final_positions(record)
     return Alignment(
         scale=score_scale(overlay.scale, features.rest_size, request.size, reference),
         state=score_state(positions, overlay.scale, features, request),
-        judged=record.alignment.judged if record.alignment is not None else None,
         **(_deviations(record, reference) if reference is not None else {}),
     )
-
-
-def with_alignment(record: AssetRecord, references: Mapping[str, Reference]) -> AssetRecord:
-    """The record with its alignment."""
-    return record.model_copy(update={"alignment": align(record, references.get(record.ref.asset_id))})
 
 
 def _deviations(record: AssetRecord, reference: Reference) -> dict[str, float | bool | None]:

@@ -1,6 +1,6 @@
 """Expectations written by readers of prompt and pictures, beside a dataset's manifest, and whether a record meets them.
 
-They are a yardstick: they are read when a run is published, and reach no model, prior, rule or search.
+They are a yardstick: a finished asset is held against them, and they reach no model, prior, rule or search.
 """
 
 import csv
@@ -13,7 +13,7 @@ from asset2sim.checks.alignment.align import initial_positions
 from schemas.alignment import NOTHING, SIZE, Expectation, Expected
 from schemas.asset import AssetRecord
 from schemas.errors import UsageError
-from schemas.features import JointFeatures
+from schemas.features import Features, JointFeatures
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 
@@ -68,14 +68,17 @@ def unknown_assets(expectations: Expectations, asset_ids: Collection[str]) -> tu
     )
 
 
-def with_expectations(record: AssetRecord, expectations: Sequence[Expectation]) -> AssetRecord:
-    """The record with how it meets each expectation, and a warning for each that cannot be held against it."""
-    met = tuple(meet(record, expectation) for expectation in expectations)
-    features = record.features
-    wrong = [] if features is None else [(item, _misfit(item, features.movable_joints)) for item in expectations]
-    findings = tuple(
+def expectations_met(record: AssetRecord) -> tuple[Expected, ...]:
+    """How a record meets each of its expectations."""
+    return tuple(meet(record, expectation) for expectation in record.ref.expectations)
+
+
+def misfits(features: Features, expectations: Sequence[Expectation]) -> tuple[Finding, ...]:
+    """A warning for each expectation that cannot be held against an object with these features."""
+    wrong = [(item, _misfit(item, features.movable_joints)) for item in expectations]
+    return tuple(
         Finding(
-            stage=Stage.PUBLISH,
+            stage=Stage.ALIGN,
             severity=Severity.WARNING,
             code="expectation_unfit",
             message=f"{FILE}, line {item.lines[0]}: {why}",
@@ -83,7 +86,6 @@ def with_expectations(record: AssetRecord, expectations: Sequence[Expectation]) 
         for item, why in wrong
         if why
     )
-    return record.model_copy(update={"expected": met, "findings": record.findings + findings})
 
 
 def meet(record: AssetRecord, expectation: Expectation) -> Expected:

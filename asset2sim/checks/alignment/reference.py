@@ -2,31 +2,15 @@
 
 import csv
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
+from schemas.alignment import Reference
 from schemas.errors import UsageError
 
 FILE = "reference.csv"
 COLUMNS = ("asset_id", "gensim2_task", "scale", "joint", "joint_position")
 NOT_ARTICULATING = ("_move", "_lift")
 """Endings of tasks that carry the whole object: where there is another task, that one states the joint of interest."""
-UNSTATED_SCALE = 1.0
-"""The scale that the reference's loader assumes where the expert states none."""
-
-
-@dataclass(frozen=True)
-class Reference:
-    """What an expert chose for one object: scale, and the position of the joint of interest (rad or m at scale 1)."""
-
-    scale: float
-    joint: str
-    position: float
-
-    @property
-    def states_scale(self) -> bool:
-        """Whether the scale is an expert's, not a loader's default."""
-        return self.scale != UNSTATED_SCALE
 
 
 def read_references(file: Path) -> dict[str, Reference]:

@@ -4,9 +4,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from asset2sim.checks.alignment.reference import Reference
 from asset2sim.checks.alignment.user_request import Request, SizeCriterion, StateCriterion
-from schemas.alignment import Score
+from schemas.alignment import Reference, Score
 from schemas.base import Fraction, Frozen, Positive, Vector3
 from schemas.features import Features, JointFeatures
 

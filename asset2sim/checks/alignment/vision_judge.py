@@ -2,27 +2,21 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from time import perf_counter
 
 from PIL import Image
 from pydantic import ValidationError
 
-from asset2sim.assets.formats.source import open_source
-from asset2sim.assets.urdf.locate import find_source
-from asset2sim.assets.urdf.reach import reach_of
-from asset2sim.checks.alignment.align import align, final_positions
+from asset2sim.checks.alignment.align import final_positions
 from asset2sim.models.ask_overlay import MAX_ASKS, ask_until_valid
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompts import data_block, system_text
-from asset2sim.render import png_bytes, render_views
+from asset2sim.render import png_bytes
 from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen
-from schemas.errors import AssetError, InvalidAnswerError
+from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
 from schemas.request import LabelledImage, ModelAnswer, ModelCall, ModelRequest
-from schemas.settings import Settings
 from schemas.vocabulary import Severity, Stage
 
 JUDGE = "judge"
@@ -132,38 +126,4 @@ def _short(text: str) -> str:
 
 
 def _warning(code: str, message: str) -> Finding:
-    return Finding(stage=Stage.PUBLISH, severity=Severity.WARNING, code=code, message=message)
-
-
-def with_judge_score(
-    record: AssetRecord, out: Path, settings: Settings, ask: Callable[[ModelRequest], ModelAnswer]
-) -> AssetRecord:
-    """The record with the score of ``settings.model.judge_model`` in its alignment, and the calls that it took.
-
-    The record is unchanged where no judge is set or it has no overlay. The asset is rendered from
-    ``out/assets``, or from where it came if nothing was written; the expert reference is added when the run is
-    published, and leaves the score as it is.
-    """
-    aligned = align(record, None) if settings.model.judge_model is not None else None
-    if aligned is None or record.overlay is None:
-        return record
-    start = perf_counter()
-    written = out / "assets" / record.ref.asset_id
-    try:
-        came = None
-        if not written.is_dir():
-            came = open_source(Path(record.ref.path), reach=reach_of(record.ref, settings.inputs))
-        urdf = find_source(written) if came is None else came.urdf
-        views = render_views(urdf, record.overlay.initial_positions, settings.views)
-    except AssetError:
-        views = {}
-    judged = judge(record, views, ask)
-    seconds = record.seconds.get(Stage.PUBLISH.value, 0.0) + perf_counter() - start
-    return record.model_copy(
-        update={
-            "alignment": aligned.model_copy(update={"judged": judged.score}),
-            "calls": record.calls + judged.calls,
-            "findings": record.findings + judged.findings,
-            "seconds": record.seconds | {Stage.PUBLISH.value: seconds},
-        }
-    )
+    return Finding(stage=Stage.ALIGN, severity=Severity.WARNING, code=code, message=message)

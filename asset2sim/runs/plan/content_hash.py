@@ -10,10 +10,8 @@ from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 
-from asset2sim.checks.alignment.reference import Reference
 from asset2sim.engines.registry import installed
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
-from schemas.alignment import Expectation
 from schemas.asset import AssetRef
 from schemas.declared import outside_code
 from schemas.settings import EngineSettings, Settings
@@ -121,18 +119,13 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 
 
-def content_hash(
-    ref: AssetRef,
-    files: str,
-    shared: str,
-    reference: Reference | None,
-    answers: str = "",
-    expectations: Sequence[Expectation] = (),
-) -> str:
-    """SHA-256 over an asset's manifest row, its files' digest, what the run's assets share, the digest of its recorded
-    answers, and the expert's choice and the expectations that it is held against; 64 hex digits."""
-    # Where a number stands decides nothing.
-    row = ref.model_dump(mode="json", exclude={"path": True, "root": True, "overrides": {"where"}})
-    material = [row, files, shared, repr(reference), answers]
-    material += [item.model_dump_json(exclude={"lines"}) for item in expectations]
+WITHOUT_LINES: Mapping[str, Mapping[str, Mapping[str, bool]]] = {"expectations": {"__all__": {"lines": True}}}
+
+
+def content_hash(ref: AssetRef, files: str, shared: str, answers: str = "") -> str:
+    """SHA-256 over an asset's manifest row and yardsticks, its files' digest, what the run's assets share, and the
+    digest of its recorded answers; 64 hex digits."""
+    # Where a number or an expectation stands decides nothing.
+    row = ref.model_dump(mode="json", exclude={"path": True, "root": True, "overrides": {"where"}, **WITHOUT_LINES})
+    material = [row, files, shared, answers]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()

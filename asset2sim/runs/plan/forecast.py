@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
@@ -16,8 +15,6 @@ from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, without_credentials
 from asset2sim.catalog.switch import find_catalog
-from asset2sim.checks.alignment.expectations import Expectations
-from asset2sim.checks.alignment.reference import Reference
 from asset2sim.models.gateway.prices import price_of
 from asset2sim.runs.plan.content_hash import IRRELEVANT_SETTINGS, package_versions
 from asset2sim.runs.plan.plan import Plan, Why, make_plan
@@ -60,16 +57,10 @@ class Forecast:
 
 
 def forecast(
-    refs: Sequence[AssetRef],
-    references: Mapping[str, Reference],
-    out: Path,
-    settings: Settings,
-    pipeline: str,
-    there: Mapping[str, str] | None = None,
-    expectations: Expectations = MappingProxyType({}),
+    refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str, there: Mapping[str, str] | None = None
 ) -> Forecast:
     """What a run over these assets would do to ``out``, a folder with OUT's tables; writes nothing."""
-    plan = make_plan(refs, references, out, settings, pipeline, there, expectations, dry=True)
+    plan = make_plan(refs, out, settings, pipeline, there, dry=True)
     reasons: dict[str, list[str]] = defaultdict(list)
     changed = [ref for ref in plan.todo if plan.why[ref.asset_id] is Why.CHANGED]
     found = why_changed(changed, out, settings) if changed else {}

@@ -9,12 +9,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 
 from asset2sim.assets.urdf.reach import reach_of
 from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, recorded_run_ids
-from asset2sim.checks.alignment.expectations import Expectations
-from asset2sim.checks.alignment.reference import Reference
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
@@ -28,7 +25,7 @@ from asset2sim.runs.plan.state import (
     read_state,
     refined_folders,
 )
-from asset2sim.runs.plan.timeouts import is_left, timed_out, timeouts_in_a_row
+from asset2sim.runs.plan.timeouts import Timeouts, is_left, timed_out, timeouts_in_a_row
 from asset2sim.runs.plan.url_files import remote_content_hashes, url_reach
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.inputs import InputSettings
@@ -114,14 +111,34 @@ class Plan:
     owned: Mapping[str, Stamp | str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Past:
+    """What is known of earlier runs. ``hashes``: asset id → its content hash today; ``reusable``: ids of assets whose
+    record a killed run left and which holds; ``stale``: asset id → the content hashes of records that do not;
+    ``folders``: asset id → the refinement that lies in its folder; ``lies``: whether an asset has such a folder;
+    ``by_hand``: what was changed in it; ``rows``: what the catalog says; ``late``: who took too long, and how often."""
+
+    hashes: Mapping[str, str]
+    reusable: Collection[str]
+    stale: Mapping[str, Sequence[str]]
+    folders: Mapping[str, str]
+    lies: Callable[[str], bool]
+    by_hand: Changes
+    rows: Mapping[str, RecordedResult]
+    late: Mapping[str, Timeouts]
+
+    def owns_folder(self, asset_id: str) -> bool:
+        """Whether the asset's refined folder is that of its row."""
+        row = self.rows.get(asset_id)
+        return row is not None and (row.alone or self.folders.get(asset_id) == row.content_hash)
+
+
 def make_plan(
     refs: Sequence[AssetRef],
-    references: Mapping[str, Reference],
     out: Path,
     settings: Settings,
     pipeline: str,
     there: Mapping[str, str] | None = None,
-    expectations: Expectations = MappingProxyType({}),
     *,
     dry: bool = False,
 ) -> Plan:
@@ -134,74 +151,91 @@ def make_plan(
     is kept, whatever else changed, unless ``redo`` is ``all``. ``there`` are the ids of assets whose folder lies behind
     OUT's URL, with pictures if the settings ask for them, and how each looks; None: the folders lie in ``out``.
     """
-    shared = shared_hash(settings, pipeline)
-    lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     with read_state(out) if dry else open_state(out) as state:
-        contents = asset_files_hashes(state, refs, settings.inputs, settings.run.asset_time_limit_s)
-        answers = answer_digests(settings.model, (ref.asset_id for ref in refs))
-        hashes = {
-            ref.asset_id: content_hash(
-                ref,
-                contents[ref.path],
-                shared,
-                references.get(ref.asset_id),
-                answers.get(ref.asset_id, ""),
-                expectations.get(ref.asset_id, ()),
-            )
-            for ref in refs
-        }
+        hashes = content_hashes(state, refs, settings, pipeline)
         state.commit()
-        known = {ref.asset_id: ref for ref in refs}
-        left, reusable = defaultdict[str, list[str]](list), set[str]()
-        for kept in unpublished_records(out, state, clean=not dry):
-            asset_id = kept.record.ref.asset_id
-            if (ref := known.get(asset_id)) and is_reusable(kept, ref, hashes[asset_id], settings, lies):
-                reusable.add(asset_id)
-            else:
-                left[asset_id].append(kept.record.content_hash)
-        folders = refined_folders(state)
-        by_hand = hand_changes(state, out, hashes, there)
-        keeps = settings.run.redo is not Redo.ALL
-        rows = recorded_assets(out, settings.method.value, settings.model.model)
-        late = timeouts_in_a_row(
-            out, settings, {name for name, row in rows.items() if timed_out(row, hashes.get(name))}
-        )
-        why: dict[str, Why] = {}
-        todo: list[AssetRef] = []
-        finished: list[AssetRef] = []
-        unchanged: list[Unchanged] = []
-        for ref in refs:
-            content, row = hashes[ref.asset_id], rows.get(ref.asset_id)
-            if ref.asset_id in reusable:
-                finished.append(ref)
-                why[ref.asset_id] = Why.LEFT
-                continue
-            has_folder = folders.get(ref.asset_id) == content and lies(ref.asset_id)
-            reason = why_refined(row, content, settings.run.redo, has_folder, is_left(late.get(ref.asset_id), settings))
-            if reason is not None and not (keeps and ref.asset_id in by_hand):
-                todo.append(ref)
-                why[ref.asset_id] = reason
-            elif row is not None:
-                unchanged.append(Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode))
-        owned = {
-            ref.asset_id: found
-            for ref in todo
-            if (row := rows.get(ref.asset_id)) and (row.alone or folders.get(ref.asset_id) == row.content_hash)
-            if (found := _seen(out, ref.asset_id, there)) is not None
-        }
-        forget_folders(state, (ref.asset_id for ref in todo))
-    counts = {name: times.count for name, times in late.items()}
-    records = LeftRecords(out, tuple(finished), hashes)
-    plan = Plan(tuple(todo), records, tuple(unchanged), hashes, by_hand, why, counts, owned)
-    if dry:
-        return plan
-    for ref in todo:
-        for stale in left[ref.asset_id]:
+        past = read_past(state, refs, hashes, out, settings, there, clean=not dry)
+        plan = plan_of(refs, past, out, settings, there)
+        forget_folders(state, (ref.asset_id for ref in plan.todo))
+    for ref in () if dry else plan.todo:
+        for stale in past.stale.get(ref.asset_id, ()):
             drop_record(out, stale)
     return plan
 
 
-def _seen(out: Path, asset_id: str, there: Mapping[str, str] | None) -> Stamp | str | None:
+def content_hashes(
+    state: sqlite3.Connection, refs: Sequence[AssetRef], settings: Settings, pipeline: str
+) -> dict[str, str]:
+    """Asset id → hash of all that its result depends on."""
+    shared = shared_hash(settings, pipeline)
+    contents = asset_files_hashes(state, refs, settings.inputs, settings.run.asset_time_limit_s)
+    answers = answer_digests(settings.model, (ref.asset_id for ref in refs))
+    return {ref.asset_id: content_hash(ref, contents[ref.path], shared, answers.get(ref.asset_id, "")) for ref in refs}
+
+
+def read_past(
+    state: sqlite3.Connection,
+    refs: Sequence[AssetRef],
+    hashes: Mapping[str, str],
+    out: Path,
+    settings: Settings,
+    there: Mapping[str, str] | None,
+    *,
+    clean: bool,
+) -> Past:
+    """What earlier runs left of these assets; ``clean``: records that were published are deleted."""
+    lies = partial(_has_folder, out, settings) if there is None else there.__contains__
+    known = {ref.asset_id: ref for ref in refs}
+    reusable, stale = set[str](), defaultdict[str, list[str]](list)
+    for kept in unpublished_records(out, state, clean=clean):
+        asset_id = kept.record.ref.asset_id
+        if asset_id in known and is_reusable(kept, known[asset_id], hashes[asset_id], settings, lies):
+            reusable.add(asset_id)
+        else:
+            stale[asset_id].append(kept.record.content_hash)
+    folders, by_hand = refined_folders(state), hand_changes(state, out, hashes, there)
+    rows = recorded_assets(out, settings.method.value, settings.model.model)
+    slow = {name for name, row in rows.items() if timed_out(row, hashes.get(name))}
+    late = timeouts_in_a_row(out, settings, slow)
+    return Past(hashes, reusable, stale, folders, lies, by_hand, rows, late)
+
+
+def plan_of(
+    refs: Sequence[AssetRef], past: Past, out: Path, settings: Settings, there: Mapping[str, str] | None
+) -> Plan:
+    """The plan that follows from what is known of earlier runs."""
+    why = {ref.asset_id: reason for ref in refs if (reason := why_done(ref.asset_id, past, settings)) is not None}
+    todo = tuple(ref for ref in refs if why.get(ref.asset_id, Why.LEFT) is not Why.LEFT)
+    finished = tuple(ref for ref in refs if why.get(ref.asset_id) is Why.LEFT)
+    owned = ((ref.asset_id, _look(out, ref.asset_id, there)) for ref in todo if past.owns_folder(ref.asset_id))
+    return Plan(
+        todo=todo,
+        finished=LeftRecords(out, finished, past.hashes),
+        unchanged=tuple(
+            Unchanged(asset_id=ref.asset_id, status=row.status, failure_mode=row.failure_mode)
+            for ref in refs
+            if ref.asset_id not in why and (row := past.rows.get(ref.asset_id)) is not None
+        ),
+        hashes=past.hashes,
+        by_hand=past.by_hand,
+        why=why,
+        timeouts={name: times.count for name, times in past.late.items()},
+        owned={asset_id: look for asset_id, look in owned if look is not None},
+    )
+
+
+def why_done(asset_id: str, past: Past, settings: Settings) -> Why | None:
+    """Why a run has anything to do with an asset; None where it stays as it is, unchanged or changed by hand."""
+    if asset_id in past.reusable:
+        return Why.LEFT
+    content, redo = past.hashes[asset_id], settings.run.redo
+    has_folder = past.folders.get(asset_id) == content and past.lies(asset_id)
+    left_alone = is_left(past.late.get(asset_id), settings)
+    reason = why_refined(past.rows.get(asset_id), content, redo, has_folder, left_alone)
+    return None if asset_id in past.by_hand and redo is not Redo.ALL else reason
+
+
+def _look(out: Path, asset_id: str, there: Mapping[str, str] | None) -> Stamp | str | None:
     """What tells a refined folder from a new one: its stamp, or its digest ``there``; None where there is none."""
     return stamp(out / "assets" / asset_id) if there is None else there.get(asset_id)
 

@@ -1,10 +1,10 @@
-"""Records of finished assets, a file each, written by workers, read by the run, kept until the catalog holds them."""
+"""Records of finished assets, a file each, written by their workers, kept until the catalog holds them: what a killed
+run leaves to the next."""
 
 import contextlib
 import json
 import logging
 import os
-import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -36,11 +36,6 @@ def share_field_sets(value: object) -> None:
 
 RECORDS_FOLDER = ".cache/records"
 """Under the output folder: a run that is killed leaves here what it had finished."""
-VISIBLE_LIMIT_S = 10.0
-"""Time in which a file that another machine wrote must be seen here, s: NFS looks again after 3 s and more."""
-VISIBLE_POLL_S = 0.1
-"""Time between two attempts to read it, s."""
-
 logger = logging.getLogger(__name__)
 
 
@@ -95,19 +90,6 @@ def read_record(out: Path, content_hash: str) -> KeptRecord | None:
     return kept if kept.record.content_hash == content_hash else None
 
 
-def await_record(out: Path, content_hash: str, run_id: str, attempt: int, limit_s: float) -> KeptRecord | None:
-    """The record that another process wrote in this run, at this attempt or a later one; None after ``limit_s``."""
-    end = time.monotonic() + limit_s
-    while True:
-        kept = read_record(out, content_hash)
-        if kept is not None and kept.run_id == run_id and kept.attempt >= attempt:
-            return kept
-        if time.monotonic() >= end:
-            return None
-        time.sleep(VISIBLE_POLL_S)
-        _refresh_listing(out / RECORDS_FOLDER)
-
-
 def kept_records(out: Path, *, clean: bool = True) -> Iterator[KeptRecord]:
     """The records that earlier runs left; what is damaged or of another version is removed where ``clean``."""
     folder = out / RECORDS_FOLDER
@@ -124,12 +106,6 @@ def drop_record(out: Path, content_hash: str) -> None:
     """Delete a record's file, once the catalog holds it or it is of no use any more."""
     with contextlib.suppress(OSError):
         record_file(out, content_hash).unlink(missing_ok=True)
-
-
-def _refresh_listing(folder: Path) -> None:
-    """Make a network file system refresh a folder's listing: opening the folder does, looking for a file may not."""
-    with contextlib.suppress(OSError):
-        os.close(os.open(folder, os.O_RDONLY))
 
 
 CALLS_FOLDER = ".cache/calls"

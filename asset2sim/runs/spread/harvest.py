@@ -1,4 +1,4 @@
-"""Records that a run has collected from the output folder so far, and the assets that await a second attempt."""
+"""Records that a run has collected so far, and the assets that await a second attempt."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -36,7 +36,7 @@ def second_attempt_jobs(
 class Harvest(Generic[Kept]):
     """Collected results. ``report`` is told of each last record, and ``keep`` makes of it what the run remembers;
     ``records``: asset id → that. ``dead``: asset id → a first attempt that died and awaits a second, in the order in
-    which that became known. ``first``: asset id → a dead first attempt's record, None where its file holds it.
+    which that became known. ``first``: asset id → a dead first attempt's record, if it left one.
     ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what it mirrors, if anything.
     ``timeouts``: asset id → runs in a row, until this one, in which it took too long."""
 
@@ -47,7 +47,7 @@ class Harvest(Generic[Kept]):
     keep: Callable[[AssetRecord], Kept]
     records: dict[str, Kept] = field(default_factory=dict)
     dead: dict[str, FirstAttempt] = field(default_factory=dict)
-    first: dict[str, AssetRecord | None] = field(default_factory=dict)
+    first: dict[str, AssetRecord] = field(default_factory=dict)
     tried_again: int = 0
     url: str | None = None
     timeouts: Mapping[str, int] = field(default_factory=dict)
@@ -65,23 +65,22 @@ def is_open(harvest: Harvest[Kept], job: Job) -> bool:
 
 
 def take(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> None:
-    """Collect a job's record, and report it if this was the asset's last attempt. Where no end was reported (None), the
-    job need not have a record."""
+    """Collect a job's record, and report it if this was the asset's last attempt. Where no end was reported (None), its
+    worker may have written one."""
     asset_id = job.ref.asset_id
     if end is None and asset_id in harvest.records:
         return
-    kept = _find(harvest, job, end)
-    if kept is None and end is not None:
-        unseen = f"it has kept a record that is not to be seen in {harvest.place}"
-        died = f"its Dask worker was lost: {end.reason if isinstance(end, LostJob) else unseen}"
-        if job.first is None:
-            harvest.dead[asset_id] = FirstAttempt(died)
-        else:
-            kept = _keep(harvest, job, with_first_attempt(_failed(harvest, job, died), job.first, died), died)
+    kept: KeptRecord | None
+    if isinstance(end, JobResult):
+        kept = _received(harvest, end)
+    elif end is None:
+        kept = _written(harvest, job)
+    else:
+        kept = _lost(harvest, job, f"its Dask worker was lost: {end.reason}")
     if kept is None:
         return
     if kept.died and kept.attempt == 1:
-        harvest.first[asset_id] = end.record if isinstance(end, JobResult) else None
+        harvest.first[asset_id] = kept.record
         harvest.dead[asset_id] = FirstAttempt(kept.died, kept.record.calls)
     else:
         _finish(harvest, kept.record)
@@ -101,15 +100,15 @@ def finish_untried(harvest: Harvest[Kept], jobs: Iterable[Job]) -> None:
 def finish_without_retry(harvest: Harvest[Kept], job: Job) -> None:
     """Report the record of a dead asset that the limit on second attempts left out."""
     first = harvest.dead[job.ref.asset_id]
-    record = _first_record(harvest, job) or _failed(harvest, job, first.died)
+    record = harvest.first.get(job.ref.asset_id) or _failed(harvest, job, first.died)
     record = without_retry(record, first, harvest.tried_again)
-    _finish(harvest, _keep(harvest, job, record, "").record)
+    _finish(harvest, _keep(harvest, _kept(harvest, job, record)).record)
 
 
-def finish_stopped(harvest: Harvest[Kept], jobs: Mapping[str, Job]) -> None:
+def finish_stopped(harvest: Harvest[Kept]) -> None:
     """Keep the first attempts' records of dead assets that a run which stopped could not try again."""
     for asset_id in harvest.dead:
-        if (record := _first_record(harvest, jobs[asset_id])) is not None:
+        if (record := harvest.first.get(asset_id)) is not None:
             harvest.records[asset_id] = harvest.keep(record)
 
 
@@ -124,26 +123,27 @@ def _finish(harvest: Harvest[Kept], record: AssetRecord) -> None:
     harvest.report(record)
 
 
-def _first_record(harvest: Harvest[Kept], job: Job) -> AssetRecord | None:
-    """The record of an asset's dead first attempt; None where there is none, since its worker was lost."""
-    if job.ref.asset_id not in harvest.first:
-        return None
-    if (record := harvest.first[job.ref.asset_id]) is not None:
-        return record
-    kept = records.read_record(harvest.out, job.content_hash)
-    return kept.record if kept is not None else None
+def _received(harvest: Harvest[Kept], end: JobResult) -> KeptRecord:
+    """The record that a worker handed over, written here where there was no room for it there."""
+    records.share_field_sets(end.kept)
+    return end.kept if end.written else _keep(harvest, end.kept)
 
 
-def _find(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> KeptRecord | None:
-    """The record with which the job ended, or may have ended."""
-    if isinstance(end, LostJob):
-        return None
-    if end is not None and end.record is not None:
-        return _keep(harvest, job, end.record, end.died)
+def _written(harvest: Harvest[Kept], job: Job) -> KeptRecord | None:
+    """The record that a worker wrote in this run, at this attempt or a later one, and could not hand over."""
     with suppress(StoreError):  # a failed download counts as a lost record
         fetch_record(harvest.place, job.content_hash, harvest.run_id, job.attempt)
-    limit_s = 0.0 if end is None else records.VISIBLE_LIMIT_S
-    return records.await_record(harvest.out, job.content_hash, harvest.run_id, job.attempt, limit_s)
+    kept = records.read_record(harvest.out, job.content_hash)
+    return kept if kept is not None and kept.run_id == harvest.run_id and kept.attempt >= job.attempt else None
+
+
+def _lost(harvest: Harvest[Kept], job: Job, died: str) -> KeptRecord | None:
+    """The failed record of an asset whose second attempt was lost with its worker; None: it was the first."""
+    if job.first is None:
+        harvest.dead[job.ref.asset_id] = FirstAttempt(died)
+        return None
+    record = with_first_attempt(_failed(harvest, job, died), job.first, died)
+    return _keep(harvest, _kept(harvest, job, record, died))
 
 
 def _failed(harvest: Harvest[Kept], job: Job, reason: str) -> AssetRecord:
@@ -152,10 +152,13 @@ def _failed(harvest: Harvest[Kept], job: Job, reason: str) -> AssetRecord:
     return record.model_copy(update={"content_hash": job.content_hash, "calls": paid})
 
 
-def _keep(harvest: Harvest[Kept], job: Job, record: AssetRecord, died: str) -> KeptRecord:
-    kept = KeptRecord(
-        run_id=harvest.run_id, redo=harvest.settings.run.redo, record=record, attempt=job.attempt, died=died
-    )
+def _kept(harvest: Harvest[Kept], job: Job, record: AssetRecord, died: str = "") -> KeptRecord:
+    redo = harvest.settings.run.redo
+    return KeptRecord(run_id=harvest.run_id, redo=redo, record=record, attempt=job.attempt, died=died)
+
+
+def _keep(harvest: Harvest[Kept], kept: KeptRecord) -> KeptRecord:
+    """The record, written by the run itself, where no worker has."""
     records.keep_record(harvest.out, kept)
-    records.delete_paid_calls(harvest.out, job.content_hash)
+    records.delete_paid_calls(harvest.out, kept.record.content_hash)
     return kept

@@ -10,9 +10,10 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.switch import find_catalog
 from asset2sim.runs.asset_attempt import FirstAttempt
-from schemas.asset import AssetRecord, AssetRef
+from asset2sim.runs.plan.records import KeptRecord
+from schemas.asset import AssetRef
 from schemas.tables import TABLES
-from schemas.vocabulary import Method, Status
+from schemas.vocabulary import Method
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,10 @@ class Job:
 
 @dataclass(frozen=True)
 class JobResult:
-    """A finished asset. ``died`` says how its process died, empty where it returned a record. ``record`` is set only
-    where it could not be written to the output folder, so that it is not lost."""
+    """A finished asset's record, and whether its worker could write it to the output folder."""
 
-    asset_id: str
-    status: Status
-    died: str = ""
-    record: AssetRecord | None = None
+    kept: KeptRecord
+    written: bool = True
 
 
 def jobs_of(

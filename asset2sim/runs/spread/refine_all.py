@@ -117,7 +117,7 @@ def refine_and_keep(
                 recordings=str(Path.cwd()),
             )
             stopped = _refine(jobs, work, harvest, report.begun)
-            finish_stopped(harvest, jobs)
+            finish_stopped(harvest)
         if not plan.hashes:
             for job in jobs.values():
                 drop_record(out, job.content_hash)

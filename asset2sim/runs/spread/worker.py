@@ -3,7 +3,6 @@
 import contextlib
 import logging
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -91,14 +90,18 @@ def ask_settings(settings: Settings, purpose: str, sample: int = 0) -> ModelSett
 def refine_on_worker(
     job: Job, out: Path | str, settings: Settings, pipeline: str, run_id: str, recordings: str = ""
 ) -> JobResult:
-    """Refine one asset and keep its record, also of a failure, in ``out``, a folder or a URL; ``pipeline`` is a
-    ``module:function`` name. The model calls count towards the budget of the run ``run_id``. ``recordings`` is
-    the folder from which those of recorded models count; empty: the working folder."""
+    """The record of one refined asset, also of a failure; ``pipeline`` is a ``module:function`` name. The model calls
+    count towards the budget of the run ``run_id``. ``recordings`` is the folder from which those of recorded models
+    count; empty: the working folder.
+
+    The record travels as this value. Before it does, it is written to ``out``, a folder or a URL, here and by no other
+    process: where the run is killed or loses its scheduler, what its workers still finish is there for the next.
+    """
     folder = working_folder(out)
     before = read_record(folder, job.content_hash)
     if before is not None and (before.run_id, before.attempt) == (run_id, job.attempt):
         # Dask submits a finished job again if its reply was lost with the worker.
-        return JobResult(job.ref.asset_id, before.record.status, before.died)
+        return JobResult(before)
     _tell_begun(job.ref.asset_id)
     _keep_first_log(folder, job)
     lost = paid_calls(folder, job.content_hash)
@@ -106,7 +109,6 @@ def refine_on_worker(
     attempt = attempt_asset(job.ref, out, settings, pipeline, run_id, keep, job.first is not None, recordings)
     record = attempt.record if job.first is None else with_first_attempt(attempt.record, job.first, attempt.died)
     record = record.model_copy(update={"content_hash": job.content_hash, "calls": (*lost, *record.calls)})
-    done = JobResult(job.ref.asset_id, record.status, attempt.died)
     kept = KeptRecord(run_id=run_id, redo=settings.run.redo, record=record, attempt=job.attempt, died=attempt.died)
     try:
         write_record(folder, kept)
@@ -114,8 +116,8 @@ def refine_on_worker(
         delete_paid_calls(folder, job.content_hash)
     except (OSError, StoreError) as error:
         logger.warning("cannot keep what has finished in %s (%s)", out, error)
-        return replace(done, record=record)
-    return done
+        return JobResult(kept, written=False)
+    return JobResult(kept)
 
 
 def _tell_begun(asset_id: str) -> None:
