@@ -13,13 +13,11 @@ from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import parse
-from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
+from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
-from lab.options.judged_options import JudgeVideosOptions
-from lab.options.learn_options import LearnOptions
-from lab.options.trial_options import ProbeOptions, RecordMotionOptions
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
+from schemas.extensions import Command, commands, named
 
 if TYPE_CHECKING:
     from asset2sim.runs.result import RunResult
@@ -65,48 +63,17 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
             return DONE
-        case JudgeVideosOptions():
-            from asset2sim.models.gateway.environment import quiet_environment
-
-            quiet_environment()
-            from lab.flows.judge_films import judge_films
-
-            judge_films(options, settings_for_run(options.settings, stated_settings(options)).model)
-            return DONE
-        case RecordMotionOptions() | ProbeOptions() | LearnOptions():
-            return _move_arm(options)
-        case RateOptions():
-            from flows.serve_pages import serve_rating
-
-            serve_rating(options, settings_for_run(options.settings, {}))
-            return DONE
-        case RatingsOptions():
-            from flows.show import print_ratings
-
-            print_ratings(options.outs, options.published)
-            return DONE
-    return _print(options)
+    added = next((item for item in commands() if type(options) is named(item.options)), None)
+    return _print(options) if added is None else _run_added(added, options)
 
 
-def _move_arm(options: RecordMotionOptions | ProbeOptions | LearnOptions) -> int:
-    """Let the arm do things with refined objects, by a script or a policy, or learn to. Returns the exit code."""
+def _run_added(command: Command, options: Options) -> int:
+    """Run an extension's command. Returns the exit code."""
     from asset2sim.models.gateway.environment import quiet_environment
 
     quiet_environment()
-    run = settings_for_run(options.settings, stated_settings(options)).run
-    if isinstance(options, ProbeOptions):
-        from lab.flows.probe import probe
-
-        probe(options, run)
-    elif isinstance(options, LearnOptions):
-        from lab.flows.learn import learn
-
-        learn(options, run)
-    else:
-        from lab.flows.record_motion import record_motion
-
-        record_motion(options, run)
-    return DONE
+    settings = settings_for_run(getattr(options, "settings", None), stated_settings(options))
+    return named(command.run)(options, settings) or DONE
 
 
 def _print(options: Options) -> int:

@@ -10,7 +10,6 @@ from rich.text import Text
 
 from asset2sim.catalog.storage.objects import open_store
 from asset2sim.catalog.text import output
-from asset2sim.runs.page_options import RateOptions
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
@@ -30,39 +29,6 @@ def serve_viewer(
         output().print(Text(f"viewer: {viewer.address}, until Ctrl-C"))
         sys.stdout.flush()
         viewer.wait()
-
-
-def serve_rating(options: RateOptions, settings: Settings) -> None:
-    """Serve the rating page until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, where
-    there is nothing to rate, and where viser is not installed."""
-    from asset2sim.experiments.interrupt import sigterm_as_interrupt
-    from lab.judged.rating_plan import variants_of
-    from lab.judged.rating_serve import open_rating
-    from lab.judged.rating_stages import lasting
-    from lab.judged.variant_folders import variant_folders
-
-    variants, missing = variants_of(variant_folders(options.outs), options.methods, options.assets)
-    out = options.outs[0]
-    opened = open_rating(
-        out,
-        variants,
-        engine=options.engine,
-        host=options.host,
-        port=options.port,
-        settings=settings.engine,
-        durations=lasting(options.push_seconds),
-        seed=options.seed,
-    )
-    with suppress(KeyboardInterrupt), sigterm_as_interrupt(), opened as desk:
-        objects = len({item.stop.asset_id for item in variants})
-        left = f"; of {len(missing)} more nothing was written" if missing else ""
-        console = output()
-        console.print(Text(f"rating: {desk.address}, until Ctrl-C"))
-        console.print(
-            Text(f"{len(variants)} variants of {objects} objects{left}; asset2sim ratings {out} adds them up")
-        )
-        sys.stdout.flush()
-        desk.wait()
 
 
 def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_port: int) -> None:

@@ -224,11 +224,3 @@ def print_site(out: Path | str, settings: Settings, anew: bool) -> None:
     site = write_report_of(out, workers=settings.run.workers, anew=anew)
     made = f"{site.written} of {site.pages} objects' pages made anew"
     output().print(Text(f"report: {Location(out).below(*site.index.parts[-2:])}\n{made}"))
-
-
-def print_ratings(outs: Sequence[Path | str], published: Path | None) -> None:
-    """Print the ratings and video scores of output folders, and the published ones of a folder."""
-    from lab.judged.show_ratings import describe_ratings
-
-    for part in describe_ratings(outs, published):
-        output().print(part)

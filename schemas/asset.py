@@ -9,7 +9,7 @@ from schemas.base import Frozen
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.guidance import Guidance
-from schemas.interaction import EngineReport, OverlapPair, Reached
+from schemas.interaction import EngineReport, OverlapPair
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.overrides import Overrides
@@ -74,7 +74,7 @@ class AssetRecord(Frozen):
     measurement: Measurement | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
-    reached: Reached | None = None
+    further: dict[str, float | str | None] = Field(default_factory=dict)
     alignment: Alignment | None = None
     expected: tuple[Expected, ...] = ()
     calls: tuple[ModelCall, ...] = ()

@@ -4,7 +4,7 @@ from typing import TypeVar
 
 from pydantic import Field, JsonValue
 
-from schemas.base import Fraction, Frozen, NonNegative, Positive, Vector3
+from schemas.base import Frozen, NonNegative, Positive, Vector3
 from schemas.measurement import ContactPair, Measurement
 from schemas.vocabulary import Engine, OverlapCause
 
@@ -219,16 +219,6 @@ class Interaction(Frozen):
     def records(self, name: str, kind: type[Record]) -> tuple[Record, ...]:
         """The records in ``further`` of that name."""
         return tuple(kind.model_validate(item) for item in self.further.get(name, ()))
-
-
-class Reached(Frozen):
-    """What a scripted arm did with an object. ``share``: of the way of its task, 0 to 1, on which it moved the joint;
-    None where nothing was moved, of which ``reason`` says why; else it says what is amiss, and is empty if nothing."""
-
-    task: str = ""
-    joint: str | None = None
-    share: Fraction | None = None
-    reason: str = ""
 
 
 class EngineReport(Frozen):

@@ -1,35 +1,25 @@
 """Models of a run: their settings, names of those of this process, and which answers which purpose and where."""
 
-import re
-
 from pydantic import Field
 
 from schemas.base import Frozen, NonNegative, Positive
-from schemas.errors import UnknownChoiceError
+from schemas.extensions import local_models
 from schemas.secret import Address
 
 PRIOR_PROVIDER = "prior"
-PRIOR_MODELS: tuple[str, ...] = ("prior/household", "prior/noisy")
+HOUSEHOLD = "prior/household"
+"""The offline prior."""
 RECORDED_PROVIDER = "recorded"
 RECORDED_FORM = "recorded/<folder>"
 """Name of recorded answers: a folder of files, relative to where the run was started."""
-NOISY = "prior/noisy"
-NOISY_FORM = "prior/noisy[@LEVEL[:SEED]]"
-"""Name of a simulated fallible model: its error level (0 to 10; 1, the default, is the paper's) and its seed."""
-NOISY_LABEL = "simulation of a fallible model"
-"""Label for all numbers of such a model: they say nothing about any real model."""
-MAX_LEVEL = 10.0
-"""Largest error level: beyond it every answer is wrong in every way."""
 REFINEMENT_PURPOSE = "refinement"
 JUDGE_PURPOSE = "judge"
-
-_NOISY = re.compile(r"prior/noisy(?:@(\d{1,4}(?:\.\d{1,6})?)(?::(\d{1,9}))?)?")
 
 
 class ModelSettings(Frozen):
     """Which model answers, how patiently it is asked, and what it may cost."""
 
-    model: str = "prior/household"
+    model: str = HOUSEHOLD
     """Answers syntheses, and everything else for which no other model is named."""
     refinement_model: str | None = None
     """Proposes steps of the state; None stands for ``model``."""
@@ -79,27 +69,10 @@ def is_local(model: str) -> bool:
     return is_prior(model) or is_recorded(model)
 
 
-def is_noisy(model: str) -> bool:
-    """Whether the model is a simulation of a fallible one; for any name, valid or not."""
-    return model == NOISY or model.startswith(f"{NOISY}@")
-
-
-def noise_parameters(model: str) -> tuple[float, int] | None:
-    """Level and seed of the errors that a model in this process makes; None for the offline prior itself. Raises
-    ``UnknownChoiceError`` for a name that is none of ``PRIOR_MODELS`` and not of the form ``NOISY_FORM``."""
-    if model == "prior/household":
-        return None
-    found = _NOISY.fullmatch(model)
-    level = float(found.group(1) or 1.0) if found else MAX_LEVEL + 1.0
-    if found is None or level > MAX_LEVEL:
-        noisy = f"{NOISY_FORM} with LEVEL 0 to {MAX_LEVEL:g} (such as prior/noisy@2:7)"
-        raise UnknownChoiceError("model", model, ("prior/household", noisy))
-    return level, int(found.group(2) or 0)
-
-
 def described(model: str) -> str:
-    """The model's name in reports, with a label where its errors are simulated."""
-    return f"{model} ({NOISY_LABEL})" if is_noisy(model) else model
+    """The model's name in reports, with a label where an extension gives it one."""
+    found = local_models().get(model.partition("@")[0])
+    return f"{model} ({found.label})" if found is not None else model
 
 
 def model_for(settings: ModelSettings, purpose: str) -> str:

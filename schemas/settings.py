@@ -6,6 +6,7 @@ from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
 from schemas.doubt_settings import DoubtSettings as DoubtSettings
+from schemas.extensions import CheckName as CheckName
 from schemas.inputs import InputSettings as InputSettings
 from schemas.model_names import ModelSettings as ModelSettings
 from schemas.model_names import is_prior
@@ -15,7 +16,6 @@ from schemas.thresholds import Thresholds as Thresholds
 from schemas.view_settings import ViewSettings as ViewSettings
 from schemas.vocabulary import (
     BaseMode,
-    Check,
     CollisionMode,
     Correction,
     DynamicsRule,
@@ -266,7 +266,7 @@ class Settings(Frozen):
     exports: tuple[Export, ...] = ()
     search: SearchSettings = SearchSettings()
     thresholds: Thresholds = Thresholds()
-    checks: tuple[Check, ...] = ()
+    checks: tuple[CheckName, ...] = ()
     """Further checks of what was written, each seconds an object; they warn, and decide nothing."""
     views: ViewSettings = ViewSettings()
     run: RunSettings = RunSettings()

@@ -1,5 +1,6 @@
 """The catalog's tables: an Arrow schema each, with units in column names and a description in every field."""
 
+from schemas.extensions import further_columns
 from schemas.table import ASSET_COLUMNS, ASSET_KEY, BY_TYPE, COUNT, FLAG, POSITION, REAL, TEXT, TIME, Column, make_table
 from schemas.tables_engines import ALIGNMENTS, EXPECTATIONS, INTERACTIONS, MEASUREMENTS, OVERLAPS, TRACE
 from schemas.tables_reviews import REVIEWS
@@ -43,9 +44,7 @@ _ASSETS: tuple[Column, ...] = (
     ("peak_speed_m_s", REAL, "m/s", "Fastest link over settling and test; null where not measured or not finite"),
     ("oscillating_joints", COUNT, "1", "Joints that fail the oscillation thresholds; null where not measured"),
     ("finite", FLAG, "", "Whether the simulation stayed finite"),
-    ("reachable", REAL, "1", "Share of its task's way that a scripted arm moved a joint; null: not tried, or no way"),
-    ("reachable_task", TEXT, "", "The task and the joint; null where not asked for"),
-    ("reachable_reason", TEXT, "", "What is amiss, or why nothing was tried; null for nothing, or not asked for"),
+    *further_columns(),
     ("engine", TEXT, "", "Simulator that measured"),
     ("engine_version", TEXT, "", "Its version"),
     ("timestep_s", REAL, "s", "Its time step"),

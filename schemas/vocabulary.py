@@ -153,12 +153,6 @@ class Engine(OpenValues):
     SAPIEN = "sapien"
 
 
-class Check(StrEnum):
-    """Further checks that a run may be asked for. ``reachable``: a scripted arm moves a joint in MuJoCo."""
-
-    REACHABLE = "reachable"
-
-
 class OverlapCause(StrEnum):
     """Why two links overlap: the authored meshes do, or only the convex shapes that stand for them."""
 

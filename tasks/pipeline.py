@@ -14,9 +14,9 @@ from asset2sim.assets.folder import staged_folder
 from asset2sim.baselines.constant import without_model
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
 from asset2sim.checks.check_verdict import Verdict
-from lab.trials.reach_stage import measure_reach
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
+from schemas.extensions import further_check, named
 from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Stage
@@ -97,7 +97,8 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
             draft = progress.record(job.ref, job.settings, measured.verdict)
             run(Stage.ALIGN, align_asset, given, draft, applied.urdf)
             run(Stage.PUBLISH, publish_folder, job, folder, overlay, measured.reports)
-            run(Stage.MEASURE, measure_reach, job, folder)
+            for name in job.settings.checks:
+                run(Stage.MEASURE, named(further_check(name).run), job, folder)
         progress.written = proposal is not None
         return measured.verdict
     finally:

@@ -1,7 +1,7 @@
 """Run the stages of one asset: their wall time, and what each leaves behind for the asset's record."""
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import ParamSpec, TypeVar
@@ -14,7 +14,7 @@ from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.guidance import Guidance
-from schemas.interaction import EngineReport, OverlapPair, Reached
+from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
 from schemas.settings import Settings
@@ -36,11 +36,12 @@ class StageResult:
     overlay: PhysicsOverlay | None = None
     reports: tuple[EngineReport, ...] | None = None
     overlaps: tuple[OverlapPair, ...] | None = None
-    reached: Reached | None = None
     alignment: Alignment | None = None
     expected: tuple[Expected, ...] | None = None
     measure_s: float = 0.0
     """Of the stage's wall time, what engines took to verify, s: it counts as the stage ``measure``."""
+    further: Mapping[str, float | str | None] = field(default_factory=dict)
+    """Column of a further check → its value."""
 
 
 Given = ParamSpec("Given")
@@ -75,9 +76,9 @@ class Progress:
     overlay: PhysicsOverlay | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
-    reached: Reached | None = None
     alignment: Alignment | None = None
     expected: tuple[Expected, ...] = ()
+    further: dict[str, float | str | None] = field(default_factory=dict)
     calls: list[ModelCall] = field(default_factory=list)
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
@@ -108,7 +109,8 @@ class Progress:
         self.findings.extend(result.findings)
         self.calls.extend(result.calls)
         self.trace.extend(result.trace)
-        for name in ("features", "guidance", "overlay", "reports", "overlaps", "reached", "alignment", "expected"):
+        self.further.update(result.further)
+        for name in ("features", "guidance", "overlay", "reports", "overlaps", "alignment", "expected"):
             if getattr(result, name) is not None:
                 setattr(self, name, getattr(result, name))
         return result
@@ -145,9 +147,9 @@ class Progress:
             measurement=next((r.measurement for r in self.reports if r.measurement is not None), None),
             reports=self.reports,
             overlaps=self.overlaps,
-            reached=self.reached,
             alignment=self.alignment,
             expected=self.expected,
+            further=self.further,
             calls=tuple(self.calls),
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
             findings=tuple(self.findings),

@@ -28,7 +28,7 @@ from schemas.settings import (
     Settings,
     ViewSettings,
 )
-from schemas.vocabulary import Check, Correction, Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
+from schemas.vocabulary import Correction, Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
 from tests.model_server import Reply, serve
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -60,7 +60,7 @@ def test_the_options_become_settings() -> None:
         asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
     )  # fmt: skip
     assert request.settings.search == SearchSettings(proposer=Proposer.MODEL)
-    assert request.settings.checks == (Check.REACHABLE,)
+    assert request.settings.checks == ("reachable",)
     assert (request.settings.correct, request.settings.doubt.samples) == (Correction.UNITS, 3)
     run = request.settings.run
     assert (run.asset_time_limit_s, run.min_success, run.max_new_failures, run.gate) == (20.0, 0.95, 3, Gate.WARN)

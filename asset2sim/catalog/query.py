@@ -16,8 +16,8 @@ from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_reviews import REVIEWS_PATTERN, review_files
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
-from lab.schemas.tables_judged import JUDGED
 from schemas.errors import UsageError
+from schemas.extensions import further_tables, missing
 from schemas.table import RENAMED, Table
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.tables_reviews import REVIEWS
@@ -30,8 +30,8 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 
 
 def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
-    """A connection with a view per table of OUT, its history and those of outer judges among them; times are in UTC.
-    The views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
+    """A connection with a view per table of OUT, its history and those of extensions among them; times are in UTC. The
+    views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
     UsageError where OUT has no catalog."""
     import duckdb  # late: writing the catalog does not need it
 
@@ -47,6 +47,7 @@ def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
 def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path) -> None:
     """A view for every published table; ``folder`` holds OUT's set of tables. One that has no file yet is empty."""
     connection.execute("SET TimeZone = 'UTC'")
+    added = further_tables()
     for table in TABLES.values():
         path = folder / table.file
         if path.is_file():
@@ -58,7 +59,7 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
     for table, pattern, there in (
         (HISTORY, PATTERN, history_files(out)),
         (REVIEWS, REVIEWS_PATTERN, review_files(out)),
-        *((table, f"{table.name}/*.parquet", sorted(out.glob(f"{table.name}/*.parquet"))) for table in JUDGED.values()),
+        *((table, f"{name}/*.parquet", sorted(out.glob(f"{name}/*.parquet"))) for name, table in added.items()),
     ):
         if there:
             # Files of older versions may lack columns.
@@ -66,7 +67,7 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
             connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM {files}")
         else:
             connection.register(table.name, table.schema.empty_table())
-    for table in (PUBLISHED | JUDGED).values():
+    for table in (PUBLISHED | added).values():
         _comment(connection, table)
 
 
@@ -89,9 +90,11 @@ def packaged_sql(name: str) -> str:
 def query_error(error: "duckdb.Error") -> UsageError:
     """UsageError for a failed query: one line that lists the valid tables or columns."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip() and not _LEFT_OUT.match(line)]
-    if _NO_TABLE.search(str(error)):
+    unknown = _NO_TABLE.search(str(error))
+    if unknown is not None:
         # DuckDB's own suggestion may be a table of its own.
-        lines = [lines[0], f"choose from: {', '.join(sorted(PUBLISHED | JUDGED))}"]
+        choices = f"choose from: {', '.join(sorted(PUBLISHED | further_tables()))}"
+        lines = [lines[0], missing(unknown[1]) or choices]
     if not lines:
         lines = [type(error).__name__]
     return UsageError(f"the query failed: {'; '.join(line.rstrip('!;') for line in lines)}")

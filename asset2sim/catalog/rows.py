@@ -9,7 +9,7 @@ from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentia
 from asset2sim.catalog.summarize import summarize, total_seconds
 from asset2sim.checks.at_rest import oscillates
 from schemas.asset import AssetRecord, Unchanged
-from schemas.interaction import Reached
+from schemas.extensions import further_columns
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
@@ -64,7 +64,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         **_shape_columns(record),
         **_measured_columns(record.measurement),
         **rows_engines.motion_columns(record.measurement, sliders, run.settings.thresholds),
-        **_reached_columns(record.reached),
+        **{column: record.further.get(column) for column, *_ in further_columns()},
         **run_cost([summary]),
         "cached_calls": summary.cached_calls,
         "refine_steps": len(record.trace),
@@ -225,15 +225,6 @@ def _support_columns(overlay: PhysicsOverlay | None) -> Row:
         "support_mount": found.mount.value if found and found.mount else None,
         "support_source": found.source.value if found else None,
         "support_confidence": found.confidence if found else None,
-    }
-
-
-def _reached_columns(reached: Reached | None) -> Row:
-    """What a scripted arm did, where that was asked for."""
-    return {
-        "reachable": reached.share if reached else None,
-        "reachable_task": " ".join(filter(None, (reached.task, reached.joint))) or None if reached else None,
-        "reachable_reason": reached.reason or None if reached else None,
     }
 
 

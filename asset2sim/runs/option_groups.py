@@ -5,8 +5,9 @@ from pydantic_settings import CliDualFlag
 
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.option_types import CHECKS, CORRECT, FILE, IDS, NAME, OUT, URL, Listed, N
+from schemas.extensions import checks
 from schemas.settings import ModelSettings
-from schemas.vocabulary import Check, Correction
+from schemas.vocabulary import Correction
 
 
 class FileOptions(Options):
@@ -33,7 +34,9 @@ class Selection(Options):
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"
     )
-    check: Listed[CHECKS] = Field((), description=f"further checks, seconds an object: {', '.join(Check)}")
+    check: Listed[CHECKS] = Field(
+        (), description=f"further checks, seconds an object: {', '.join(checks()) or 'none is installed'}"
+    )
     workers: N | None = Field(None, description="assets at work at once (default: all cores)")
 
 

@@ -11,12 +11,12 @@ from typing_extensions import TypeAliasType
 from asset2sim.runs.command_line import Options
 from schemas.base import Fraction, NonNegative, Positive
 from schemas.errors import UsageError
+from schemas.extensions import CheckName
 from schemas.inputs import Package
 from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (
     BaseMode,
-    Check,
     CollisionMode,
     Correction,
     DynamicsRule,
@@ -107,7 +107,7 @@ VIEWED = (Engine.PYBULLET, Engine.MUJOCO)
 """Engines of the viewer."""
 ENGINE = TypeAliasType("ENGINE", Annotated[Engine, AfterValidator(viewed)])
 FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
-CHECKS = TypeAliasType("CHECKS", tuple[Check, ...])
+CHECKS = TypeAliasType("CHECKS", tuple[CheckName, ...])
 PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
 GROUP = TypeAliasType("GROUP", Grouping)
 METHOD = TypeAliasType("METHOD", Method)

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, create_model, model_validator
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg
 from pydantic_settings import get_subcommand as chosen_command
 
@@ -48,11 +48,9 @@ from asset2sim.runs.option_types import (
     exclusive,
     nothing,
 )
-from asset2sim.runs.page_options import PagesOptions, RateOptions, RatingsOptions, ReportOptions, ViewOptions
-from lab.options.judged_options import JudgeVideosOptions
-from lab.options.learn_options import LearnOptions
-from lab.options.trial_options import ProbeOptions, RecordMotionOptions
+from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from schemas.errors import UsageError
+from schemas.extensions import commands, missing, named
 from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (
@@ -271,16 +269,6 @@ class Command(Options):
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
-    rate: CliSubCommand[RateOptions] = Field(description="a page on which people rate anonymous variants")
-    judge_videos: CliSubCommand[JudgeVideosOptions] = Field(
-        alias="judge-videos", description="films of recorded interactions, scored by models side by side"
-    )
-    ratings: CliSubCommand[RatingsOptions] = Field(description="what people and judges made of variants, per method")
-    record_motion: CliSubCommand[RecordMotionOptions] = Field(
-        alias="record-motion", description="a scripted arm's tasks with refined objects, filmed and judged"
-    )
-    probe: CliSubCommand[ProbeOptions] = Field(description="a policy's tasks with refined objects, asked over a socket")
-    learn: CliSubCommand[LearnOptions] = Field(description="a robot learns to use refined objects: PPO, resumable")
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")
@@ -293,7 +281,15 @@ class Command(Options):
 
 
 def parse(words: Sequence[str]) -> Options:
-    """The options of the command that a command line names. Raises UsageError."""
-    found = chosen_command(parse_words(Command, words, "asset2sim", EXAMPLE), is_required=True)
+    """The options of the command that a command line names, of extensions too. Raises UsageError."""
+    added: dict[str, Any] = {}
+    subcommand: Any = CliSubCommand
+    for item in commands():
+        field = Field(alias=item.name, description=item.description)
+        added[item.name.replace("-", "_")] = subcommand[named(item.options)], field
+    if words and words[0] not in [item.name for item in commands()] and missing(words[0]):
+        raise UsageError(missing(words[0]))
+    whole = create_model("Command", __base__=Command, __doc__=Command.__doc__, **added)
+    found = chosen_command(parse_words(whole, words, "asset2sim", EXAMPLE), is_required=True)
     assert isinstance(found, Options)
     return found

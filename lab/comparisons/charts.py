@@ -9,7 +9,7 @@ import numpy as np
 from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES, Row
 from lab.comparisons.markdown import name_of
 from lab.comparisons.method_runs import METHODS, WITHOUT_MODEL
-from schemas.model_names import NOISY
+from lab.noise.noise_level import NOISY
 from schemas.vocabulary import Method
 
 if TYPE_CHECKING:

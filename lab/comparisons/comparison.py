@@ -24,9 +24,10 @@ from lab.comparisons.markdown import (
 )
 from lab.comparisons.meaning import apart_table
 from lab.comparisons.method_runs import Run, slug
+from lab.noise.noise_level import NOISY
 from lab.pages.blocks import write_block
 from lab.schemas import tables_compare as schema
-from schemas.model_names import NOISY, described
+from schemas.model_names import described
 from schemas.table import Table
 
 BLOCK = "compare"

@@ -14,11 +14,10 @@ from asset2sim.runs.command_line import parse
 from asset2sim.runs.option_groups import FileOptions, Selection
 from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, nothing
 from asset2sim.runs.request import merged, settings_for_run, stated_settings
-from lab.noise.noise_level import noise_of
+from lab.noise.noise_level import MAX_LEVEL, NOISY, is_noisy, noise_of
 from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.location import Location
-from schemas.model_names import MAX_LEVEL, NOISY, is_noisy
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
 

@@ -8,7 +8,8 @@ import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.models.gateway.recorded import answer_files
-from schemas.model_names import NOISY, REFINEMENT_PURPOSE, is_recorded, recorded_folder
+from lab.noise.noise_level import NOISY
+from schemas.model_names import REFINEMENT_PURPOSE, is_recorded, recorded_folder
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, Proposer, Status
 

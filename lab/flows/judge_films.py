@@ -8,10 +8,10 @@ from lab.flows.in_flow import in_flow
 from lab.judged.judge_videos import judge_videos
 from lab.judged.show_ratings import describe_scores
 from lab.options.judged_options import JudgeVideosOptions
-from schemas.settings import ModelSettings
+from schemas.settings import Settings
 
 
-def judge_films(options: JudgeVideosOptions, model: ModelSettings) -> None:
+def judge_films(options: JudgeVideosOptions, settings: Settings) -> None:
     """Have the films of output folders judged; print how far it is, and in the end what the scores come to. Raises
     UsageError as ``judge_videos`` does."""
     looks = options.trials, options.frames, options.seed
@@ -20,7 +20,7 @@ def judge_films(options: JudgeVideosOptions, model: ModelSettings) -> None:
         def told(line: str) -> None:
             output().print(Text(line))
 
-        return judge_videos(options.outs, options.judges, *looks, model, told, options.record)
+        return judge_videos(options.outs, options.judges, *looks, settings.model, told, options.record)
 
     scores = in_flow("judge-videos", judge)
     for part in describe_scores("Video scores", scores):

@@ -22,13 +22,13 @@ from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.learning_settings import warp_settings
 from schemas.location import Location
-from schemas.settings import RunSettings
+from schemas.settings import Settings
 
 BLOCK, PICTURE = "learn", "learning_curves.svg"
 """Name of the page's block, and of the picture beside the page."""
 
 
-def learn(options: LearnOptions, run: RunSettings) -> None:
+def learn(options: LearnOptions, settings: Settings) -> None:
     """Train on these outputs' objects and print what became of it. Raises UsageError where a library is missing, for an
     output without a catalog, where nothing is chosen, and for a page without the block's markers."""
     check_libraries(warp=options.warp is not None)
@@ -51,7 +51,7 @@ def learn(options: LearnOptions, run: RunSettings) -> None:
         sys.stderr.write(f"{len(todo) - len(left)} of {len(todo)} trainings have ended before; --force begins anew\n")
     if left:
         study = learning_study(heard)
-        in_flow(study.name, lambda: run_study(study, left, run))
+        in_flow(study.name, lambda: run_study(study, left, settings.run))
     rows, curves = (of_these(latest_own([options.out], table), todo) for table in (LEARNING, LEARNING_CURVES))
     for part in described(rows):
         output().print(part)

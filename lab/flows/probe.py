@@ -21,13 +21,13 @@ from lab.probes.probe_study import ProbeChoice, chosen_tasks, jobs_of, probe_stu
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
 from schemas.errors import UsageError
-from schemas.settings import RunSettings
+from schemas.settings import Settings
 
 BLOCK = "probe"
 """Name of the page's block."""
 
 
-def probe(options: ProbeOptions, run: RunSettings) -> None:
+def probe(options: ProbeOptions, settings: Settings) -> None:
     """Do the trials that have no result yet and print what all of these outputs' say. Raises UsageError for an output
     without a catalog or a refined object that has one of the tasks, a policy that is none, and a page without the
     block's markers."""
@@ -49,12 +49,12 @@ def probe(options: ProbeOptions, run: RunSettings) -> None:
         },
     )
     jobs = jobs_of(folders, spec, choice)
-    settings = ProbeSettings()
-    todo = jobs if options.force else left_to_do(probe_study(settings), jobs)
+    limits = ProbeSettings()
+    todo = jobs if options.force else left_to_do(probe_study(limits), jobs)
     if len(todo) < len(jobs):
         sys.stderr.write(f"{len(jobs) - len(todo)} of {len(jobs)} trials have a result; --force does them again\n")
     if todo:
-        left = in_flow("probe", lambda: run_probes(todo, run, settings))
+        left = in_flow("probe", lambda: run_probes(todo, settings.run, limits))
         if left:
             sys.stderr.write(f"nobody answers for {spec.name}: {left} trials are left for the next run\n")
     trials = latest_own(folders, PROBE_TRIALS)

@@ -14,13 +14,13 @@ from lab.pages.blocks import Pages
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.show_trials import described, methods_block, trials_block
 from lab.trials.study import STUDY, jobs_of
-from schemas.settings import RunSettings
+from schemas.settings import Settings
 
 BLOCK = "judged"
 """Name of the pages' block."""
 
 
-def record_motion(options: RecordMotionOptions, run: RunSettings) -> None:
+def record_motion(options: RecordMotionOptions, settings: Settings) -> None:
     """Record the trials of these outputs' objects and print what became of them. Raises UsageError for an output
     without a catalog or refined objects, a page without the block's markers, and a gripper that is not installed."""
     if options.gripper == ROBOTIQ.name:
@@ -28,7 +28,7 @@ def record_motion(options: RecordMotionOptions, run: RunSettings) -> None:
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     pages = Pages(BLOCK, {options.page: trials_block, options.readme: methods_block})
     jobs = [job for out in folders for job in jobs_of(out, options.assets, options.film, options.gripper)]
-    in_flow(STUDY.name, lambda: run_study(STUDY, jobs, run))
+    in_flow(STUDY.name, lambda: run_study(STUDY, jobs, settings.run))
     trials = latest_own(folders, TRIALS)
     for part in described(trials):
         output().print(part)

@@ -34,6 +34,7 @@ offline prior itself, level 1 is the paper's model.
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
@@ -41,7 +42,18 @@ from statistics import NormalDist
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative
-from schemas.model_names import noise_parameters
+from schemas.errors import UnknownChoiceError
+from schemas.model_names import HOUSEHOLD
+
+NOISY = "prior/noisy"
+NOISY_LABEL = "simulation of a fallible model"
+"""Label for all numbers of such a model: they say nothing about any real model."""
+MAX_LEVEL = 10.0
+"""Largest error level: beyond it every answer is wrong in every way."""
+NOISY_FORM = f"{NOISY}[@LEVEL[:SEED]] with LEVEL 0 to {MAX_LEVEL:g} (such as {NOISY}@2:7)"
+"""Name of a simulated fallible model: its error level (1, the default, is the paper's) and its seed."""
+
+_NOISY = re.compile(r"prior/noisy(?:@(\d{1,4}(?:\.\d{1,6})?)(?::(\d{1,9}))?)?")
 
 
 class NoiseLevel(Frozen):
@@ -100,7 +112,7 @@ class NoiseLevel(Frozen):
 class Noise(Frozen):
     """Which simulated fallible model: its level, 1 being the paper's, and the seed of its errors."""
 
-    level: float = Field(1.0, ge=0.0, le=10.0)
+    level: float = Field(1.0, ge=0.0, le=MAX_LEVEL)
     seed: int = Field(0, ge=0)
 
     @property
@@ -109,10 +121,21 @@ class Noise(Frozen):
         return NoiseLevel().at(self.level)
 
 
+def is_noisy(model: str) -> bool:
+    """Whether the model is a simulation of a fallible one; for any name, valid or not."""
+    return model == NOISY or model.startswith(f"{NOISY}@")
+
+
 def noise_of(model: str) -> Noise | None:
-    """The errors of a model in this process; None for the offline prior itself. Raises ``UnknownChoiceError``."""
-    parameters = noise_parameters(model)
-    return None if parameters is None else Noise(level=parameters[0], seed=parameters[1])
+    """The errors of a model in this process; None for the offline prior itself. Raises ``UnknownChoiceError`` for a
+    name that is not of the form ``NOISY_FORM``."""
+    if model == HOUSEHOLD:
+        return None
+    found = _NOISY.fullmatch(model)
+    level = float(found.group(1) or 1.0) if found else MAX_LEVEL + 1.0
+    if found is None or level > MAX_LEVEL:
+        raise UnknownChoiceError("model", model, (HOUSEHOLD, NOISY_FORM))
+    return Noise(level=level, seed=int(found.group(2) or 0))
 
 
 _SPREADS = tuple(name for name in NoiseLevel.model_fields if name.endswith(("_log", "_share")))

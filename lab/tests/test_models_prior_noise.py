@@ -13,10 +13,10 @@ from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prior.answer import answer
 from asset2sim.models.prior.provider import next_answer
 from lab.noise.noise import MALFORMED, malformed, noisy, noisy_overlay
-from lab.noise.noise_level import Draws, Noise, NoiseLevel, draws_for, noise_of
+from lab.noise.noise_level import NOISY_LABEL, Draws, Noise, NoiseLevel, draws_for, is_noisy, noise_of
 from lab.noise.noise_state import with_wrong_part
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
-from schemas.model_names import NOISY_LABEL, described, is_noisy, is_prior, noise_parameters
+from schemas.model_names import described, is_prior
 from schemas.overlay import Overlay
 from tests.prior_objects import hinged, prompt, sliding, thing
 
@@ -247,7 +247,7 @@ def test_names_of_models() -> None:
 @pytest.mark.parametrize("name", ["prior/noisy@", "prior/noisy@-1", "prior/noisy@11", "prior/noisy@1:x", "prior/else"])
 def test_invalid_names_say_how_one_is_written(name: str) -> None:
     with pytest.raises(UnknownChoiceError, match=r"prior/noisy\[@LEVEL\[:SEED\]\]"):
-        noise_parameters(name)
+        noise_of(name)
 
 
 def test_the_provider_passes_the_sample_on() -> None:

@@ -10,9 +10,9 @@ from asset2sim.gym.arm.attempt import planned
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, target_of, tasks_of
 from asset2sim.load import LoadError
+from lab.schemas.reached import Reached
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.physical_judge import judge
-from schemas.interaction import Reached
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 

@@ -5,20 +5,13 @@ from urllib.parse import urlsplit
 from asset2sim.models.gateway.prices import price_of
 from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
+from asset2sim.models.prior.local_models import answers_of
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.model_names import (
-    PRIOR_MODELS,
-    RECORDED_FORM,
-    is_prior,
-    is_recorded,
-    named_models,
-    noise_parameters,
-    settings_for,
-)
+from schemas.model_names import HOUSEHOLD, RECORDED_FORM, is_prior, is_recorded, named_models, settings_for
 from schemas.settings import ModelSettings
 
 _SHOWN_CHOICES = (
-    *PRIOR_MODELS, RECORDED_FORM, "anthropic/<model>", "azure/<deployment>", "bedrock/<model>", "gemini/<model>",
+    HOUSEHOLD, RECORDED_FORM, "anthropic/<model>", "azure/<deployment>", "bedrock/<model>", "gemini/<model>",
     "hosted_vllm/<model>", "mistral/<model>", "ollama/<model>", "openai/<model>", "openrouter/<model>",
     "vertex_ai/<model>", "or any other provider's prefix that LiteLLM knows",
 )  # fmt: skip
@@ -41,7 +34,7 @@ def check_model(settings: ModelSettings) -> None:
 def _check_named(settings: ModelSettings) -> None:
     model = settings.model
     if is_prior(model):
-        noise_parameters(model)
+        answers_of(model)
         return
     if is_recorded(model):
         check_recorded(model)
@@ -51,7 +44,7 @@ def _check_named(settings: ModelSettings) -> None:
     missing = missing_variables(settings)
     if missing:
         raise UsageError(
-            f"model '{model}' needs {listed(missing)} in the environment or in .env: set it, or use {PRIOR_MODELS[0]}, "
+            f"model '{model}' needs {listed(missing)} in the environment or in .env: set it, or use {HOUSEHOLD}, "
             "which needs no key"
         )
     if (settings.run_usd is not None or settings.asset_usd is not None) and price_of(settings) is None:

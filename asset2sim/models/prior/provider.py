@@ -1,4 +1,4 @@
-"""The ``prior`` provider of LiteLLM: answers from tables, in this process, without key or network. Imports LiteLLM, so
+"""The ``prior`` provider of LiteLLM: answers of the models of this process, without key or network. Imports LiteLLM, so
 it is itself imported late, by ``asset2sim.models.gateway.lite``."""
 
 import json
@@ -11,8 +11,8 @@ from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
 from asset2sim.models.prior.agent import message_text, next_turn
-from lab.noise.noise_level import noise_of
-from schemas.errors import UnknownChoiceError
+from asset2sim.models.prior.local_models import answers_of
+from schemas.errors import UsageError
 from schemas.model_names import PRIOR_PROVIDER
 
 PRIOR_CHARACTERS_PER_TOKEN = 4
@@ -20,7 +20,7 @@ PRIOR_CHARACTERS_PER_TOKEN = 4
 
 
 class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
-    """LiteLLM's interface to the offline prior, with simulated errors for ``prior/noisy``, and token counts. A request
+    """LiteLLM's interface to the models of this process (``local_models``), and token counts. A request
     with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that describes
     an object. It depends only on the messages, whether there are tools, and ``seed`` (the number of the sample)."""
 
@@ -30,8 +30,8 @@ class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is
         options: Mapping[str, Any] = kwargs.get("optional_params") or {}
         name = f"{PRIOR_PROVIDER}/{model}"
         try:
-            noise_of(name)
-        except UnknownChoiceError as error:
+            answers_of(name)
+        except UsageError as error:
             raise CustomLLMError(404, str(error)) from error
         try:
             content, calls = next_answer(name, messages, bool(options.get("tools")), int(options.get("seed") or 0))
@@ -50,17 +50,11 @@ def next_answer(
     model: str, messages: Sequence[Mapping[str, Any]], with_tools: bool, sample: int
 ) -> tuple[str | None, list[dict[str, Any]]]:
     """Text and tool calls (in OpenAI's format) of the next message from a model of this process."""
-    from asset2sim.models.prior.answer import answer
-
-    noise = noise_of(model)
+    answers = answers_of(model)
     conversation = "\n".join(text_and_calls(message) for message in messages if message.get("role") != "system")
 
     def proposal(text: str) -> str:
-        if noise is None:
-            return answer(text)
-        from lab.noise.noise import noisy
-
-        return noisy(answer(text), text, noise, sample, f"{text}\n{conversation}")
+        return answers(text, conversation, sample)
 
     if not with_tools:
         return proposal(user_text(messages)), []

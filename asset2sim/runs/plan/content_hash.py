@@ -5,21 +5,24 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 
 from asset2sim.engines.registry import installed
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from schemas.asset import AssetRef
 from schemas.declared import outside_code
+from schemas.extensions import further_check, local_models
+from schemas.model_names import named_models
 from schemas.settings import EngineSettings, Settings
-from schemas.vocabulary import DECIDING_PACKAGES, Check, Engine
+from schemas.vocabulary import DECIDING_PACKAGES, Engine
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 ROOMS = (
-    *("schemas", "tasks", "asset2sim/guidance", "asset2sim/render", "lab/noise"),
+    *("schemas", "tasks", "asset2sim/guidance", "asset2sim/render"),
     *("asset2sim/physics", "asset2sim/assets", "asset2sim/models", "asset2sim/validation", "asset2sim/engines"),
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
     # An asset's rows, and the records of those that fail outside the pipeline.
@@ -28,36 +31,56 @@ ROOMS = (
     *("asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
-ROOMS_OF_CHECKS: Mapping[Check, Sequence[str]] = {
-    Check.REACHABLE: ("lab/trials", "lab/schemas", "asset2sim/gym/arm", "asset2sim/load.py", "asset2sim/report/loops")
-}
-"""What further checks run besides: it counts where they are asked for."""
 IRRELEVANT_SOURCES = ("tasks/check.py",)
 """Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
 
 
-def counted_files(root: Path, checks: Sequence[Check] = ()) -> list[str]:
-    """The sources and data files of ``ROOMS`` and of these further checks, relative to the checkout ``root``. Raises
-    FileNotFoundError for a room that is not there: a hash over nothing would never change."""
-    found: list[str] = []
-    for room in (*ROOMS, *(room for check in checks for room in ROOMS_OF_CHECKS[check])):
-        place = root / room
-        files = [place] if place.is_file() else place.rglob("*")
-        names = [file.relative_to(root).as_posix() for file in files if file.suffix in (".py", *DATA_SUFFIXES)]
-        if not names:
-            raise FileNotFoundError(f"{place} holds no sources: content hashes depend on it")
-        found += names
+def counted_files(root: Path) -> list[str]:
+    """The sources and data files of ``ROOMS``, relative to the checkout ``root``. Raises FileNotFoundError for a room
+    that is not there: a hash over nothing would never change."""
+    found = [file.relative_to(root).as_posix() for room in ROOMS for file in _sources(root / room)]
     return sorted(set(found) - set(IRRELEVANT_SOURCES))
 
 
+def _sources(place: Path) -> list[Path]:
+    files = [place] if place.is_file() else place.rglob("*")
+    found = [file for file in files if file.suffix in (".py", *DATA_SUFFIXES)]
+    if not found:
+        raise FileNotFoundError(f"{place} holds no sources: content hashes depend on it")
+    return found
+
+
+def module_files(name: str) -> dict[str, Path]:
+    """The sources of a module, or all those of a package, wherever it is installed, by their names from its root."""
+    spec = find_spec(name)
+    if spec is None or spec.origin is None:
+        raise FileNotFoundError(f"{name} is not installed: content hashes depend on it")
+    package = spec.submodule_search_locations is not None
+    place = Path(spec.origin).parent if package else Path(spec.origin)
+    root = place.parents[name.count(".")]
+    return {file.relative_to(root).as_posix(): file for file in _sources(place)}
+
+
+def extension_sources(settings: Settings) -> tuple[str, ...]:
+    """Modules and packages of extensions that decide a result with these settings."""
+    models = {model.partition("@")[0] for model in named_models(settings.model)} & local_models().keys()
+    counted = [further_check(name).sources for name in settings.checks]
+    counted += [local_models()[name].sources for name in sorted(models)]
+    return tuple(source for sources in counted for source in sources)
+
+
 @functools.cache
-def source_version(root: Path = CHECKOUT, checks: tuple[Check, ...] = ()) -> str:
-    """SHA-256 over the code of ``counted_files`` without comments and docstrings; computed once a process, in 0.4 s."""
+def source_version(root: Path = CHECKOUT, modules: tuple[str, ...] = ()) -> str:
+    """SHA-256 over the code of ``counted_files`` and of further modules, without comments and docstrings; computed once
+    a process, in 0.4 s."""
+    files = {name: root / name for name in counted_files(root)}
+    for module in modules:
+        files |= module_files(module)
     digest = hashlib.sha256()
-    for name in counted_files(root, checks):
-        content = (root / name).read_bytes()
+    for name, file in sorted(files.items()):
+        content = file.read_bytes()
         code = bare_code(content) if name.endswith(".py") else content
         digest.update(f"{name}\0{hashlib.sha256(code).hexdigest()}\n".encode())
     return digest.hexdigest()
@@ -114,7 +137,7 @@ def shared_hash(settings: Settings, pipeline: str) -> str:
     """SHA-256 over what all assets of a run depend on: settings, sources, packages and the pipeline's name."""
     chosen = settings.model_dump_json(exclude=IRRELEVANT_SETTINGS)
     left_out = os.environ.get(LEFT_OUT_VARIABLE, "")
-    sources = source_version(CHECKOUT, settings.checks) + hashlib.sha256(outside_code()).hexdigest()
+    sources = source_version(CHECKOUT, extension_sources(settings)) + hashlib.sha256(outside_code()).hexdigest()
     material = [pipeline, chosen, sources, package_versions(settings.engine), left_out]
     return hashlib.sha256(json.dumps(material, sort_keys=True).encode()).hexdigest()
 

@@ -1,0 +1,48 @@
+"""What the laboratory adds to ``asset2sim``: its commands, tables, check and model (``schemas.extensions``)."""
+
+from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
+from schemas.extensions import Command, Extension, FurtherCheck, LocalModel
+
+COMMANDS = (
+    Command(
+        "rate", "a page on which people rate anonymous variants",
+        "lab.options.rating_options:RateOptions", "lab.flows.rate:serve_rating",
+    ),
+    Command(
+        "judge-videos", "films of recorded interactions, scored by models side by side",
+        "lab.options.judged_options:JudgeVideosOptions", "lab.flows.judge_films:judge_films",
+    ),
+    Command(
+        "ratings", "what people and judges made of variants, per method",
+        "lab.options.rating_options:RatingsOptions", "lab.flows.rate:print_ratings",
+    ),
+    Command(
+        "record-motion", "a scripted arm's tasks with refined objects, filmed and judged",
+        "lab.options.trial_options:RecordMotionOptions", "lab.flows.record_motion:record_motion",
+    ),
+    Command(
+        "probe", "a policy's tasks with refined objects, asked over a socket",
+        "lab.options.trial_options:ProbeOptions", "lab.flows.probe:probe",
+    ),
+    Command(
+        "learn", "a robot learns to use refined objects: PPO, resumable",
+        "lab.options.learn_options:LearnOptions", "lab.flows.learn:learn",
+    ),
+)  # fmt: skip
+REACHABLE = FurtherCheck(
+    name="reachable",
+    description="a scripted arm moves a joint in MuJoCo",
+    run="lab.trials.reach_stage:measure_reach",
+    columns="lab.schemas.tables_trials:REACHED",
+    sources=("lab.trials", "lab.schemas", "asset2sim.gym.arm", "asset2sim.load"),
+)
+SIMULATED = LocalModel(
+    name=NOISY,
+    form=NOISY_FORM,
+    label=NOISY_LABEL,
+    answers="lab.noise.noisy_model:noisy_answers",
+    sources=("lab.noise",),
+)
+EXTENSION = Extension(
+    commands=COMMANDS, checks=(REACHABLE,), models=(SIMULATED,), tables="lab.schemas.tables_judged:JUDGED"
+)

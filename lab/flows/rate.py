@@ -1,0 +1,49 @@
+"""The commands that let people rate variants, and that print what they and judges made of them."""
+
+import sys
+from contextlib import suppress
+
+from rich.text import Text
+
+from asset2sim.catalog.text import output
+from asset2sim.experiments.interrupt import sigterm_as_interrupt
+from lab.judged.rating_plan import variants_of
+from lab.judged.rating_serve import open_rating
+from lab.judged.rating_stages import lasting
+from lab.judged.show_ratings import describe_ratings
+from lab.judged.variant_folders import variant_folders
+from lab.options.rating_options import RateOptions, RatingsOptions
+from schemas.settings import Settings
+
+
+def serve_rating(options: RateOptions, settings: Settings) -> None:
+    """Serve the rating page until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, where
+    there is nothing to rate, and where viser is not installed."""
+    variants, missing = variants_of(variant_folders(options.outs), options.methods, options.assets)
+    out = options.outs[0]
+    opened = open_rating(
+        out,
+        variants,
+        engine=options.engine,
+        host=options.host,
+        port=options.port,
+        settings=settings.engine,
+        durations=lasting(options.push_seconds),
+        seed=options.seed,
+    )
+    with suppress(KeyboardInterrupt), sigterm_as_interrupt(), opened as desk:
+        objects = len({item.stop.asset_id for item in variants})
+        left = f"; of {len(missing)} more nothing was written" if missing else ""
+        console = output()
+        console.print(Text(f"rating: {desk.address}, until Ctrl-C"))
+        console.print(
+            Text(f"{len(variants)} variants of {objects} objects{left}; asset2sim ratings {out} adds them up")
+        )
+        sys.stdout.flush()
+        desk.wait()
+
+
+def print_ratings(options: RatingsOptions, settings: Settings) -> None:
+    """Print the ratings and video scores of output folders, and the published ones of a folder."""
+    for part in describe_ratings(options.outs, options.published):
+        output().print(part)

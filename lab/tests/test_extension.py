@@ -1,0 +1,75 @@
+"""What the laboratory declares of itself exists, and the product knows whom to name where it is absent."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from asset2sim.models.prior.local_models import answers_of
+from asset2sim.runs.command_line import Options
+from asset2sim.runs.options import parse
+from asset2sim.runs.plan.content_hash import extension_sources, module_files, source_version
+from lab.extension import EXTENSION
+from schemas import extensions
+from schemas.errors import UsageError
+from schemas.model_names import ModelSettings, described
+from schemas.settings import Settings
+from schemas.table import Table
+from schemas.tables import PUBLISHED, TABLES
+
+
+def test_it_is_installed_beside_the_product() -> None:
+    assert EXTENSION in extensions.extensions()
+
+
+@pytest.mark.parametrize("command", EXTENSION.commands, ids=lambda command: str(command.name))
+def test_every_command_has_options_and_a_function(command: extensions.Command) -> None:
+    assert issubclass(extensions.named(command.options), Options) and callable(extensions.named(command.run))
+
+
+def test_its_check_model_and_tables_are_there() -> None:
+    (check,) = EXTENSION.checks
+    assert callable(extensions.named(check.run))
+    columns = [name for name, *_ in extensions.named(check.columns)]
+    assert columns and set(columns) <= set(TABLES["assets"].schema.names)
+    assert described("prior/noisy@2:7").startswith("prior/noisy@2:7 (simulation")
+    tables = extensions.named(EXTENSION.tables)
+    assert all(isinstance(table, Table) and table.name == name for name, table in tables.items())
+    assert not set(tables) & set(PUBLISHED)
+
+
+def test_the_product_knows_all_its_names() -> None:
+    names = {item.name for item in EXTENSION.commands} | {EXTENSION.checks[0].name, EXTENSION.models[0].name}
+    assert names | set(extensions.named(EXTENSION.tables)) == set(extensions.KNOWN["asset2sim-lab"])
+
+
+def test_its_code_counts_where_it_decides() -> None:
+    plain, noisy = Settings(), Settings(model=ModelSettings(model="prior/noisy@2"))
+    assert extension_sources(plain) == () and extension_sources(noisy) == ("lab.noise",)
+    assert "lab.trials" in extension_sources(Settings(checks=("reachable",)))
+    assert {"lab/noise/__init__.py", "lab/noise/noise.py"} <= set(module_files("lab.noise"))
+    assert set(module_files("asset2sim.load")) == {"asset2sim/load.py"}
+    versions = {source_version(modules=extension_sources(item)) for item in (plain, noisy)}
+    assert len(versions) == 2
+    for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources):
+        assert module_files(name)
+
+
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The product without any extension."""
+    monkeypatch.setattr(extensions, "entry_points", lambda **_: [])
+    extensions.extensions.cache_clear()
+    yield
+    extensions.extensions.cache_clear()
+
+
+@pytest.mark.usefixtures("alone")
+def test_without_it_one_line_says_what_is_missing() -> None:
+    for command in EXTENSION.commands:
+        with pytest.raises(UsageError, match=f"'{command.name}' needs asset2sim-lab, which is not installed"):
+            parse([command.name, "out"])
+    with pytest.raises(UsageError, match="'reachable' needs asset2sim-lab"):
+        parse(["refine", "data", "--out", "out", "--check", "reachable"])
+    with pytest.raises(UsageError, match="'prior/noisy@2' needs asset2sim-lab"):
+        answers_of("prior/noisy@2")
+    assert described("prior/noisy") == "prior/noisy"
