@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 
@@ -11,6 +12,7 @@ from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling, bounded_press, felt_press, standing_part
 from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding, leaves
+from asset2sim.validation.joint_coupling import bound_together
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.notes import Notes
@@ -54,140 +56,213 @@ HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
 
-def joint_physics(
-    features: Features,
-    tree: Sequence[TreeJoint],
-    bodies: Mapping[str, Body],
-    starts: Mapping[str, Start],
-    proposals: Mapping[str, JointProposal],
-    handled: Mapping[str, Handling],
-    asked: frozenset[str],
-    scale: float,
+@dataclass(frozen=True)
+class JointInputs:
+    """What joint physics are derived from, at the final scale: the kinematic ``tree`` and its ``bodies``, where joints
+    start, what is proposed for them, how people handle their parts, the paths that the user states (``asked``), and who
+    proposes the rest (``source``). On a held base joints move what they move on it; what bounds damping and stiffness
+    stays that of a free one, which is less, since the base may be freed."""
+
+    features: Features
+    tree: Sequence[TreeJoint]
+    bodies: Mapping[str, Body]
+    starts: Mapping[str, Start]
+    proposals: Mapping[str, JointProposal]
+    handled: Mapping[str, Handling]
+    asked: frozenset[str]
+    scale: float
+    source: Source
+    base_held: bool = False
+
+
+@dataclass(frozen=True)
+class JointMechanics:
+    """What one joint moves (kg·m² or kg) at the start: ``inertia`` as it accelerates, ``held`` with all else still, and
+    ``least`` over all poses; gravity's ``pull`` there, and the largest in any direction. ``bears_most``: it carries
+    more than half of the object."""
+
+    inertia: float
+    held: float
+    least: float
+    pull: Pull
+    largest_gravity: float
+    bears_most: bool
+
+
+def joint_physics(inputs: JointInputs, settings: PhysicsSettings, notes: Notes) -> tuple[JointPhysics, ...]:
+    """Complete physics of every movable joint."""
+    poses = spanning_poses(inputs.starts)
+    spaces = [joint_space(inputs.tree, inputs.features.root, inputs.bodies, pose) for pose in poses]
+    check_mass_matrices(inputs.features, spaces)
+    mechanics = joint_mechanics(inputs, spaces)
+    made = [one_joint(inputs, name, mechanics[name], settings, notes) for name in inputs.starts]
+    joints = [joint for joint, _ in made]
+    if settings.dynamics is DynamicsRule.PAPER:
+        return tuple(joints)
+    return bound_together(joints, {joint.name: rest for joint, rest in made}, spaces, settings, notes)
+
+
+def joint_mechanics(inputs: JointInputs, spaces: Sequence[JointSpace]) -> dict[str, JointMechanics]:
+    """Joint → its mechanics, of the joint spaces of sample poses, the first of which is the start."""
+    space, bodies = spaces[0], inputs.bodies
+    inertias = space.inertia_on_held_base() if inputs.base_held else space.effective_inertia()
+    held, everywhere = space.held_inertia(), [item.effective_inertia() for item in spaces]
+    total = sum(body.mass for body in bodies.values())
+    return {
+        name: JointMechanics(
+            inertia=inertias[name],
+            held=held[name],
+            least=min(found[name] for found in everywhere),
+            pull=pull,
+            largest_gravity=largest,
+            bears_most=not inputs.base_held
+            and sum(bodies[link].mass for link in subtree(inputs.tree, name)) > total / 2.0,
+        )
+        for name, pull, largest in zip(space.names, space.pulls, space.largest_gravity, strict=True)
+    }
+
+
+def one_joint(
+    inputs: JointInputs, name: str, mechanics: JointMechanics, settings: PhysicsSettings, notes: Notes
+) -> tuple[JointPhysics, float]:
+    """One joint's physics, and where a spring brings it (rad or m)."""
+    start, handled = inputs.starts[name], inputs.handled[name]
+    proposal = inputs.proposals.get(name) or omitted(name, notes)
+    holds = must_hold(proposal, start, mechanics, notes)
+    kind = standing_part(handled) if mechanics.bears_most else handled
+    held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
+    rest = spring_rest(proposal, start, inputs.scale)
+    moved = joint_load(start, mechanics, rest, held_by.friction, handled.lever)
+    by_user = f"{name}.dynamics" in inputs.asked
+    terms = felt_terms(
+        proposal, moved, start, handled, holds, Source.USER if by_user else inputs.source, settings, notes
+    )
+    stiffness, reference = terms.stiffness, terms.spring_reference
+    if held_by.balance.stiffness > 0.0:
+        stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
+        rest = reference
+    report(name, moved, terms, holds, notes)
+    report_holding(name, held_by, handled, notes)
+    joint, span = start.range.joint, start.range
+    made = JointPhysics(
+        name=name,
+        type=joint.type,
+        label=inputs.features.link(joint.child).label,
+        damping=terms.damping.value,
+        damping_source=terms.damping.source,
+        friction=terms.friction.value,
+        friction_source=terms.friction.source,
+        stiffness=stiffness.value,
+        stiffness_source=stiffness.source,
+        spring_reference=reference,
+        lower=span.lower,
+        upper=span.upper,
+        limits_source=span.source,
+        closed=span.closed,
+        open=span.open,
+        initial_position=start.position,
+        position_source=start.source,
+        effective_inertia=moved.inertia,
+        gravity_load=moved.pull.force,
+        holds=holds,
+        least_inertia=moved.least,
+        asked_position=start.asked,
+        effort_range=handled.range,
+        armature=terms.armature,
+        mimic=mimics_of(inputs.tree).get(name),
+        exact=f"initial_joint_positions.{name}" in inputs.asked,
+    )
+    return made, rest
+
+
+def omitted(name: str, notes: Notes) -> JointProposal:
+    """The proposal for a joint that the overlay leaves out."""
+    notes.info("joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name)
+    return JointProposal(name=name)
+
+
+def must_hold(proposal: JointProposal, start: Start, mechanics: JointMechanics, notes: Notes) -> bool:
+    """Whether a joint must stay where it is placed: as proposed, else where it is asked to stand open."""
+    if proposal.holds is not None:
+        return proposal.holds
+    holds = start.requested and is_open(start)
+    if holds and leaves(start, mechanics.pull, mechanics.largest_gravity):
+        name = start.range.joint.name
+        message = f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
+        notes.info("holds_implied", message, joint=name, value=start.position)
+    return holds
+
+
+def spring_rest(proposal: JointProposal, start: Start, scale: float) -> float:
+    """Where a spring brings a joint, within its limits: as proposed, else where it starts; rad or m."""
+    wanted = start.position
+    if proposal.spring_rest is not None:
+        wanted = turned(start.range, proposal.spring_rest * (scale if start.range.joint.prismatic else 1.0))
+    return start.range.clamp(wanted)
+
+
+def joint_load(start: Start, mechanics: JointMechanics, rest: float, hold_friction: float, lever: float) -> JointLoad:
+    """What a joint moves within its range, for the terms that are derived from it."""
+    span = start.range
+    return JointLoad(
+        prismatic=span.joint.prismatic,
+        inertia=mechanics.inertia,
+        least=mechanics.least,
+        held=mechanics.held,
+        pull=mechanics.pull,
+        lower=span.lower,
+        upper=span.upper,
+        closed=span.closed,
+        open=span.open,
+        rest=rest,
+        hold_friction=hold_friction,
+        reach=lever,
+    )
+
+
+def felt_terms(
+    proposal: JointProposal,
+    moved: JointLoad,
+    start: Start,
+    kind: Handling,
+    holds: bool,
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
-    *,
-    base_held: bool = False,
-) -> tuple[JointPhysics, ...]:
-    """Complete physics of every movable joint; ``tree`` and ``bodies`` are at the final scale. ``handled`` says how
-    people handle each joint's part. Where the base is held, joints move what they move on it; what bounds damping and
-    stiffness stays that of a free base, which is less: somebody may free it."""
-    spaces = [joint_space(tree, features.root, bodies, pose) for pose in spanning_poses(starts)]
-    space = spaces[0]
-    check_mass_matrices(features, spaces)
-    inertias = space.inertia_on_held_base() if base_held else space.effective_inertia()
-    held = space.held_inertia()
-    pulls = dict(zip(space.names, space.pulls, strict=True))
-    largest_gravity = dict(zip(space.names, space.largest_gravity, strict=True))
-    everywhere = [item.effective_inertia() for item in spaces]
-    total = sum(body.mass for body in bodies.values())
-    mimics = mimics_of(tree)
-    joints: list[JointPhysics] = []
-    rests: dict[str, float] = {}
-    for name, start in starts.items():
-        joint, span, pull = start.range.joint, start.range, pulls[name]
-        proposal = proposals.get(name, JointProposal(name=name))
-        if name not in proposals:
-            notes.info(
-                "joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name
-            )
-        holds = proposal.holds is True or (proposal.holds is None and start.requested and is_open(start))
-        if holds and proposal.holds is None and leaves(start, pull, largest_gravity[name]):
-            message = (
-                f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
-            )
-            notes.info("holds_implied", message, joint=name, value=start.position)
-        least = min(found[name] for found in everywhere)
-        heavier = sum(bodies[link].mass for link in subtree(tree, name)) > total / 2.0 and not base_held
-        kind = standing_part(handled[name]) if heavier else handled[name]
-        held_by = held_where_left(proposal, start, pull, largest_gravity[name], kind, holds, least, settings)
-        factor = scale if joint.prismatic else 1.0
-        wanted = start.position if proposal.spring_rest is None else turned(span, proposal.spring_rest * factor)
-        rests[name] = span.clamp(wanted)
-        moved = JointLoad(
-            prismatic=joint.prismatic,
-            inertia=inertias[name],
-            least=least,
-            held=held[name],
-            pull=pull,
-            lower=span.lower,
-            upper=span.upper,
-            closed=span.closed,
-            open=span.open,
-            rest=rests[name],
-            hold_friction=held_by.friction,
-            reach=handled[name].lever,
-        )
-        proposal = bounded_press(proposal, handled[name], moved.far, settings, notes)
-        by, authored = Source.USER if f"{name}.dynamics" in asked else source, joint.damping
-        terms_of = partial(joint_terms, moved=moved, holds=holds, authored_damping=authored, settings=settings)
-        terms = terms_of(proposal, source=by)
-        if by is not Source.USER and settings.dynamics is not DynamicsRule.PAPER:
-            felt = felt_press(proposal, handled[name], terms, moved, notes)
-            if felt is not None:
-                terms = terms_of(bounded_press(felt, handled[name], moved.far, settings, notes), source=Source.RULE)
-        stiffness, reference = terms.stiffness, terms.spring_reference
-        if held_by.balance.stiffness > 0.0:
-            stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
-            rests[name] = reference
-        report(name, moved, terms, holds, notes)
-        report_holding(name, held_by, handled[name], notes)
-        joints.append(
-            JointPhysics(
-                name=name,
-                type=joint.type,
-                label=features.link(joint.child).label,
-                damping=terms.damping.value,
-                damping_source=terms.damping.source,
-                friction=terms.friction.value,
-                friction_source=terms.friction.source,
-                stiffness=stiffness.value,
-                stiffness_source=stiffness.source,
-                spring_reference=reference,
-                lower=span.lower,
-                upper=span.upper,
-                limits_source=span.source,
-                closed=span.closed,
-                open=span.open,
-                initial_position=start.position,
-                position_source=start.source,
-                effective_inertia=moved.inertia,
-                gravity_load=pull.force,
-                holds=holds,
-                least_inertia=moved.least,
-                asked_position=start.asked,
-                effort_range=handled[name].range,
-                armature=terms.armature,
-                mimic=mimics.get(name),
-                exact=f"initial_joint_positions.{name}" in asked,
-            )
-        )
-    if settings.dynamics is DynamicsRule.PAPER:
-        return tuple(joints)
-    return bound_together(joints, rests, spaces, settings, notes)
+) -> JointTerms:
+    """Damping, friction and stiffness, with a press that a hand feels where the proposal's spring has none."""
+    terms_of = partial(
+        joint_terms, moved=moved, holds=holds, authored_damping=start.range.joint.damping, settings=settings
+    )
+    proposal = bounded_press(proposal, kind, moved.far, settings, notes)
+    terms = terms_of(proposal, source=source)
+    if source is Source.USER or settings.dynamics is DynamicsRule.PAPER:
+        return terms
+    felt = felt_press(proposal, kind, terms, moved, notes)
+    if felt is None:
+        return terms
+    return terms_of(bounded_press(felt, kind, moved.far, settings, notes), source=Source.RULE)
 
 
 def held_where_left(
     proposal: JointProposal,
     start: Start,
-    pull: Pull,
-    largest_gravity: float,
+    mechanics: JointMechanics,
     kind: Handling,
     holds: bool,
-    least_inertia: float,
     settings: PhysicsSettings,
 ) -> Holding:
     """What holds a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
     freely: there the friction that this takes is small."""
     springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
     sprung = any(value is not None for value in springs)
-    balanced = abs(pull.force) <= settings.free_hold_share * largest_gravity
-    stays = holds or (start.asked is not None and balanced)
+    pull, largest = mechanics.pull, mechanics.largest_gravity
+    stays = holds or (start.asked is not None and abs(pull.force) <= settings.free_hold_share * largest)
     if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
         return Holding()
-    balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, least_inertia, settings)
+    balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, mechanics.least, settings)
     bump = settings.bump_share if holds else settings.free_bump_share
-    return holding(start, pull, largest_gravity, kind, balance, bump_share=bump, settings=settings)
+    return holding(start, pull, largest, kind, balance, bump_share=bump, settings=settings)
 
 
 def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) -> None:
@@ -232,69 +307,3 @@ def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: N
 def changed(term: Term) -> bool:
     """Whether a bound replaced the term by something visibly different."""
     return term.replaced is not None and abs(term.replaced - term.value) > 1e-3 * max(abs(term.value), 1e-12)
-
-
-def bound_together(
-    joints: list[JointPhysics],
-    rests: Mapping[str, float],
-    spaces: Sequence[JointSpace],
-    settings: PhysicsSettings,
-    notes: Notes,
-) -> tuple[JointPhysics, ...]:
-    """Scale down all damping, or all stiffness, where the coupled joints would be unstable at the time step.
-
-    Explicit damping is stable while Δt times the largest eigenvalue of M⁻¹D is below 2, a spring while Δt² times that
-    of M⁻¹K is below 4; before, each joint was bounded alone. A spring keeps the force with which it presses at rest.
-    Springs with an armature keep their stiffness: the armature grows instead, until it bears the spring alone. It does
-    not count for damping, since a URDF's reader knows the damping and not the armature.
-    """
-    step = settings.coarse_timestep_s
-    damping = {joint.name: joint.damping for joint in joints}
-    fastest = max(space.fastest_decay(damping) for space in spaces)
-    largest = 2.0 * settings.max_damping_step / step
-    if fastest > largest:
-        factor = largest / fastest
-        message = (
-            f"all joint damping scaled by {factor:.3g}: together the joints decay at {fastest:.3g} 1/s, more than the "
-            "time step bears"
-        )
-        notes.info("damping_coupled", message, value=fastest, limit=largest)
-        joints = [
-            joint.model_copy(update={"damping": joint.damping * factor, "damping_source": Source.RULE})
-            for joint in joints
-        ]
-    largest = 2.0 * settings.max_stiffness_step / step**2
-    fastest = fastest_spring(joints, spaces)
-    if fastest > largest:
-        joints = [
-            joint.model_copy(update={"armature": max(joint.armature, joint.stiffness / largest)})
-            if joint.armature > 0.0
-            else joint
-            for joint in joints
-        ]
-        fastest = fastest_spring(joints, spaces)
-    if fastest > largest:
-        factor = largest / fastest
-        message = (
-            f"all joint stiffness scaled by {factor:.3g}: together the springs drive the joints at {fastest:.3g} 1/s², "
-            "more than the time step bears"
-        )
-        notes.info("stiffness_coupled", message, value=fastest, limit=largest)
-        joints = [softened(joint, factor, rests[joint.name]) for joint in joints]
-    return tuple(joints)
-
-
-def fastest_spring(joints: Sequence[JointPhysics], spaces: Sequence[JointSpace]) -> float:
-    """The largest eigenvalue of M⁻¹ K over these poses, the joints' armature in M, 1/s²."""
-    stiffness = {joint.name: joint.stiffness for joint in joints}
-    armature = {joint.name: joint.armature for joint in joints}
-    return max(space.geared(armature).fastest_decay(stiffness) for space in spaces)
-
-
-def softened(joint: JointPhysics, factor: float, rest: float) -> JointPhysics:
-    """The joint with its spring's stiffness multiplied, and the same force at ``rest`` (rad or m)."""
-    if joint.stiffness == 0.0:
-        return joint
-    reference = rest + (joint.spring_reference - rest) / factor
-    changes = {"stiffness": joint.stiffness * factor, "stiffness_source": Source.RULE, "spring_reference": reference}
-    return joint.model_copy(update=changes)

@@ -106,7 +106,7 @@ def link_mass(
         mass, rule, mass_source = least, MassRule.BOUNDED, Source.RULE
     inertia = mass * made.unit_inertia
     result = LinkMass(link.name, made, rule, mass, mass_source, made.com, Source.RULE, inertia, Source.RULE)
-    return result if proposal is None else believed(result, link, proposal, scale, source, settings, notes)
+    return result if proposal is None else with_proposed_inertia(result, link, proposal, scale, source, settings, notes)
 
 
 def least_mass(least: float, link: LinkFeatures, scale: float, settings: PhysicsSettings) -> float:
@@ -118,7 +118,7 @@ def least_mass(least: float, link: LinkFeatures, scale: float, settings: Physics
     return max(min(least, settings.raised_density_kg_m3 * volume), smallest)
 
 
-def believed(
+def with_proposed_inertia(
     result: LinkMass,
     link: LinkFeatures,
     proposal: LinkProposal,

@@ -15,7 +15,7 @@ from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.followers import follow, leaders_positions
 from asset2sim.validation.handling import handlings
-from asset2sim.validation.joints import joint_physics
+from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
 from asset2sim.validation.masses import LinkMass, link_masses
@@ -73,10 +73,10 @@ def validate(
     handled = handlings(
         features, points, tree, bodies, positions, proposals, contact_friction, settings, carried=support.kind
     )
-    joints = joint_physics(
-        features, tree, bodies, starts, proposals, handled, asked, scale, source, settings, notes,
-        base_held=support.fixed,
-    )  # fmt: skip
+    inputs = JointInputs(
+        features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed
+    )
+    joints = joint_physics(inputs, settings, notes)
     complete = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
