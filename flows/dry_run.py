@@ -5,7 +5,7 @@ from rich.text import Text
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.text import number, output, titled_table
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.plan.forecast import Expected, Forecast, forecast
+from asset2sim.runs.plan.forecast import Forecast, ForecastCost, forecast
 from asset2sim.runs.remote.output import view_output
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.workers import bounded_by_memory
@@ -50,7 +50,7 @@ def unchanged_lines(told: Forecast) -> list[str]:
     return [f"{len(told.plan.unchanged)} assets would be left as they are{failing}"]
 
 
-def expected_lines(found: Expected, settings: Settings, assets: int) -> list[str]:
+def expected_lines(found: ForecastCost, settings: Settings, assets: int) -> list[str]:
     """What the run would take, in words."""
     if assets == 0:
         return ["expected: no model calls, and only the time to look"]

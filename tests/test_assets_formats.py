@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.formats.from_xacro import find_package
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.asset_files import asset_files
 from schemas.asset import AssetRef
@@ -93,7 +93,7 @@ def test_the_content_hash_covers_the_original_and_what_it_includes(tmp_path: Pat
 
 def test_what_a_xacro_takes_from_elsewhere_is_among_the_asset_s_files(tmp_path: Path) -> None:
     folder = written_cabinet(tmp_path / "cabinet_description", "xacro") / "urdf"
-    names = [file.name for file in asset_files(folder, Reach((tmp_path,)))]
+    names = [file.name for file in asset_files(folder, AllowedFolders((tmp_path,)))]
     assert "cabinet.urdf.xacro" in names and any("body.obj" in name for name in names)
     assert any("plate.obj" in name for name in names), "of a file that the xacro includes"
 

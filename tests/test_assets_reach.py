@@ -11,7 +11,7 @@ from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.formats.from_xacro import urdf_of_xacro
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.urdf.mesh_files import MAX_LIBRARY_BYTES, copy_meshes
-from asset2sim.assets.urdf.reach import Reach, reach_of
+from asset2sim.assets.urdf.reach import AllowedFolders, allowed_folders
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
@@ -88,7 +88,7 @@ def test_a_mesh_outside_is_a_finding_and_a_missing_mesh(tmp_path: Path, referenc
 def test_what_is_read_later_is_told_nothing_of_what_lies_outside(tmp_path: Path) -> None:
     """Views and engines read the URDF by themselves: it must not lead there."""
     ref = dataset(tmp_path, "../../../outside/x.obj")
-    opened = open_source(Path(ref.path), reach=reach_of(ref, InputSettings()))
+    opened = open_source(Path(ref.path), reach=allowed_folders(ref, InputSettings()))
     assert b"../outside" not in opened.urdf.read_bytes() and str(tmp_path / "outside") not in opened.urdf.read_text()
     assert b"own.obj" in opened.urdf.read_bytes() and opened.file == Path(ref.path) / "mobility.urdf"
 
@@ -333,7 +333,7 @@ def test_what_a_moved_urdf_lacks_is_named_as_its_file_has_it(tmp_path: Path) -> 
 
 def test_a_reach_follows_links_and_survives_circles(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
-    reach = Reach(((tmp_path / "in").resolve(),))
+    reach = AllowedFolders(((tmp_path / "in").resolve(),))
     (tmp_path / "in" / "round").symlink_to("round")
     (tmp_path / "in" / "up").symlink_to("..")
     assert reach.allows(tmp_path / "in" / "x") and not reach.allows(tmp_path / "in" / "up" / "x")
@@ -374,10 +374,10 @@ def test_a_xacro_does_not_learn_the_environment(tmp_path: Path, monkeypatch: pyt
     for text in ("$(env SOME_KEY)", "${__import__('os').environ['SOME_KEY']}"):
         (tmp_path / "box.urdf.xacro").write_text(f'<robot name="a" {namespace}><link name="{text}"/></robot>')
         with pytest.raises(AssetError) as caught:
-            urdf_of_xacro(tmp_path / "box.urdf.xacro", Reach((tmp_path,)))
+            urdf_of_xacro(tmp_path / "box.urdf.xacro", AllowedFolders((tmp_path,)))
         assert "sk-of" not in str(caught.value)
     (tmp_path / "box.urdf.xacro").write_text(
         f'<robot name="a" {namespace}><link name="$(optenv SOME_KEY none)"/></robot>'
     )
-    assert urdf_of_xacro(tmp_path / "box.urdf.xacro", Reach((tmp_path,))).robot[0].get("name") == "none"
+    assert urdf_of_xacro(tmp_path / "box.urdf.xacro", AllowedFolders((tmp_path,))).robot[0].get("name") == "none"
     assert urdf_of_xacro(tmp_path / "box.urdf.xacro").robot[0].get("name") == "sk-of-the-environment"

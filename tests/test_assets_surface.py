@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from asset2sim.assets.extract import extract
-from asset2sim.assets.meshes.surface import Surface, joined_surfaces, surface_of
+from asset2sim.assets.meshes.surface import SheetSurface, joined_surfaces, surface_of
 from schemas.asset import AssetRef
 from schemas.features import LinkFeatures
 from tests.builders import double_sided, without_top
@@ -21,7 +21,7 @@ def box(extents: tuple[float, float, float] = (A, B, C)) -> trimesh.Trimesh:
     return made
 
 
-def surface(mesh: trimesh.Trimesh) -> Surface:
+def surface(mesh: trimesh.Trimesh) -> SheetSurface:
     return surface_of(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.models.answers import RefinementAnswer
 from asset2sim.models.refinement_prompt import StateProblem
-from asset2sim.refinement.ask_model import QuestionContext, Questions, next_pose
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, next_pose
 from asset2sim.refinement.bands import joints_outside_state, reaches
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
@@ -41,18 +41,18 @@ class Script:
         return self.answers[min(len(self.asked), len(self.answers)) - 1]
 
 
-def outcomes(questions: Questions) -> list[str]:
+def outcomes(questions: AskedSoFar) -> list[str]:
     return [item.outcome for item in questions.calls]
 
 
-def codes(questions: Questions) -> list[str]:
+def codes(questions: AskedSoFar) -> list[str]:
     assert all(finding.stage is Stage.REFINE for finding in questions.findings)
     return [finding.code for finding in questions.findings]
 
 
 def test_an_answer_is_taken_and_never_asked_for_again() -> None:
     script = Script(said(STEP))
-    questions = Questions(script, 2)
+    questions = AskedSoFar(script, 2)
     first = questions.answer(REQUEST, ("hinge",))
     assert isinstance(first, RefinementAnswer) and first.deltas == {"hinge": 0.05}
     assert questions.answer(REQUEST, ("hinge",)) == first and len(script.asked) == 1
@@ -61,7 +61,7 @@ def test_an_answer_is_taken_and_never_asked_for_again() -> None:
 
 def test_a_refused_answer_is_asked_for_once_more_with_its_errors() -> None:
     script = Script(said(WRONG), said(STEP))
-    questions = Questions(script, 2)
+    questions = AskedSoFar(script, 2)
     assert isinstance(questions.answer(REQUEST, ("hinge",)), RefinementAnswer)
     assert outcomes(questions) == ["invalid_answer", "ok"] and codes(questions) == ["invalid_answer"]
     assert "'door' is not a focus joint; focus joints are: hinge" in script.asked[1].text
@@ -70,7 +70,7 @@ def test_a_refused_answer_is_asked_for_once_more_with_its_errors() -> None:
 @pytest.mark.parametrize("most", [0, 1, 2, 5])
 def test_no_more_is_asked_than_is_allowed(most: int) -> None:
     script = Script(said("I cannot say."))
-    questions = Questions(script, most)
+    questions = AskedSoFar(script, most)
     assert isinstance(questions.answer(REQUEST, ("hinge",)), str) and questions.wanted
     assert len(script.asked) == min(most, 2) and outcomes(questions) == ["invalid_answer"] * min(most, 2)
     assert ("refinement_unanswered" in codes(questions)) == (most > 0)
@@ -87,7 +87,7 @@ def test_no_more_is_asked_than_is_allowed(most: int) -> None:
      '{"state_ok": true, "approved": false, "deltas": {}, "scale": 2}', STEP[:-3], "x" * 2_000_000],
 )  # fmt: skip
 def test_whatever_does_not_fit_is_refused_and_raises_nothing(content: str) -> None:
-    questions = Questions(Script(said(content)), 2)
+    questions = AskedSoFar(Script(said(content)), 2)
     assert str(questions.answer(REQUEST, ("hinge",))).startswith("no answer of the model fits: ")
     assert outcomes(questions) == ["invalid_answer"] * 2
     assert codes(questions) == ["invalid_answer", "refinement_unanswered"]
@@ -102,7 +102,7 @@ def test_whatever_does_not_fit_is_refused_and_raises_nothing(content: str) -> No
 )
 def test_a_provider_that_fails_and_a_spent_budget_end_the_asking(answer: ModelAnswer, code: str) -> None:
     script = Script(answer)
-    questions = Questions(script, 5)
+    questions = AskedSoFar(script, 5)
     assert questions.answer(REQUEST, ("hinge",)) == answer.error
     assert questions.answer(REQUEST.model_copy(update={"text": "two"}), ("hinge",)) == "no model call is left"
     assert len(script.asked) == 1 and codes(questions) == [code] and questions.calls == list(answer.calls)
@@ -110,7 +110,7 @@ def test_a_provider_that_fails_and_a_spent_budget_end_the_asking(answer: ModelAn
 
 
 def test_a_model_that_was_sent_no_images_is_told_of_once() -> None:
-    questions = Questions(Script(said(STEP, without_images="it cannot see")), 5)
+    questions = AskedSoFar(Script(said(STEP, without_images="it cannot see")), 5)
     for text in ("one", "two"):
         questions.answer(REQUEST.model_copy(update={"text": text}), ("hinge",))
     assert codes(questions) == ["images_not_sent"] and "it cannot see" in questions.findings[0].message
@@ -126,7 +126,7 @@ def scene(script: Script, source: Source = Source.USER, model: ModelSettings = P
     )
     settings = Settings(model=model)
     reach = reaches(overlay, settings.search)
-    return QuestionContext(make_features("7"), overlay, settings, Path("nowhere.urdf"), reach, Questions(script, 2))
+    return QuestionContext(make_features("7"), overlay, settings, Path("nowhere.urdf"), reach, AskedSoFar(script, 2))
 
 
 def pose_after(step: dict[str, object], source: Source) -> dict[str, float] | None:

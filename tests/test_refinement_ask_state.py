@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.folder import Folder
-from asset2sim.refinement.ask_model import QuestionContext, Questions
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, measure_rest_from, nearer_to_request
 from asset2sim.refinement.bands import reaches
 from asset2sim.refinement.collision.part_links import CutAttempt
@@ -66,7 +66,7 @@ class Deltas:
 
 def scene_of(urdf: Path, overlay: PhysicsOverlay, model: Deltas, settings: Settings = SETTINGS) -> QuestionContext:
     features = read(urdf.parent).features
-    return QuestionContext(features, overlay, settings, urdf, reaches(overlay, settings.search), Questions(model, 2))
+    return QuestionContext(features, overlay, settings, urdf, reaches(overlay, settings.search), AskedSoFar(model, 2))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from asset2sim.models.refinement_prompt import OverlapPlace, StateProblem
-from asset2sim.refinement.ask_model import QuestionContext, Questions, propose_pose
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, propose_pose
 from asset2sim.refinement.bands import reaches
 from asset2sim.refinement.locate_overlaps import LocatedOverlaps, direction_words, locate_overlaps, side_of, side_rows
 from asset2sim.refinement.model_loop import parted
@@ -104,7 +104,7 @@ def test_the_prompt_of_two_boxes_holds_every_block(tmp_path: Path) -> None:
     settings = Settings().model_copy(update={"model": Settings().model.model_copy(update={"model": "openai/eyes"})})
     scene = QuestionContext(
         read(folder).features, overlay, settings, folder / "mobility.urdf", reaches(overlay, settings.search),
-        Questions(ask, 1), "a post and its arm, 'closed'",
+        AskedSoFar(ask, 1), "a post and its arm, 'closed'",
     )  # fmt: skip
     problem = scene.overlap({"slide": 0.0}, (), (("arm", "body"),))
     assert isinstance(problem, StateProblem)

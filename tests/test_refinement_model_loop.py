@@ -12,7 +12,7 @@ import pytest
 from asset2sim.engines.pybullet_object import contact_points, static_object
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
-from asset2sim.refinement.ask_model import QuestionContext, Questions
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.bands import Evaluator, reaches
 from asset2sim.refinement.model_loop import ModelWalk, refine_by_model
 from schemas.finding import TraceStep
@@ -54,7 +54,7 @@ class Walked:
 
     walk: ModelWalk
     server: ScriptedServer
-    questions: Questions
+    questions: AskedSoFar
 
     @property
     def rows(self) -> list[TraceStep]:
@@ -94,12 +94,12 @@ def asking(
 
 def walk_with(
     folder: Path, settings: Settings, asker: Callable[[ModelRequest], ModelAnswer]
-) -> tuple[ModelWalk, Questions]:
+) -> tuple[ModelWalk, AskedSoFar]:
     slide = make_joint("slide", "prismatic", ASKED).model_copy(update={"upper": 0.4, "open": 0.4})
     overlay = PhysicsOverlay(
         asset_id="two", scale=1.0, scale_source=Source.RULE, contact_friction=0.5, links=(), joints=(slide,)
     )
-    questions = Questions(asker, settings.search.max_iterations)
+    questions = AskedSoFar(asker, settings.search.max_iterations)
     urdf, reach = folder / "mobility.urdf", reaches(overlay, settings.search)
     scene = QuestionContext(read(folder).features, overlay, settings, urdf, reach, questions, "half open")
     with static_object(urdf, settings.engine) as item:

@@ -14,7 +14,7 @@ from asset2sim.engines.pybullet_object import MARGIN_M, contacts_at
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, transform
 from asset2sim.refinement.collision.hull_world import cleared, quaternion
-from asset2sim.refinement.collision.trim import CLEARANCE_M, Bound, Key, Overlap, Trimmer, contact_pairs, trim
+from asset2sim.refinement.collision.trim import CLEARANCE_M, Key, Overlap, TrimBound, Trimmer, contact_pairs, trim
 from schemas.settings import EngineSettings
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, corners, joint_features, mesh, shifted, write_urdf
 
@@ -167,10 +167,10 @@ def test_cuts_add_up_against_the_original_extent() -> None:
     assert trimmer.clear(wedge, 0.0)  # 0.6 between two of length 1: each loses 0.3
     assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.7, abs=1e-4)
     # 0.45 of the original is within the half; 0.55 is not, though it takes only 0.18 of what is then left.
-    within = trimmer._cut(("a", 0), HERE, X, 0.45, Bound())
+    within = trimmer._cut(("a", 0), HERE, X, 0.45, TrimBound())
     assert within is not None and volume(within[0]) == pytest.approx(0.55, abs=1e-9)
     trimmer.hulls["a"][0] = within[0]
-    assert trimmer._cut(("a", 0), HERE, X, 0.55, Bound()) is None
+    assert trimmer._cut(("a", 0), HERE, X, 0.55, TrimBound()) is None
 
 
 def test_the_deepest_cut_against_a_link_is_what_is_told() -> None:
@@ -195,9 +195,9 @@ def test_an_overlap_that_one_side_cannot_give_way_to_leaves_both_whole() -> None
 def test_one_side_alone_can_give_way_and_a_bound_on_depth_holds() -> None:
     trimmer = Trimmer({"a": (UNIT,), "b": (shifted(UNIT, -0.9),)})
     overlap = along_x(("a", 0), ("b", 0), 0.1)
-    assert not trimmer.clear(overlap, 0.0, part_a=1.0, bound=Bound(depth_m=0.09))
+    assert not trimmer.clear(overlap, 0.0, part_a=1.0, bound=TrimBound(depth_m=0.09))
     before = trimmer.state(("a", 0), ("b", 0))
-    assert trimmer.clear(overlap, 0.0, part_a=1.0, bound=Bound(depth_m=0.11))
+    assert trimmer.clear(overlap, 0.0, part_a=1.0, bound=TrimBound(depth_m=0.11))
     assert volume(trimmer.hulls["a"][0]) == pytest.approx(0.9 - CLEARANCE_M, abs=1e-6)
     np.testing.assert_array_equal(trimmer.hulls["b"][0], shifted(UNIT, -0.9))
     assert [cut.link for cut in trimmer.cuts.values()] == ["a"]

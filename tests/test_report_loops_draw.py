@@ -12,18 +12,18 @@ from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.render.cloud import cloud_of
 from asset2sim.render.draw import background, pictures
 from asset2sim.render.zbuffer import Layers, lens_for, splat, together
-from asset2sim.report.loops.figure import Figure, link_poses, read_alike, read_figure, sweep, swept
+from asset2sim.report.loops.figure import LoopFigure, link_poses, read_alike, read_figure, sweep, swept
 from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
-from asset2sim.report.loops.record import Recording
+from asset2sim.report.loops.record import LoopMotion
 from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing
 from tests.assets import cabinet, joint, link, read, robot, shape, written
 
 BOX = robot(link("box", shape("0.4 0.5 0.6")))
 
 
-def still() -> Recording:
-    return Recording(np.eye(4)[None], {})
+def still() -> LoopMotion:
+    return LoopMotion(np.eye(4)[None], {})
 
 
 def test_no_pixel_of_a_surface_is_without_a_point(tmp_path: Path) -> None:
@@ -107,9 +107,9 @@ def test_lengths_in_words() -> None:
 
 
 def test_a_link_that_turns_changes_the_picture_and_one_at_rest_does_not(tmp_path: Path) -> None:
-    figure: Figure = read_figure(written(tmp_path, cabinet()) / "mobility.urdf", {}, {})
+    figure: LoopFigure = read_figure(written(tmp_path, cabinet()) / "mobility.urdf", {}, {})
     turn = np.array([0.0, 0.0, 0.8])
-    placed = figure.placed(Recording(np.tile(np.eye(4), (3, 1, 1)), {"lid_hinge": turn}))
+    placed = figure.placed(LoopMotion(np.tile(np.eye(4), (3, 1, 1)), {"lid_hinge": turn}))
     motions = figure.normalised(placed, floor=True)
     lens = lens_for(figure.spanned(motions).astype(np.float32), np.array([0.6, -0.5, 0.62], dtype=np.float32), 96, 96)
     cloud = cloud_of(figure.faces, 0.01, [(motion, lens) for motion in motions])

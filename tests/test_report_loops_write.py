@@ -15,7 +15,7 @@ from asset2sim.assets.checksums import write_checksums
 from asset2sim.assets.surfaces import scene
 from asset2sim.assets.surfaces.load import load_surfaces
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import film, is_current, loops_key, make, write, write_loops
 from asset2sim.report.loops.figure import read_alike, read_figure
@@ -131,7 +131,7 @@ def test_every_mesh_is_read_once_for_all_pictures(
         return load_surfaces(path)
 
     monkeypatch.setattr(scene, "load_surfaces", counted)
-    before = Before(raw.parent, Reach((raw.parent,)), tmp_path / "before.webp", 82)
+    before = Before(raw.parent, AllowedFolders((raw.parent,)), tmp_path / "before.webp", 82)
     assert make_loops(refined, raw, tmp_path, before) == [*LOOPS, "size.webp"]
     assert len(read) == len(set(read)) > 1 and before.to.is_file()
     broken = Before(tmp_path, before.reach, tmp_path / "none.webp", 82)
@@ -147,7 +147,7 @@ def test_the_refined_picture_is_taken_only_where_the_raw_object_looks_the_same(t
     assert turned and make.look_alike(read_alike(raw, {}, loaded, rest, 1.0), rest, {})
     assert not make.look_alike(read_alike(raw, turned, loaded, opened, 1.0), opened, turned)
     assert not make.look_alike(rest, opened, turned), "other triangles"
-    before = Before(raw.parent, Reach((raw.parent,)), tmp_path / "before.webp", 100)
+    before = Before(raw.parent, AllowedFolders((raw.parent,)), tmp_path / "before.webp", 100)
     for edge, taken in ((ViewSettings().width, True), (64, False)):
         Image.new("RGB", (edge, edge), (255, 0, 0)).save(tmp_path / "view.png")
         draw_before(before, loaded, raw, tmp_path / "view.png")

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.catalog.read import read_table
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
@@ -39,7 +39,7 @@ from tests.prefect_server import using
 
 def content(folder: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, folder, Reach((folder.parent,)))
+        return folder_files_hash(opened, folder, AllowedFolders((folder.parent,)))
 
 
 def test_any_file_that_changes_comes_or_goes_is_another_content(tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_a_mesh_from_elsewhere_belongs_to_the_asset(tmp_path: Path) -> None:
     package.mkdir()
     (package / "box.obj").write_text(box)
     (package / "look.mtl").write_text("newmtl red\n")
-    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == [
+    assert [file.name for file in asset_files(asset, AllowedFolders((tmp_path,)))] == [
         "mobility.urdf",
         "package://things/box.obj box.obj",
         "package://things/box.obj look.mtl",
@@ -86,7 +86,7 @@ def test_pipes_and_circles_of_links_are_passed_by(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "a.obj").write_text("1")
     (asset / "meshes").symlink_to(tmp_path / "elsewhere")
-    assert [file.name for file in asset_files(asset, Reach((tmp_path,)))] == ["meshes/a.obj", "mobility.urdf"]
+    assert [file.name for file in asset_files(asset, AllowedFolders((tmp_path,)))] == ["meshes/a.obj", "mobility.urdf"]
 
 
 def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) ->
     (asset / "self").symlink_to("self")
     (asset / "beyond").symlink_to(beyond)
     (asset / "a.obj").symlink_to(beyond / "a.obj")
-    names = [file.name for file in asset_files(asset, Reach((asset, data)))]
+    names = [file.name for file in asset_files(asset, AllowedFolders((asset, data)))]
     assert {name for name in names if " -> " in name} == {
         f"{x} -> {beyond / y}" for x, y in (("beyond", ""), ("a.obj", "a.obj"))
     }
@@ -116,7 +116,7 @@ def test_links_are_followed_once_and_within_the_dataset_alone(tmp_path: Path) ->
 
 def folder_hash(asset: Path, root: Path, out: Path) -> str:
     with open_state(out) as opened:
-        return folder_files_hash(opened, asset, Reach((asset, root)))
+        return folder_files_hash(opened, asset, AllowedFolders((asset, root)))
 
 
 def test_folders_as_deep_as_paths_can_be_and_names_that_are_no_text_are_hashed(tmp_path: Path) -> None:

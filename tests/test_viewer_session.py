@@ -12,9 +12,9 @@ import pytest
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import link_to_root
 from asset2sim.viewer.serve import open_viewer
-from asset2sim.viewer.session import RAW, REFINED, Session
-from asset2sim.viewer.side import HAND_MOST_N, Side, open_side
-from asset2sim.viewer.subject import Subject, raw_subject, refined_subject
+from asset2sim.viewer.session import RAW, REFINED, ViewerSession
+from asset2sim.viewer.side import HAND_MOST_N, LiveObject, open_live_object
+from asset2sim.viewer.subject import ViewedObject, raw_subject, refined_subject
 from asset2sim.viewer.tried import why_not
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
@@ -36,19 +36,19 @@ SLIDE = UrdfJoint("slide", "prismatic", "case", "drawer", (1.0, 0.0, 0.0), (0.0,
 BOTH = pytest.mark.parametrize("engine", [Engine.PYBULLET, Engine.MUJOCO])
 
 
-def chest(folder: Path, *, held: bool = True, **joint: object) -> Subject:
+def chest(folder: Path, *, held: bool = True, **joint: object) -> ViewedObject:
     folder.mkdir(exist_ok=True)
     refined(folder, [CASE, DRAWER], [replace(SLIDE, **joint)])  # type: ignore[arg-type]
     return replace(refined_subject(folder), held=held)
 
 
 @contextmanager
-def opened(engine: Engine, folder: Path, *, held: bool = True, **joint: object) -> Iterator[Side]:
-    with open_side(chest(folder, held=held, **joint), engine, SETTINGS) as side:
+def opened(engine: Engine, folder: Path, *, held: bool = True, **joint: object) -> Iterator[LiveObject]:
+    with open_live_object(chest(folder, held=held, **joint), engine, SETTINGS) as side:
         yield side
 
 
-def middle(side: Side) -> Array:
+def middle(side: LiveObject) -> Array:
     """The drawer's centre of mass."""
     pose = side.poses()["drawer"]
     place: Array = pose[:3, :3] @ np.array(DRAWER.com) + pose[:3, 3]
@@ -119,7 +119,7 @@ def test_a_hand_at_a_lever_turns_a_door(engine: Engine, tmp_path: Path) -> None:
     door = UrdfLink("door", mass=1.0, com=(0.2, 0.0, 0.0), inertia=ball_inertia(inertia - 0.2**2))
     hinge = UrdfJoint("hinge", "revolute", "case", "door", axis=(0.0, 0.0, 1.0), xyz=(0.0, 0.0, 0.3))
     refined(tmp_path, [CASE, door], [hinge])
-    with open_side(replace(refined_subject(tmp_path), held=True), engine, SETTINGS) as side:
+    with open_live_object(replace(refined_subject(tmp_path), held=True), engine, SETTINGS) as side:
         edge = np.array([lever, 0.0, 0.3]) + side.poses()["case"][:3, 3]
         side.grab("door", edge, stiffness_n_m=force, damping=0.0)
         side.drag(edge + np.array([0.0, 1.0, 0.0]))
@@ -173,7 +173,7 @@ def test_overlap_and_contacts_are_read_where_they_are(engine: Engine, tmp_path: 
     other = UrdfLink("other", mass=1.0, inertia=ball_inertia(0.01), shapes=(DRAWER_BOX,))
     above = replace(SLIDE, name="above", child="other", xyz=(0.0, 0.0, 0.34))
     refined(tmp_path, [CASE, DRAWER, other], [SLIDE, above])
-    with open_side(refined_subject(tmp_path), engine, SETTINGS) as side:
+    with open_live_object(refined_subject(tmp_path), engine, SETTINGS) as side:
         side.step(24)
         found = side.readings().phi_m
         depths = [
@@ -197,8 +197,8 @@ def test_a_hand_on_a_free_object_drags_all_of_it(tmp_path: Path) -> None:
 
 def test_the_raw_object_goes_in_step_and_one_that_is_refused_costs_itself_alone(tmp_path: Path) -> None:
     raw_table = raw_subject(DATA / "Table/table_two_drawers", held=False)
-    subjects: dict[str, Subject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_table}
-    with Session(subjects, Engine.PYBULLET, SETTINGS) as session:
+    subjects: dict[str, ViewedObject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_table}
+    with ViewerSession(subjects, Engine.PYBULLET, SETTINGS) as session:
         session.step(24)
         assert not session.problems and all(side.seconds == pytest.approx(0.1) for side in session.sides.values())
         session.drop()
@@ -206,7 +206,7 @@ def test_the_raw_object_goes_in_step_and_one_that_is_refused_costs_itself_alone(
         height = raw.poses()[raw.subject.root][2, 3]
         session.step(48)
         assert raw.poses()[raw.subject.root][2, 3] < height - 0.03
-    with Session(subjects, Engine.MUJOCO, SETTINGS) as session:
+    with ViewerSession(subjects, Engine.MUJOCO, SETTINGS) as session:
         assert "MuJoCo refuses" in session.problems[RAW] and list(session.moving()) == [REFINED]
         session.nudge()
         session.step(3)
@@ -228,8 +228,8 @@ def test_a_raw_object_that_crashes_the_engine_is_tried_elsewhere_and_costs_its_o
     assert why_not(whole, Engine.PYBULLET, SETTINGS) is None
     # What is refused without dying is said by the world itself.
     assert why_not(whole, Engine.MUJOCO, SETTINGS) is None
-    subjects: dict[str, Subject | str] = {REFINED: chest(tmp_path / "r"), RAW: broken}
-    with Session(subjects, Engine.PYBULLET, SETTINGS, {RAW: said}) as session:
+    subjects: dict[str, ViewedObject | str] = {REFINED: chest(tmp_path / "r"), RAW: broken}
+    with ViewerSession(subjects, Engine.PYBULLET, SETTINGS, {RAW: said}) as session:
         session.step(24)
         session.reset()
         session.step(24)
@@ -237,7 +237,7 @@ def test_a_raw_object_that_crashes_the_engine_is_tried_elsewhere_and_costs_its_o
 
 
 def test_an_explosion_is_a_line_until_the_reset(tmp_path: Path) -> None:
-    with Session({REFINED: chest(tmp_path, upper=1e9)}, Engine.MUJOCO, SETTINGS) as session:
+    with ViewerSession({REFINED: chest(tmp_path, upper=1e9)}, Engine.MUJOCO, SETTINGS) as session:
         session.set_effort("slide", 1e9)
         session.step(240)
         assert "exploded" in session.problems[REFINED] and not session.moving()
@@ -248,7 +248,7 @@ def test_an_explosion_is_a_line_until_the_reset(tmp_path: Path) -> None:
 
 
 def test_a_python_error_of_an_engine_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with Session({REFINED: chest(tmp_path)}, Engine.PYBULLET, SETTINGS) as session:
+    with ViewerSession({REFINED: chest(tmp_path)}, Engine.PYBULLET, SETTINGS) as session:
         monkeypatch.setattr(session.sides[REFINED].world, "step", lambda count=1: 1 / 0)
         session.step()
         assert session.problems[REFINED] == "ZeroDivisionError: division by zero"
@@ -265,8 +265,11 @@ def test_a_position_is_a_share_of_each_object_s_own_range(tmp_path: Path) -> Non
     (tmp_path / "raw").mkdir()
     longer = replace(SLIDE, upper=1.2)
     write_urdf(tmp_path / "raw", [CASE, DRAWER], [longer])
-    subjects: dict[str, Subject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_subject(tmp_path / "raw", held=True)}
-    with Session(subjects, Engine.PYBULLET, SETTINGS) as session:
+    subjects: dict[str, ViewedObject | str] = {
+        REFINED: chest(tmp_path / "r"),
+        RAW: raw_subject(tmp_path / "raw", held=True),
+    }
+    with ViewerSession(subjects, Engine.PYBULLET, SETTINGS) as session:
         session.set_position("slide", 0.5)
         found = {name: side.positions()["slide"] for name, side in session.sides.items()}
         assert found == {REFINED: pytest.approx(0.3), RAW: pytest.approx(0.6)}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from asset2sim.assets.formats.source import Source, open_source
+from asset2sim.assets.formats.source import DescriptionFile, open_source
 from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
@@ -20,7 +20,7 @@ from asset2sim.assets.urdf.front import front_of
 from asset2sim.assets.urdf.locate import read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
-from asset2sim.assets.urdf.reach import Reach, lies_outside, reach_of
+from asset2sim.assets.urdf.reach import AllowedFolders, allowed_folders, lies_outside
 from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -65,7 +65,7 @@ class Extraction:
     triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
     """Triangles of ``mesh_files``, loaded on demand; the last user calls ``keep`` to store them."""
 
-    opened: Source | None = field(default=None, repr=False, compare=False)
+    opened: DescriptionFile | None = field(default=None, repr=False, compare=False)
     companions: dict[str, Path] = field(default_factory=dict, repr=False, compare=False)
     """PartNet-Mobility's files beside the URDF, by name."""
 
@@ -86,7 +86,7 @@ def extract(
     Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
     there), invalid_joint_configuration (joint numbers that make no sense).
     """
-    folder, reach = Path(ref.path), reach_of(ref, inputs)
+    folder, reach = Path(ref.path), allowed_folders(ref, inputs)
     opened = open_source(folder, up, reach)
     urdf = opened.urdf
     robot = read_urdf(urdf)
@@ -148,7 +148,7 @@ def extract(
     )  # fmt: skip
 
 
-def companions_of(folder: Path, reach: Reach) -> tuple[dict[str, Path], list[Finding]]:
+def companions_of(folder: Path, reach: AllowedFolders) -> tuple[dict[str, Path], list[Finding]]:
     """The files beside the URDF that say more of the asset, by name; a finding for each that cannot be read or lies
     outside, and is left out."""
     found, findings = {name: folder / name for name in COMPANIONS}, []

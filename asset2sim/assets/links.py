@@ -12,13 +12,13 @@ from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
 from asset2sim.assets.meshes.paints import link_paints
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
-from asset2sim.assets.meshes.surface import NOTHING, Surface, joined_surfaces
+from asset2sim.assets.meshes.surface import NOTHING, SheetSurface, joined_surfaces
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.unusable import UnusableMeshError, check_mesh_file, check_size
 from asset2sim.assets.meshes.volume import Shape, Solid, combined, shape_of
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.locate import find_mesh
-from asset2sim.assets.urdf.reach import ANYWHERE, Reach, Refused, why_missing
+from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, Refused, why_missing
 from asset2sim.physics.arrays import Array, six, vector
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
@@ -53,7 +53,7 @@ class MeshReader:
     """Meshes of this extraction, by ``mesh_key``."""
     refused: Mapping[str, Refused] = field(default_factory=dict)
     """References that are not read, since they mean files outside."""
-    reach: Reach = ANYWHERE
+    reach: AllowedFolders = ANYWHERE
     origin: Path | None = None
     """The folder of the file that ``folder``'s URDF was made of, in which missing files are looked for in vain."""
     largest_mb: float = InputSettings().max_mesh_mb
@@ -238,7 +238,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
     return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))
 
 
-def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> Surface:
+def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> SheetSurface:
     """The faces along which a link's wall runs: those of its solids, or of all shapes where sheets are most of it."""
     every, most = (
         joined_surfaces([item.shape.surface.moved(item.rotation, item.translation) for item in items])

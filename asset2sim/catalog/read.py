@@ -28,14 +28,14 @@ Filters = list[tuple[str, str, object]]
 """Conditions on columns, all of which hold, as pyarrow has them: (column, comparison, value)."""
 
 
-class Part(NamedTuple):
+class TableSlice(NamedTuple):
     """What is read of a table: the columns of these names, and the rows that pass; None for all."""
 
     columns: Sequence[str] | None = None
     filters: Filters | None = None
 
 
-WHOLE = Part()
+WHOLE = TableSlice()
 _ATTEMPTS = 20
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
@@ -72,7 +72,7 @@ def read_asset(out: Path | str, asset_id: str) -> dict[str, pd.DataFrame]:
 
 
 def read_tables(
-    out: Path | str, parts: Mapping[str, Part], of_history: Callable[[pd.DataFrame], Sequence[str]]
+    out: Path | str, parts: Mapping[str, TableSlice], of_history: Callable[[pd.DataFrame], Sequence[str]]
 ) -> dict[str, pd.DataFrame]:
     """Table name → the part of it that is asked for, ``runs`` among them; of the history rows of the runs alone that
     ``of_history`` chooses of ``runs``. All from one state of OUT. Raises UsageError where OUT has no catalog."""
@@ -89,7 +89,7 @@ def read_tables(
 def read_assets(out: Path | str, asset_ids: Sequence[str]) -> dict[str, pd.DataFrame]:
     """Table name → the rows of these assets, in every table that has rows of assets; all from one state of OUT. Raises
     UsageError where OUT has no catalog."""
-    mine = Part(filters=[("asset_id", "in", list(asset_ids))])
+    mine = TableSlice(filters=[("asset_id", "in", list(asset_ids))])
     tables = [table for table in TABLES.values() if table.per_asset]
     return _read_consistent(
         local_tables(out), lambda folder: {table.name: _frame(folder / table.file, mine) for table in tables}
@@ -101,13 +101,13 @@ def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
     known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
     if asset_id not in known:
         raise UnknownChoiceError("asset", asset_id, get_close_matches(asset_id, known, n=8, cutoff=0.5) or known)
-    mine = Part(filters=[("asset_id", "==", asset_id)])
+    mine = TableSlice(filters=[("asset_id", "==", asset_id)])
     frames = {table.name: _frame(folder / table.file, mine) for table in TABLES.values() if table.per_asset}
     runs = _frame(folder / TABLES["runs"].file)
     return frames | {"runs": runs[runs["run_id"].isin(frames["assets"]["run_id"])]}
 
 
-def _frame(path: Path, part: Part = WHOLE) -> pd.DataFrame:
+def _frame(path: Path, part: TableSlice = WHOLE) -> pd.DataFrame:
     # A catalog that an earlier version wrote may lack a table that was added since.
     if not path.exists() and path.with_name(TABLES["runs"].file).exists():
         return _pandas(TABLES[path.stem].schema.empty_table())
@@ -208,7 +208,7 @@ def latest_rows(out: Path | str, *names: str) -> tuple[pd.DataFrame, ...]:
     def latest(found: pd.DataFrame) -> Sequence[str]:
         return list(found.sort_values("started_at")["run_id"].tail(1))
 
-    found = read_tables(out, dict.fromkeys((runs, *names), WHOLE) | {history: Part(ASSET_KEY)}, latest)
+    found = read_tables(out, dict.fromkeys((runs, *names), WHOLE) | {history: TableSlice(ASSET_KEY)}, latest)
     if found[runs].empty:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     tables = [found[name] for name in names]

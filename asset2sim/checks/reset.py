@@ -90,7 +90,7 @@ def reset(
     turned, motion, joint = math.pi, 1.0, None
     if seen.finite:
         turned = angle_between(resting.up, up_in_root(world))
-        motion, joint = held_motion(item, world, resting.joints, limits)
+        motion, joint = moved_share(item, world, resting.joints, limits)
     return Reset(
         offset_m=shift,
         tilt_rad=tilt,
@@ -129,7 +129,7 @@ def held_reset(world: World, item: Mechanism, share: float, settings: EngineSett
     start = held_start(item, share)
     world.place(start)
     seen = watch(world, settings.fall_s, settings)
-    motion, name = held_motion(item, world, item.start, limits, start) if seen.finite else (1.0, None)
+    motion, name = moved_share(item, world, item.start, limits, start) if seen.finite else (1.0, None)
     return Reset(
         offset_m=(0.0, 0.0, 0.0),
         tilt_rad=(0.0, 0.0, 0.0),
@@ -143,7 +143,7 @@ def held_reset(world: World, item: Mechanism, share: float, settings: EngineSett
     )
 
 
-def held_motion(
+def moved_share(
     item: Mechanism,
     world: World,
     rest: Mapping[str, float],

@@ -44,7 +44,7 @@ def sign_changes(positions: Array) -> int:
 
 
 @dataclass(frozen=True)
-class Recording:
+class RestMotion:
     """Recorded motion: root positions (n, 3) and xyzw (n, 4), joints (n, j), and joints after settling (j,)."""
 
     joints: tuple[str, ...]
@@ -81,7 +81,7 @@ def observe(
     settings: EngineSettings,
     *,
     held: bool = False,
-) -> Recording:
+) -> RestMotion:
     """Set the object over the plane at ``height_m`` in its initial state, or its root ``held`` and without a plane, let
     it settle, then record it untouched. It settles for ``settle_s`` at most, less once nothing has moved for
     ``still_s`` (see ``watch``)."""
@@ -92,7 +92,7 @@ def observe(
         return record(world, watch(world, settings.settle_s, settings).peak, settings)
 
 
-def record(world: World, peak: float, settings: EngineSettings) -> Recording:
+def record(world: World, peak: float, settings: EngineSettings) -> RestMotion:
     """What an object that has settled does for ``test_s`` untouched; ``peak`` is its fastest link's speed until now."""
     stride = reading_stride(world)
     root_positions, root_orientations, joint_positions = [], [], []
@@ -109,7 +109,7 @@ def record(world: World, peak: float, settings: EngineSettings) -> Recording:
             peak = max(peak, fastest)
         world.step()
     paths = np.array(root_positions), np.array(root_orientations), np.array(joint_positions)
-    return Recording(world.joint_names, *paths, joint_positions[0], peak, world.console)
+    return RestMotion(world.joint_names, *paths, joint_positions[0], peak, world.console)
 
 
 def measure(
@@ -132,7 +132,7 @@ def measure(
 def measurement(
     engine: Engine,
     points: list[ContactPoint],
-    seen: Recording,
+    seen: RestMotion,
     positions: Mapping[str, float],
     settings: EngineSettings,
 ) -> Measurement:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.checks.mechanism import Mechanism
-from asset2sim.checks.rest import Recording, record
+from asset2sim.checks.rest import RestMotion, record
 from asset2sim.checks.set_down import Resting, rest_held, set_down
 from asset2sim.checks.support_polygon import Clouds
 from asset2sim.engines.registry import open_world
@@ -74,7 +74,7 @@ class SetDown:
     stand: Stand | None
     resting: Resting
     support: SupportPolygon | None
-    rest: Recording | None
+    rest: RestMotion | None
 
 
 @dataclass

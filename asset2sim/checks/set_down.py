@@ -33,7 +33,7 @@ class Resting:
 
 
 @dataclass
-class Motion:
+class RootMotion:
     """How far the root has moved since the first reading: tilt of its up axis (rad), travel of its centre of mass (m),
     and that point's peak speed from reading to reading (m/s)."""
 
@@ -68,7 +68,7 @@ def set_down(
 ) -> tuple[Stand, Resting, SupportPolygon]:
     """Set the object down undisturbed and watch until it rests, for ``settle_s`` at most; how it rests, and on what."""
     world.place(item.start, height_m=settings.drop_height_m)
-    motion = Motion(world)
+    motion = RootMotion(world)
     motion.read(0.0)
     placed_up = up_in_root(world)
     seen = watch(world, settings.settle_s, settings, motion.read)

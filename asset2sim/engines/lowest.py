@@ -12,7 +12,7 @@ RIM_POINTS = 128
 
 
 @dataclass(frozen=True)
-class Cloud:
+class BallCloud:
     """Points, each the centre of a ball (of radius 0 for corners), whose convex hull is one shape or many. ``points``
     is (n, 3) in the frame of the link whose index is in ``link`` (n,); ``radius`` is (n,), m."""
 
@@ -68,11 +68,11 @@ def cylinder(radius: float, half_length: float, axis: int) -> Balls:
     return corners(np.concatenate([rim - ends, rim + ends]))
 
 
-def cloud(shapes: "list[tuple[int, Balls, Array]]") -> Cloud:
+def cloud(shapes: "list[tuple[int, Balls, Array]]") -> BallCloud:
     """The cloud of shapes given as (link, the shape, its (4, 4) shape-to-link transform)."""
     if not shapes:
-        return Cloud(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp))
+        return BallCloud(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp))
     points = [shape.points @ pose[:3, :3].T + pose[:3, 3] for _, shape, pose in shapes]
     links = [np.full(len(shape.points), link, dtype=np.intp) for link, shape, _ in shapes]
     radii = [shape.radius for _, shape, _ in shapes]
-    return Cloud(np.concatenate(points), np.concatenate(radii), np.concatenate(links))
+    return BallCloud(np.concatenate(points), np.concatenate(radii), np.concatenate(links))

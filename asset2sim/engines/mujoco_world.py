@@ -154,7 +154,7 @@ class MuJoCoWorld:
         ]
 
 
-def shapes_of(model: mujoco.MjModel) -> lowest.Cloud:
+def shapes_of(model: mujoco.MjModel) -> lowest.BallCloud:
     """The collision shapes of all links, by body."""
     shapes: list[tuple[int, lowest.Balls, Array]] = []
     for index in range(model.ngeom):

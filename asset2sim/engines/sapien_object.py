@@ -66,7 +66,7 @@ class SapienObject:
     system: Any
     articulation: Any
     links: tuple[Any, ...]
-    cloud: lowest.Cloud
+    cloud: lowest.BallCloud
     dynamics: dict[str, Dynamics]
     console: tuple[str, ...]
     robot: yourdfpy.Robot
@@ -147,7 +147,7 @@ def ground(sapien: Any, physx: Any, material: Any, timestep_s: float) -> Any:
 
 
 @dataclass(frozen=True)
-class Built:
+class SapienParts:
     """Links with their entities in topological order, collision shapes by link, and what was left out."""
 
     links: list[tuple[Any, Any]]
@@ -155,7 +155,7 @@ class Built:
     said: list[str]
 
 
-def build(builder: Builder, robot: yourdfpy.Robot, terms: dict[str, Dynamics]) -> Built:
+def build(builder: Builder, robot: yourdfpy.Robot, terms: dict[str, Dynamics]) -> SapienParts:
     """Every link with its mass, shapes and joint, parents first."""
     children = {joint.child for joint in robot.joints}
     root = next(link.name for link in robot.links if link.name not in children)
@@ -163,7 +163,7 @@ def build(builder: Builder, robot: yourdfpy.Robot, terms: dict[str, Dynamics]) -
     below: dict[str, list[yourdfpy.Joint]] = {}
     for joint in robot.joints:
         below.setdefault(joint.parent, []).append(joint)
-    built, made = Built([], [], []), dict[str, Any]()
+    built, made = SapienParts([], [], []), dict[str, Any]()
     waiting: list[tuple[str, yourdfpy.Joint | None]] = [(root, None)]
     while waiting:
         name, joint = waiting.pop()
@@ -212,7 +212,7 @@ def give_mass(builder: Builder, link: yourdfpy.Link, body: Any, needed: bool) ->
     body.inertia = moments
 
 
-def give_shapes(builder: Builder, link: yourdfpy.Link, body: Any, index: int, built: Built) -> None:
+def give_shapes(builder: Builder, link: yourdfpy.Link, body: Any, index: int, built: SapienParts) -> None:
     """Attach the link's collision shapes, meshes as their convex hulls."""
     for collision in link.collisions:
         pose = np.eye(4) if collision.origin is None else np.asarray(collision.origin)

@@ -3,16 +3,16 @@
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.scene import Stage
+from asset2sim.gym.arm.scene import CompiledScene
 
 TOUCHING, LEAST_N = 3, 1e-6
 """Sum of the sides of a contact between tool and object, and the force that counts as one, N."""
 
 
-class Touch:
+class ToolContacts:
     """The contacts between tool and object: ``trials.record.powers`` and ``felt`` of these alone."""
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: CompiledScene) -> None:
         self.sides = stage.tool_geoms.astype(np.int8) + 2 * stage.object_geoms.astype(np.int8)
         self.mine = stage.object_dofs.astype(float)
 

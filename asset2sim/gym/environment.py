@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from asset2sim.gym.arm.franka import waiting
 from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
-from asset2sim.gym.arm.scene import TIMESTEP_S, Stage
+from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
-from asset2sim.gym.contact import Touch
+from asset2sim.gym.contact import ToolContacts
 from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
@@ -92,7 +92,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             raise UnknownChoiceError("action", action, ("tool", "joints"))
         self.settings = settings or LearningSettings()
         self.subject = subject_of(Path(folder), task, base, self.settings)
-        self.stage: Stage = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
+        self.stage: CompiledScene = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
         self.by_joints = action == "joints"
         self.metadata, self.render_mode = {"render_modes": []}, render_mode
         self.sample_steps = round(SAMPLE_S / self.settings.timestep_s)
@@ -107,7 +107,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.lower, self.upper = (self.stage.model.jnt_range[arm] + (INSIDE_RAD, -INSIDE_RAD)).T
         self.command = waiting(self.stage.gripper)
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
-        self.touch = Touch(self.stage)
+        self.touch = ToolContacts(self.stage)
         self.watched: Callable[[mujoco.MjData, float], None] | None = None
         self.begin()
 

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from asset2sim.gym.arm.planning import Plan
+from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.record import command
 from asset2sim.gym.environment import Action, ObjectEnv
 from schemas.errors import UsageError
 
 
-def planned_action(env: ObjectEnv, plan: Plan) -> Action:
+def planned_action(env: ObjectEnv, plan: ToolPlan) -> Action:
     """The action after which the servos are told what the plan tells them then; in an environment of joint actions."""
     then = command(plan, (env.step_number + 1) * env.dt_s)
     turn = (then[:7] - env.command[:7]) / env.settings.turn_step_rad

@@ -15,8 +15,8 @@ from asset2sim.gym.arm.attempt import planned
 from asset2sim.gym.arm.franka import HAND, JOINTS, franka_spec, waiting
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import carried, vertices
-from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, Plan
-from asset2sim.gym.arm.scene import TOOL, Stage, base_at, build_stage
+from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan
+from asset2sim.gym.arm.scene import TOOL, CompiledScene, base_at, build_stage
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
 from asset2sim.physics.arrays import Array
 from schemas.base import Vector3
@@ -35,7 +35,7 @@ KEPT = 16
 
 
 @dataclass(frozen=True)
-class Start:
+class ResetStart:
     """A start of the reset check: the object shifted (m) and tilted (rotation vector, rad), or, where its root is held,
     its joints moved by a share of their ranges, alternately one way and the other beginning with ``turn``."""
 
@@ -45,22 +45,22 @@ class Start:
     turn: int = 0
 
 
-PLAIN = Start()
+PLAIN = ResetStart()
 
 
 @dataclass(frozen=True, eq=False)
-class Subject:
+class TrialSubject:
     """One object, task and place of the arm. ``stage.model`` is shared by all environments of it, ``stage.data`` is
     none's; ``lower`` and ``upper`` are the limits of the task's joint as MuJoCo loaded them, ``target`` where it should
     end, rad or m; ``plan`` the scripted arm's motion, None where it found none or the base was given."""
 
-    stage: Stage
+    stage: CompiledScene
     task: Task
     joint: JointPhysics
     lower: float
     upper: float
     target: float
-    plan: Plan | None
+    plan: ToolPlan | None
     part_geoms: NDArray[np.int64]
     tool_geom: int
     hand: int
@@ -69,7 +69,7 @@ class Subject:
     dof: int
     body: int
     free_place: int | None
-    starts: tuple[Start, ...]
+    starts: tuple[ResetStart, ...]
     settled: dict[tuple[int, float], tuple[Array, Array]] = field(default_factory=dict)
 
     def share(self, position: float) -> float:
@@ -86,7 +86,7 @@ class Subject:
         data.ctrl[:] = waiting(self.stage.gripper)
         mujoco.mj_forward(self.stage.model, data)
 
-    def settle(self, data: mujoco.MjData, start: Start, settle_s: float) -> tuple[Array, Array]:
+    def settle(self, data: mujoco.MjData, start: ResetStart, settle_s: float) -> tuple[Array, Array]:
         """Positions and speeds after an object was let go of in a start, its joints held, and given time."""
         model, stage = self.stage.model, replace(self.stage, data=data)
         mujoco.mj_resetData(model, data)
@@ -109,7 +109,7 @@ class Subject:
             data.qpos[places], data.qvel[dofs] = held, 0.0
         return data.qpos.copy(), data.qvel.copy()
 
-    def moved_off(self, stage: Stage, start: Start) -> None:
+    def moved_off(self, stage: CompiledScene, start: ResetStart) -> None:
         """Shift and tilt a free object; its lowest point is as high over the floor as before, and by the shift more."""
         assert self.free_place is not None
         bodies = frozenset(int(body) for body in set(stage.model.geom_bodyid[stage.object_geoms]))
@@ -136,7 +136,7 @@ def task_to_learn(overlay: PhysicsOverlay, name: str | None = None) -> Task:
     return found[0]
 
 
-def subject_of(folder: Path, task: Task | str | None, base: Array | None, settings: LearningSettings) -> Subject:
+def subject_of(folder: Path, task: Task | str | None, base: Array | None, settings: LearningSettings) -> TrialSubject:
     """The shared world of a refined object and task, made once in a process and again where the files change. Raises
     UsageError where the folder has no refined object, the object no joint to move, or the gripper is not installed;
     LoadError as ``load`` does."""
@@ -172,7 +172,7 @@ def _subject(
     gripper: Gripper,
     timestep_s: float,
     _: tuple[tuple[str, int], ...],
-) -> Subject:
+) -> TrialSubject:
     plan = None
     if base is None:
         attempt, _bowl = planned(folder, task, joint, gripper)
@@ -195,7 +195,7 @@ def _subject(
         for index in range(model.njnt)
         if model.jnt_type[index] == mujoco.mjtJoint.mjJNT_FREE and model.joint(index).name.startswith(stage.prefix)
     ]
-    return Subject(
+    return TrialSubject(
         stage, task, joint, low, high, float(np.clip(target_of(task, joint), low, high)), plan,
         part_geoms=np.array(parts), tool_geom=int(model.geom(TOOL + TOOL_POINT).id),
         hand=int(model.body(TOOL + HAND).id),
@@ -206,13 +206,13 @@ def _subject(
     )  # fmt: skip
 
 
-def perturbed(free: bool, settings: EngineSettings) -> Iterator[Start]:
+def perturbed(free: bool, settings: EngineSettings) -> Iterator[ResetStart]:
     """The plain start, then those of the reset check."""
     yield PLAIN
     if free:
-        yield from (Start(shift, tilt) for shift, tilt in starts(settings))
+        yield from (ResetStart(shift, tilt) for shift, tilt in starts(settings))
     else:
-        yield from (Start(share=share, turn=index // 2) for index, share in enumerate(held_starts(settings)))
+        yield from (ResetStart(share=share, turn=index // 2) for index, share in enumerate(held_starts(settings)))
 
 
 def arm_spec(gripper: Gripper) -> mujoco.MjSpec:

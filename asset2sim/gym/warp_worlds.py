@@ -10,7 +10,7 @@ import trimesh
 import warp
 from numpy.typing import NDArray
 
-from asset2sim.gym.subject import Subject
+from asset2sim.gym.subject import TrialSubject
 from asset2sim.gym.warp_kernels import blend, nearest, touching
 
 CONTACTS, ROWS = 96, 512
@@ -47,7 +47,7 @@ class Worlds:
     the first GPU, else the processor. An action is ``samples`` times ``steps`` time steps; on a GPU it is one captured
     graph."""
 
-    def __init__(self, subject: Subject, count: int, samples: int, steps: int, device: str | None = None) -> None:
+    def __init__(self, subject: TrialSubject, count: int, samples: int, steps: int, device: str | None = None) -> None:
         self.subject, self.count, self.samples, self.steps = subject, count, samples, steps
         self.device = warp.get_device(device)
         model = subject.stage.model

@@ -24,7 +24,7 @@ from schemas.vocabulary import Stage
 
 
 @dataclass
-class Questions:
+class AskedSoFar:
     """The asker, the calls left, and the calls, findings and answers so far, shared by all attempts at an asset: a
     repeated question gets the same answer, and the calls of a dropped attempt still count. ``wanted``: some question
     came up, whether or not it could be asked."""
@@ -101,7 +101,7 @@ class QuestionContext:
     settings: Settings
     urdf: Path
     reach: Mapping[str, Band]
-    questions: Questions
+    questions: AskedSoFar
     guidance: str | None = None
 
     def overlap(self, pose: Pose, tried: Sequence[TriedProposal], solved: Sequence[tuple[str, str]]) -> StateProblem:

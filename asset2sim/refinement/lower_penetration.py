@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.engines.pybullet_object import contact_points, phi_at, static_object
-from asset2sim.refinement.ask_model import QuestionContext, Questions, model_asker
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
 from asset2sim.refinement.bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
@@ -30,7 +30,7 @@ class RefinedState:
     findings: tuple[Finding, ...]
 
 
-def lower_penetration(loop: RefinementContext, folder: Folder, questions: Questions) -> RefinedState:
+def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedSoFar) -> RefinedState:
     """Lower Φ: first by joint positions near the requested state; where that fails, by cutting collision hulls.
 
     Joint dynamics are derived again for joints that moved. A search proposes first, and a model is asked where links

@@ -10,7 +10,7 @@ from asset2sim.assets.hulls import Hulls
 from asset2sim.checks.check_verdict import Verdict
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
-from asset2sim.refinement.ask_model import QuestionContext, Questions
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.bands import moved_joints, reaches
 from asset2sim.refinement.collision.shapes import collision_shapes
@@ -60,7 +60,7 @@ class ShapedFolder:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class RefinedAttempt:
     """One attempt at an asset: shapes, state and dynamics, with their findings in ``notes``, and the verdict."""
 
     notes: tuple[Finding, ...]
@@ -94,7 +94,7 @@ def shape_folder(job: RefinementJob) -> ShapedFolder:
 def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> RefinementResult:
     """Refine an asset written by ``shape_folder``; the result lists all model calls of all attempts."""
     search = job.settings.search
-    questions = Questions(ask, search.max_iterations if by_model(job) else search.max_model_calls)
+    questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
     best = with_lasting_state(chosen, best, questions)
     return RefinementResult(
@@ -109,8 +109,8 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
 
 
 def attempt_pieces_then_hulls(
-    job: RefinementJob, shaped: ShapedFolder, questions: Questions
-) -> tuple[RefinementJob, Attempt]:
+    job: RefinementJob, shaped: ShapedFolder, questions: AskedSoFar
+) -> tuple[RefinementJob, RefinedAttempt]:
     """The attempt with convex pieces; that with plain hulls, and a finding, where hulls alone pass or have lower Φ.
 
     Pieces keep hollows open but can block parts that move between them; hulls fill hollows and block nothing. A model
@@ -133,14 +133,14 @@ def attempt_pieces_then_hulls(
     return job, attempt_again(job, questions)
 
 
-def unmendable(tried: Attempt, settings: Settings) -> tuple[FailureMode, ...]:
+def unmendable(tried: RefinedAttempt, settings: Settings) -> tuple[FailureMode, ...]:
     """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
     failed = all_failures(tried.mended.overlay, tried.mended.reports, settings)
     modes = dict.fromkeys(failure.mode for failure in failed if not mendable(failure.mode))
     return tuple(mode for mode in modes if mode not in NOT_MEASURED)
 
 
-def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions) -> Attempt:
+def with_lasting_state(job: RefinementJob, tried: RefinedAttempt, questions: AskedSoFar) -> RefinedAttempt:
     """The attempt, or, where joints do not hold their initial positions, one from a model's state that lasts, if its
     verdict is no worse."""
     measured = rest_measurement(tried.mended.reports)
@@ -166,7 +166,7 @@ def with_lasting_state(job: RefinementJob, tried: Attempt, questions: Questions)
     return with_steps(before, tuple(refused(step) for step in found.steps))
 
 
-def with_steps(tried: Attempt, steps: tuple[TraceStep, ...]) -> Attempt:
+def with_steps(tried: RefinedAttempt, steps: tuple[TraceStep, ...]) -> RefinedAttempt:
     """The attempt with these steps after those of its state."""
     return replace(tried, state=replace(tried.state, trace=(*tried.state.trace, *steps)))
 
@@ -179,7 +179,7 @@ def refused(step: TraceStep) -> TraceStep:
     return step.model_copy(update={**taken_back, "reason": "judged in full, it is no better"})
 
 
-def largest_phi(tried: Attempt) -> float:
+def largest_phi(tried: RefinedAttempt) -> float:
     """The largest Φ in any engine, m."""
     seen = (report.measurement for report in tried.mended.reports)
     return max((found.penetration_m for found in seen if found is not None), default=0.0)
@@ -204,28 +204,28 @@ def by_model(job: RefinementJob) -> bool:
 
 
 def first_attempt(
-    job: RefinementJob, shaped: ShapedFolder, questions: Questions, doubts: tuple[FailureMode, ...] = ()
-) -> tuple[Attempt, bool]:
+    job: RefinementJob, shaped: ShapedFolder, questions: AskedSoFar, doubts: tuple[FailureMode, ...] = ()
+) -> tuple[RefinedAttempt, bool]:
     """An attempt without model calls, unless a model proposes every step, and whether a question was left open;
     ``doubts`` are failures to look for first."""
     if by_model(job):
         return attempt(job, shaped, questions, doubts), False
-    no_calls = Questions(questions.ask, 0)
+    no_calls = AskedSoFar(questions.ask, 0)
     return attempt(job, shaped, no_calls, doubts), no_calls.wanted
 
 
-def attempt_again(job: RefinementJob, questions: Questions) -> Attempt:
+def attempt_again(job: RefinementJob, questions: AskedSoFar) -> RefinedAttempt:
     """An attempt from the start: the folder is written anew."""
     return attempt(job, shape_folder(job), questions)
 
 
 def attempt(
-    job: RefinementJob, shaped: ShapedFolder, questions: Questions, doubts: tuple[FailureMode, ...] = ()
-) -> Attempt:
+    job: RefinementJob, shaped: ShapedFolder, questions: AskedSoFar, doubts: tuple[FailureMode, ...] = ()
+) -> RefinedAttempt:
     """One attempt on a written folder: state and hulls, then verification and mending."""
     state = lower_penetration(context_of(job, shaped.hulls), shaped.folder, questions)
     mended, verdict = verify_and_mend(job, state.overlay, state.folder, doubts)
-    return Attempt(shaped.findings, state, mended, verdict)
+    return RefinedAttempt(shaped.findings, state, mended, verdict)
 
 
 def verify_and_mend(

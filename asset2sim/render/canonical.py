@@ -14,7 +14,7 @@ from asset2sim.assets.surfaces.scene import load_scene, nothing_to_draw
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.render.batch import batches_of, facing
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, directions, fit
-from asset2sim.render.renderer import Frame, Pixels, render
+from asset2sim.render.renderer import Pixels, RenderedPicture, render
 from schemas.model_names import is_local
 from schemas.request import LabelledImage
 from schemas.settings import Settings, ViewSettings
@@ -58,7 +58,7 @@ def render_views(
     return {name: finish(frames[name], settings.width, settings.height) for name in names}
 
 
-def finish(frame: Frame, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:
+def finish(frame: RenderedPicture, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:
     """The frame over the background, averaged down to ``width`` by ``height`` pixels. ``outlines``: (h, w), 0 to 1, how
     strongly each pixel is drawn as an edge: darker, and lighter where it is dark itself."""
     rows = np.linspace(0.0, 1.0, frame.color.shape[0], dtype=np.float32)[:, None, None]

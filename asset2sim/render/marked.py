@@ -18,7 +18,7 @@ from asset2sim.render.batch import batches_of
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, directions, fit
 from asset2sim.render.canonical import finish, png_bytes
 from asset2sim.render.name_tags import with_names
-from asset2sim.render.renderer import Frame, Pixels, render, render_bodies
+from asset2sim.render.renderer import Pixels, RenderedPicture, render, render_bodies
 from schemas.features import Features, JointFeatures
 from schemas.model_names import is_local
 from schemas.request import LabelledImage
@@ -128,7 +128,7 @@ def marked(scene: Scene, features: Features, side: int, *, behind: bool = False)
     return Marked(image, shown[steps][:, steps], links)
 
 
-def outlines(frame: Frame, camera: Camera) -> Pixels:
+def outlines(frame: RenderedPicture, camera: Camera) -> Pixels:
     """(h, w) 0 to 1: silhouettes, and creases where the surface bends. Over a plane one over the distance is linear in
     the picture, so that its second difference, over itself, is how the slope changes."""
     near = frame.nearness

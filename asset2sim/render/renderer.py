@@ -28,7 +28,7 @@ LAMP = (-0.35, 0.75, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class RenderedPicture:
     """One picture: ``color`` (h, w, 3) float 0 to 255, ``drawn`` (h, w) bool, where it shows the object, ``nearness``
     (h, w), one over the distance along the view, 1/m: over a plane it is linear, and 0 where nothing is drawn."""
 
@@ -45,7 +45,9 @@ class TranslucentBody:
     mask: int
 
 
-def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, height: int) -> dict[str, Frame]:
+def render(
+    batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, height: int
+) -> dict[str, RenderedPicture]:
     """The batches seen by each camera, before any background. TinyRenderer cannot blend: a view in which something
     translucent is seen is drawn again without it, and mixed by its opacity, one layer deep; where a texture varies the
     opacity, a third pass draws that."""
@@ -72,7 +74,7 @@ def render(batches: Sequence[Batch], cameras: Mapping[str, Camera], width: int, 
         pybullet.disconnect(client)
 
 
-def render_bodies(batches: Sequence[Batch], camera: Camera, width: int, height: int) -> tuple[Frame, Bodies]:
+def render_bodies(batches: Sequence[Batch], camera: Camera, width: int, height: int) -> tuple[RenderedPicture, Bodies]:
     """The batches in their colours without textures, all opaque, and the (h, w) index of the batch in each pixel, -1
     for none."""
     client = pybullet.connect(pybullet.DIRECT)
@@ -117,7 +119,9 @@ def load(image: Image.Image, client: int, folder: Path, numbers: dict[int, int])
     return numbers[id(image)]
 
 
-def take(camera: Camera, client: int, width: int, height: int, ambient: float = AMBIENT) -> tuple[Frame, Bodies]:
+def take(
+    camera: Camera, client: int, width: int, height: int, ambient: float = AMBIENT
+) -> tuple[RenderedPicture, Bodies]:
     """One picture, and the (h, w) number of the body in each pixel, -1 for none. At ``ambient`` 1 there is no lamp."""
     lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
     view = pybullet.computeViewMatrix(camera.eye.tolist(), camera.target.tolist(), [0.0, 0.0, 1.0])
@@ -130,15 +134,15 @@ def take(camera: Camera, client: int, width: int, height: int, ambient: float = 
     bodies = np.asarray(answer[4], dtype=np.int64).reshape(height, width)
     depth = np.asarray(answer[3], dtype=np.float32).reshape(height, width)
     nearness = (camera.far - (camera.far - camera.near) * depth) / (camera.far * camera.near)
-    return Frame(color, bodies >= 0, np.where(bodies >= 0, nearness, 0.0).astype(np.float32)), bodies
+    return RenderedPicture(color, bodies >= 0, np.where(bodies >= 0, nearness, 0.0).astype(np.float32)), bodies
 
 
 def blend_translucent(
-    shots: Mapping[str, tuple[Frame, Bodies]],
+    shots: Mapping[str, tuple[RenderedPicture, Bodies]],
     cameras: Mapping[str, Camera],
     glass: Mapping[int, TranslucentBody],
     client: int,
-) -> dict[str, Frame]:
+) -> dict[str, RenderedPicture]:
     """The frames with translucent bodies blended over what is behind them."""
     masked = [body for body, item in glass.items() if item.mask >= 0]
     shares: dict[str, Pixels] = {}
@@ -164,9 +168,9 @@ def blend_translucent(
     return frames
 
 
-def mix(behind: Frame, front: Frame, share: Pixels) -> Frame:
+def mix(behind: RenderedPicture, front: RenderedPicture, share: Pixels) -> RenderedPicture:
     """``share`` (h, w), 0 to 1, of the front picture over the other; over empty background glass keeps its colour."""
     share = np.where(front.drawn & ~behind.drawn & (share > INVISIBLE), 1.0, share)
     color = share[..., None] * front.color + (1.0 - share[..., None]) * behind.color
     nearness = np.where(share > INVISIBLE, front.nearness, behind.nearness)
-    return Frame(color, behind.drawn | (front.drawn & (share > INVISIBLE)), nearness)
+    return RenderedPicture(color, behind.drawn | (front.drawn & (share > INVISIBLE)), nearness)

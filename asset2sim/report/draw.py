@@ -7,7 +7,7 @@ from PIL import Image
 
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.render import render_views
 from schemas.settings import ViewSettings
 
@@ -21,7 +21,7 @@ class Before:
     a WebP of this quality (0 to 100) and effort (0 to 6)."""
 
     raw: Path
-    reach: Reach
+    reach: AllowedFolders
     to: Path
     quality: int
     method: int = 2

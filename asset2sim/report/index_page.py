@@ -21,7 +21,7 @@ MAX_TEXT = 160
 DAY_S = 86_400.0
 
 
-class Figure(NamedTuple):
+class HeadlineFigure(NamedTuple):
     """One headline figure: of this run, of the run before, and the change in words."""
 
     name: str
@@ -74,14 +74,14 @@ def method_of(row: Row) -> str:
     return f"{row['method']}, {described(str(row['model']))}"
 
 
-def figures(found: Snapshot) -> list[Figure]:
+def figures(found: Snapshot) -> list[HeadlineFigure]:
     """The headline figures of the latest run, beside those of the run before it."""
     now, then = found.run, found.before
     changes = Counter(_changes(found).values())
     figures = [_share("pass", now, then, "ok", better=1), _share("fail", now, then, "failed", better=-1)]
     if then is not None:
-        figures += [Figure("new failures", str(changes["new"]), better=changes["new"] == 0 or None)]
-        figures += [Figure("mended", str(changes["mended"]), better=True if changes["mended"] else None)]
+        figures += [HeadlineFigure("new failures", str(changes["new"]), better=changes["new"] == 0 or None)]
+        figures += [HeadlineFigure("mended", str(changes["mended"]), better=True if changes["mended"] else None)]
     figures += [
         _count("refined", now, then, lambda run: run["assets"] - (run["unchanged"] or 0)),
         _count("model calls", now, then, lambda run: run["queries"]),
@@ -93,13 +93,13 @@ def figures(found: Snapshot) -> list[Figure]:
     return figures
 
 
-def _share(name: str, now: Row, then: Row | None, column: str, better: int) -> Figure:
+def _share(name: str, now: Row, then: Row | None, column: str, better: int) -> HeadlineFigure:
     shown = f"{now[column]} of {now['assets']}"
     if then is None:
-        return Figure(name, shown, change=percent(now[column], now["assets"]) if now["assets"] else "")
+        return HeadlineFigure(name, shown, change=percent(now[column], now["assets"]) if now["assets"] else "")
     step = now[column] - then[column]
     change, improved = (f"{step:+d}", step * better > 0) if step else ("same", None)
-    return Figure(name, shown, f"{then[column]} of {then['assets']}", change, improved)
+    return HeadlineFigure(name, shown, f"{then[column]} of {then['assets']}", change, improved)
 
 
 def _count(
@@ -108,8 +108,8 @@ def _count(
     then: Row | None,
     of: Callable[[Row], float],
     shown: Callable[[float], str] = lambda v: f"{v:,}",
-) -> Figure:
-    return Figure(name, shown(of(now)), NOTHING if then is None else shown(of(then)))
+) -> HeadlineFigure:
+    return HeadlineFigure(name, shown(of(now)), NOTHING if then is None else shown(of(then)))
 
 
 def duration(seconds: float) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from PIL import Image
 
 from asset2sim.assets.urdf.locate import find_source, outer_references
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.catalog.storage.objects import fetch_objects, list_objects
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.work import Work, in_child
@@ -60,7 +60,7 @@ def write_before(before: Before, log: Path) -> bool:
     return outcome.ending is Ending.RETURNED
 
 
-def write_pictures(refined: Path | str, raw: Path, reach: Reach, folder: Path, log: Path, owner: str) -> None:
+def write_pictures(refined: Path | str, raw: Path, reach: AllowedFolders, folder: Path, log: Path, owner: str) -> None:
     """Write the picture of an object as it came, where its files are here, and the loops and the size picture of the
     refined one into ``folder``, where those there are of another; ``refined`` is its folder, or the URL of one, which
     is fetched. The object as it came is in the loops where its files name none outside. What goes wrong is a line in
@@ -82,7 +82,7 @@ def write_pictures(refined: Path | str, raw: Path, reach: Reach, folder: Path, l
         write_before(before, log)
 
 
-def raw_file(raw: Path, reach: Reach) -> Path | None:
+def raw_file(raw: Path, reach: AllowedFolders) -> Path | None:
     """The file of an asset as it came; None where it is not here, or names files outside that are out of reach."""
     try:
         file = find_source(raw)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.catalog.read_remote import PARTS, repair_history
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output
@@ -121,7 +121,7 @@ def _draw(
     kept = {name: had[name] for name, key in keys.items() if had.get(name) in {key + WHOLE, *([] if before else [key])}}
     # What takes longest comes first, so that no worker has it left at the end.
     todo = sorted((name for name in assets if name not in kept), key=lambda name: -assets[name]["seconds_total"])
-    reaches = {row["run_id"]: reach_of_run(row) for row in rows(found.tables["runs"])}
+    reaches = {row["run_id"]: allowed_folders_of_run(row) for row in rows(found.tables["runs"])}
 
     def draw(name: str) -> None:
         asset, folder = assets[name], _object_folder(out / FOLDER, name)
@@ -148,14 +148,14 @@ def _draw(
     return {name: kept.get(name, key + WHOLE * before) for name, key in keys.items()}
 
 
-def reach_of_run(run: Row) -> Reach:
+def allowed_folders_of_run(run: Row) -> AllowedFolders:
     """Where the files of a run's assets may lie: below its dataset, and as its settings say."""
     try:
         inputs = InputSettings.model_validate(json.loads(run["settings_json"])["inputs"])
     except (KeyError, TypeError, ValueError):
         inputs = InputSettings()
     packages = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return Reach((_here(run["dataset"]).resolve(),), packages, inputs.allow_outside)
+    return AllowedFolders((_here(run["dataset"]).resolve(),), packages, inputs.allow_outside)
 
 
 def _here(place: str) -> Path:

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from asset2sim.catalog.changes import compared
-from asset2sim.catalog.read import Part, read_assets, read_tables
+from asset2sim.catalog.read import TableSlice, read_assets, read_tables
 from schemas.errors import UsageError
 from schemas.table import ASSET_KEY
 from schemas.tables import HISTORY
@@ -20,12 +20,12 @@ COLUMNS = (
 )  # fmt: skip
 """What an index shows of an asset, and what its pictures and its page are made anew for: a row of all columns takes
 five times the memory."""
-NEEDED: Mapping[str, Part] = {
-    "assets": Part(columns=COLUMNS),
-    "runs": Part(),
-    "joints": Part(columns=("position_unit", "damping")),
-    "interactions": Part((*ASSET_KEY, "test", "reason", "value"), [("test", "==", "effort")]),
-    HISTORY.name: Part(("run_id", *ASSET_KEY, "failure_mode")),
+NEEDED: Mapping[str, TableSlice] = {
+    "assets": TableSlice(columns=COLUMNS),
+    "runs": TableSlice(),
+    "joints": TableSlice(columns=("position_unit", "damping")),
+    "interactions": TableSlice((*ASSET_KEY, "test", "reason", "value"), [("test", "==", "effort")]),
+    HISTORY.name: TableSlice(("run_id", *ASSET_KEY, "failure_mode")),
 }
 """What an index shows of the tables, by name: few columns, and of the largest few rows, so that ten thousand assets
 fit."""

@@ -49,7 +49,7 @@ class DoctorError(Asset2SimError):
 
 
 @dataclass(frozen=True)
-class Check:
+class DoctorCheck:
     """One line of the report. A ``needed`` check that is not ``ok`` keeps a run from working."""
 
     name: str
@@ -58,7 +58,7 @@ class Check:
     needed: bool = True
 
 
-def examine(out: Path | str, model: ModelSettings) -> list[Check]:
+def examine(out: Path | str, model: ModelSettings) -> list[DoctorCheck]:
     """Results of all checks, in the order in which a run would meet the problems; no file is left behind."""
     quiet_environment()
     place = Location(out)
@@ -243,10 +243,10 @@ def check_prefect() -> str:
     return f"server at {address}" if address else "a run starts a temporary server"
 
 
-def _attempt(name: str, check: Callable[[], str], needed: bool = True) -> Check:
+def _attempt(name: str, check: Callable[[], str], needed: bool = True) -> DoctorCheck:
     try:
-        return Check(name, True, check(), needed)
+        return DoctorCheck(name, True, check(), needed)
     except DoctorError as error:
-        return Check(name, False, str(error), needed)
+        return DoctorCheck(name, False, str(error), needed)
     except Exception as error:  # a check must report whatever is broken, and the next one must still run
-        return Check(name, False, f"{type(error).__name__}: {error}", needed)
+        return DoctorCheck(name, False, f"{type(error).__name__}: {error}", needed)

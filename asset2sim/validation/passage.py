@@ -57,7 +57,7 @@ class MovingPair:
 
 
 @dataclass(frozen=True)
-class Shapes:
+class LinkShapes:
     """The links' convex pieces, and their triangles, which are read only where the pieces meet. ``pieces`` maps link →
     (n, 3) points of all pieces, and the index at which each begins."""
 
@@ -100,7 +100,7 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
     left alone: they show nothing.
     """
     notes, features = Notes(), extraction.features
-    shapes, tree, raw = Shapes(extraction), tree_of(features.joints), read_stated_joints(extraction)
+    shapes, tree, raw = LinkShapes(extraction), tree_of(features.joints), read_stated_joints(extraction)
     changed: dict[str, JointFeatures] = {}
     coupled = {name for joint in features.joints if joint.mimic is not None for name in (joint.name, joint.mimic.joint)}
     for joint in features.movable_joints:
@@ -127,7 +127,7 @@ def start_of(joint: JointFeatures) -> float:
     return min(max(0.0, low), high)
 
 
-def moving_pair(name: str, features: Features, tree: Sequence[TreeJoint], shapes: Shapes) -> MovingPair | None:
+def moving_pair(name: str, features: Features, tree: Sequence[TreeJoint], shapes: LinkShapes) -> MovingPair | None:
     """The joint's child, and the parent or the nearest link with meshes fixed to it; None where either has no mesh."""
     joint = next(item for item in tree if item.name == name)
     before = {item.child: item for item in tree}
@@ -143,12 +143,12 @@ def moving_pair(name: str, features: Features, tree: Sequence[TreeJoint], shapes
     return MovingPair(joint, joint.child, still, still_to_parent, DEEP_SHARE * diagonal, along, large)
 
 
-def touching(way: MovingPair, position: float, shapes: Shapes) -> bool:
+def touching(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
     """Whether the moving link touches the still one at this position (rad or m)."""
     return blocked(replace(way, shift=0.0), position, shapes)
 
 
-def blocked(way: MovingPair, position: float, shapes: Shapes) -> bool:
+def blocked(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
     """Whether the moving link overlaps the still one at this position (rad or m) and no small shift ends it."""
     to_parent = way.joint.child_to_parent @ motion(way.joint, position)
     to_still = np.linalg.inv(way.still_to_parent) @ to_parent
@@ -158,12 +158,14 @@ def blocked(way: MovingPair, position: float, shapes: Shapes) -> bool:
     return all(intersect(shapes.triangles, way.moving, way.still, to_still, shift) for shift in shifts)
 
 
-def blocked_share(way: MovingPair, lower: float, upper: float, shapes: Shapes) -> float:
+def blocked_share(way: MovingPair, lower: float, upper: float, shapes: LinkShapes) -> float:
     """Share of the positions between two limits (rad or m) at which the joint is blocked."""
     return float(np.mean([blocked(way, float(at), shapes) for at in np.linspace(lower, upper, SAMPLES)]))
 
 
-def flipped_if_inverted(way: MovingPair, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
+def flipped_if_inverted(
+    way: MovingPair, joint: JointFeatures, shapes: LinkShapes, notes: Notes
+) -> JointFeatures | None:
     """The joint with its axis flipped where geometry shows it inverted, else None; a finding where it is blocked."""
     low, high = sorted((joint.lower or 0.0, joint.upper or 0.0))
     if joint.prismatic and high - low < LEAST_TRAVEL * way.along:
@@ -183,7 +185,7 @@ def flipped_if_inverted(way: MovingPair, joint: JointFeatures, shapes: Shapes, n
     return joint.model_copy(update=flip)
 
 
-def found_limits(way: MovingPair, joint: JointFeatures, shapes: Shapes, notes: Notes) -> JointFeatures | None:
+def found_limits(way: MovingPair, joint: JointFeatures, shapes: LinkShapes, notes: Notes) -> JointFeatures | None:
     """The joint with the limits between which its link is free; None where it turns all the way round."""
     step = 2.0 * math.pi / TURN_SAMPLES
     # A link that starts clear is stopped by the first touch, one that overlaps at its hinge by the first deep overlap.

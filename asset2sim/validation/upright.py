@@ -79,7 +79,7 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     known = sizes().get(extraction.features.category)
     if known is not None and known.lies:
         return UpAxis.Z, None
-    seen = Seen.of(extraction)
+    seen = RestingShape.of(extraction)
     found = {up: evidence(seen, np.array(axis)) for up, axis in AXES.items()}
     gains = {up: gain(found[up], found[UpAxis.Z]) for up in AXES if up is not UpAxis.Z}
     odds = {up: sum(terms.values()) - UNUSUAL.get(up, 0.0) for up, terms in gains.items()}
@@ -114,7 +114,7 @@ def gain(found: dict[str, float], usual: dict[str, float]) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Part:
+class MovedPart:
     """What one joint moves: its (n, 3) points at rest in the root's frame, its words, and where its axis passes."""
 
     joint: JointFeatures
@@ -124,7 +124,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Seen:
+class RestingShape:
     """An object at rest in its root's frame: (n, 3) points, the (3,) middle of its walls, its diagonal (m), how alike
     it is to its mirror images across x, y and z (0 to 1), its moving parts, and its links' words with their points."""
 
@@ -132,11 +132,11 @@ class Seen:
     middle: Array
     diagonal: float
     alike: Array
-    parts: tuple[Part, ...]
+    parts: tuple[MovedPart, ...]
     named: tuple[tuple[frozenset[str], Array], ...]
 
     @classmethod
-    def of(cls, extraction: Extraction) -> "Seen":
+    def of(cls, extraction: Extraction) -> "RestingShape":
         """What an extraction shows."""
         features = extraction.features
         tree = tree_of(features.joints)
@@ -170,7 +170,9 @@ class Seen:
             moved = [clouds[name] for name in carried if name in clouds]
             if moved:
                 at = (rest[joint.parent] @ node.child_to_parent)[:3, 3]
-                parts.append(Part(joint, np.vstack(moved), at, words_of(features.link(joint.child).label, joint.child)))
+                parts.append(
+                    MovedPart(joint, np.vstack(moved), at, words_of(features.link(joint.child).label, joint.child))
+                )
         named = tuple((words_of(features.link(name).label, name), cloud) for name, cloud in clouds.items())
         middle = (areas[:, None] * centers).sum(axis=0) / areas.sum()
         return cls(points, middle, diagonal, likeness(points, (low + high) / 2.0, diagonal), tuple(parts), named)
@@ -193,7 +195,7 @@ def likeness(points: Array, middle: Array, diagonal: float) -> Array:
     return np.array(found)
 
 
-def evidence(seen: Seen, up: Array) -> dict[str, float]:
+def evidence(seen: RestingShape, up: Array) -> dict[str, float]:
     """What speaks for the (3,) axis pointing up, by name; each is a number of the order of one."""
     heights = seen.points @ up
     floor, high = float(heights.min()), float(heights.max())
@@ -219,7 +221,7 @@ def evidence(seen: Seen, up: Array) -> dict[str, float]:
     return found | {name: float(np.mean(places)) if places else 0.0 for name, places in share.items()}
 
 
-def joint_evidence(seen: Seen, up: Array) -> dict[str, float]:
+def joint_evidence(seen: RestingShape, up: Array) -> dict[str, float]:
     """What the joints say: doors turn about upright axes, lids about level ones, drawers slide level."""
     count = dict.fromkeys(("upright", "level", "above", "drawers", "lids"), 0.0)
     for part in seen.parts:

@@ -9,7 +9,7 @@ import numpy as np
 from asset2sim.engines.mujoco_world import MuJoCoWorld
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.handles import GROUND, Touch
+from asset2sim.viewer.handles import GROUND, WorldContact
 
 
 class MuJoCoHandle:
@@ -55,14 +55,14 @@ class MuJoCoHandle:
         """See ``Handle``."""
         self.model.opt.gravity[:] = gravity
 
-    def touches(self) -> list[Touch]:
+    def touches(self) -> list[WorldContact]:
         """See ``Handle``."""
         contact = self.data.contact
         bodies = self.model.geom_bodyid[contact.geom]
         found = []
         for (a, b), distance, place in zip(bodies.tolist(), contact.dist.tolist(), contact.pos, strict=True):
             names = (self.names[a], self.names[b]) if a else (self.names[b], self.names[a])
-            found.append(Touch(*names, float(distance), np.array(place)))
+            found.append(WorldContact(*names, float(distance), np.array(place)))
         return found
 
     def kinetic_energy(self) -> float:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.handles import GROUND, Touch, pose_of
+from asset2sim.viewer.handles import GROUND, WorldContact, pose_of
 
 BASE = -1
 """PyBullet's index of the root link."""
@@ -57,7 +57,7 @@ class PyBulletHandle:
         """See ``Handle``."""
         self.client.setGravity(*gravity)
 
-    def touches(self) -> list[Touch]:
+    def touches(self) -> list[WorldContact]:
         """See ``Handle``."""
         found = []
         for point in self.client.getContactPoints(bodyA=self.body):
@@ -65,7 +65,7 @@ class PyBulletHandle:
                 self.names[link] if body == self.body else GROUND
                 for body, link in ((point[1], point[3]), (point[2], point[4]))
             )
-            found.append(Touch(*((a, b) if a != GROUND else (b, a)), float(point[8]), np.array(point[6])))
+            found.append(WorldContact(*((a, b) if a != GROUND else (b, a)), float(point[8]), np.array(point[6])))
         return found
 
     def kinetic_energy(self) -> float:

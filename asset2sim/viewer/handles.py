@@ -18,7 +18,7 @@ GROUND = ""
 
 
 @dataclass(frozen=True, eq=False)
-class Touch(ContactPoint):
+class WorldContact(ContactPoint):
     """A contact point with its (3,) ``place`` in the world, m; ``link_b`` is ``GROUND`` where it is the plane's."""
 
     place: Array
@@ -43,7 +43,7 @@ class Handle(Protocol):
     def set_gravity(self, gravity: Sequence[float]) -> None:
         """Set the (3,) gravity, m/s²."""
 
-    def touches(self) -> list[Touch]:
+    def touches(self) -> list[WorldContact]:
         """Contact points of the last step, of the object with itself and with the plane."""
 
     def kinetic_energy(self) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from threading import Event
 
 from asset2sim.viewer.commands import Commands
-from asset2sim.viewer.session import Session
+from asset2sim.viewer.session import ViewerSession
 
 FRAME_S = 1.0 / 30.0
 """Time between two pictures, s."""
@@ -33,7 +33,7 @@ def run_live(
         ended.wait(max(0.0, began + FRAME_S - time.perf_counter()))
 
 
-def step_for(session: Session, seconds: float, timestep_s: float, began: float) -> tuple[int, int]:
+def step_for(session: ViewerSession, seconds: float, timestep_s: float, began: float) -> tuple[int, int]:
     """Simulate so many seconds, as far as there is time in the picture that began then; the steps that were to be
     done, and those that were."""
     count, done = math.floor(seconds / timestep_s), 0

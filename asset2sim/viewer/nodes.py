@@ -9,8 +9,8 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.handles import Touch
-from asset2sim.viewer.shapes import Inertial, Shapes
+from asset2sim.viewer.handles import WorldContact
+from asset2sim.viewer.shapes import Inertial, UrdfShapes
 
 COM_COLOR, BOX_COLOR = (20, 120, 255), (214, 120, 20)
 DEEP_COLOR, TOUCH_COLOR, HAND_COLOR = (220, 40, 40), (60, 160, 80), (235, 70, 120)
@@ -51,7 +51,7 @@ class ObjectNodes:
         self,
         server: viser.ViserServer,
         name: str,
-        shapes: Shapes,
+        shapes: UrdfShapes,
         poses: Mapping[str, Array],
         grabbed: Grabbed,
         scale: float = 1.0,
@@ -114,7 +114,7 @@ class ObjectNodes:
         if not overlays.contacts:
             self.show_contacts([])
 
-    def show_contacts(self, touches: list[Touch]) -> None:
+    def show_contacts(self, touches: list[WorldContact]) -> None:
         """Draw contact points, overlaps in red, and the depth of the deepest in mm."""
         for label in self.labels:
             label.remove()
@@ -205,7 +205,7 @@ def box_edges(item: Inertial) -> Array:
     return np.array([[corners[a], corners[b]] for a, b in EDGES])
 
 
-def bounds(shapes: Shapes, poses: Mapping[str, Array], scale: float = 1.0) -> Array:
+def bounds(shapes: UrdfShapes, poses: Mapping[str, Array], scale: float = 1.0) -> Array:
     """(2, 3) lowest and highest corner of what is seen at these poses; a cube of 10 cm where nothing is."""
     corners = [
         points @ poses[link][:3, :3].T + scale * poses[link][:3, 3]

@@ -11,7 +11,7 @@ import viser
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.side import Readings
 from asset2sim.viewer.subject import Movable
-from asset2sim.viewer.walk import Said, Show, Stop
+from asset2sim.viewer.walk import LatestReview, Show, Stop
 from asset2sim.viewer.words import choice, ends, labels, plain, shown, table, user_name
 from schemas.vocabulary import Engine
 
@@ -185,7 +185,7 @@ class Panel:
             self.asset.options = names
         self.asset.value = next((name for name, asset_id in self.choices.items() if asset_id == now), names[0])
 
-    def fill(self, stop: Stop, place: str, said: Said | None, joints: Sequence[Movable]) -> None:
+    def fill(self, stop: Stop, place: str, said: LatestReview | None, joints: Sequence[Movable]) -> None:
         """Show one asset: who it is, its review, and a slider of each kind for every joint."""
         self.stop = stop
         verdict = f"**{stop.failure_mode}**: {plain(stop.reason)}" if stop.failed else "passes every check"
@@ -215,7 +215,7 @@ class Panel:
             self._when(effort, partial(self.wishes.press, joint.name))
             self.sliders[joint.name] = (joint, position, effort)
 
-    def review(self, said: Said | None) -> None:
+    def review(self, said: LatestReview | None) -> None:
         """Show the latest review."""
         if said is None:
             self.said.content = "Not reviewed."

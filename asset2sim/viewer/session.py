@@ -7,8 +7,8 @@ from typing import Self
 
 from asset2sim.engines.child import captured_console
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.side import ExplodedError, Side, open_side
-from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.side import ExplodedError, LiveObject, open_live_object
+from asset2sim.viewer.subject import ViewedObject
 from schemas.errors import Asset2SimError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
@@ -16,19 +16,19 @@ from schemas.vocabulary import Engine
 REFINED, RAW = "refined", "raw"
 
 
-class Session(AbstractContextManager["Session"]):
+class ViewerSession(AbstractContextManager["ViewerSession"]):
     """Sides by name, ``REFINED`` first; ``problems`` says in a line why one does not move. Use it in one thread."""
 
     def __init__(
         self,
-        subjects: Mapping[str, Subject | str],
+        subjects: Mapping[str, ViewedObject | str],
         engine: Engine,
         settings: EngineSettings,
         unmoved: Mapping[str, str] | None = None,
     ) -> None:
         """A subject may be a line that says why there is none; of those in ``unmoved`` one says why it is not tried."""
         self.engine, self.settings = engine, settings
-        self.sides: dict[str, Side] = {}
+        self.sides: dict[str, LiveObject] = {}
         self.problems: dict[str, str] = {}
         self._open = ExitStack()
         for name, subject in subjects.items():
@@ -41,7 +41,7 @@ class Session(AbstractContextManager["Session"]):
             try:
                 # PyBullet prints when it is connected to.
                 with captured_console():
-                    self.sides[name] = self._open.enter_context(open_side(subject, engine, settings))
+                    self.sides[name] = self._open.enter_context(open_live_object(subject, engine, settings))
             except Exception as error:  # an engine raises what it likes, and the other object goes on
                 self.problems[name] = one_line(error)
 
@@ -78,7 +78,7 @@ class Session(AbstractContextManager["Session"]):
     def set_position(self, joint: str, share: float) -> None:
         """Put one joint at a share (0 to 1) of its range, in each object of its own range."""
 
-        def put(side: Side, _: str) -> None:
+        def put(side: LiveObject, _: str) -> None:
             if joint in side.joints:
                 found = side.joints[joint]
                 side.set_position(joint, found.lower + share * (found.upper - found.lower))
@@ -91,7 +91,7 @@ class Session(AbstractContextManager["Session"]):
 
     def grab(self, name: str, link: str, point: Array, even_n_m: float | None = None) -> None:
         """Take hold of a link of one object at a (3,) point in its world, by a spring that suits it or by an even one
-        (see ``Side.hand``)."""
+        (see ``LiveObject.hand``)."""
         self._each(lambda side, _: side.grab(link, point, even_n_m=even_n_m), only=name)
 
     def drag(self, target: Array) -> None:
@@ -102,11 +102,11 @@ class Session(AbstractContextManager["Session"]):
         """Let go."""
         self._each(lambda side, _: side.release())
 
-    def moving(self) -> dict[str, Side]:
+    def moving(self) -> dict[str, LiveObject]:
         """The sides that have no problem."""
         return {name: side for name, side in self.sides.items() if name not in self.problems}
 
-    def _each(self, act: Callable[[Side, str], None], only: str | None = None) -> None:
+    def _each(self, act: Callable[[LiveObject, str], None], only: str | None = None) -> None:
         for name, side in self.moving().items():
             if only is None or name == only:
                 try:

@@ -44,7 +44,7 @@ class Inertial:
 
 
 @dataclass(frozen=True, eq=False)
-class Shapes:
+class UrdfShapes:
     """By link: surfaces as they are seen, and those of each collision piece; inertials; corners of the box of what is
     seen, (8, 3). A link without one of these is not in it."""
 
@@ -70,7 +70,7 @@ class Shapes:
         return _glbs(self.hulls, coloured)
 
 
-def shapes_of(urdf: Path, scale: float = 1.0) -> Shapes:
+def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
     """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has any,
     by their collision shapes; meshes that are missing or unreadable are left out. Raises AssetError for a URDF that
     cannot be read."""
@@ -92,7 +92,7 @@ def shapes_of(urdf: Path, scale: float = 1.0) -> Shapes:
     role = "visuals" if any(link.visuals for link in robot.links) else "collisions"
     seen = {str(link.name): [one for shape in surfaces(link, role) for one in shape] for link in robot.links}
     hulls = {str(link.name): surfaces(link, "collisions") for link in robot.links}
-    return Shapes(
+    return UrdfShapes(
         seen=seen,
         hulls=hulls,
         inertials={str(link.name): inertial_of(link.inertial, scale) for link in robot.links if _weighs(link.inertial)},

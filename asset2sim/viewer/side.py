@@ -12,8 +12,8 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.handles import GROUND, Handle, Touch, handle_of
-from asset2sim.viewer.subject import Movable, Subject
+from asset2sim.viewer.handles import GROUND, Handle, WorldContact, handle_of
+from asset2sim.viewer.subject import Movable, ViewedObject
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
@@ -40,7 +40,7 @@ class ExplodedError(Exception):
 
 
 @dataclass(frozen=True)
-class Grip:
+class PullSpring:
     """A spring between a (3,) ``place`` on a link, in the link's frame, and a ``target`` in the world."""
 
     link: str
@@ -60,17 +60,17 @@ class Readings:
     hand_n: float
 
 
-class Side:
+class LiveObject:
     """A subject in its world. ``gravity_m_s2`` is the magnitude; ``tilt`` leans it."""
 
-    def __init__(self, subject: Subject, world: World, settings: EngineSettings, gravity_m_s2: float) -> None:
+    def __init__(self, subject: ViewedObject, world: World, settings: EngineSettings, gravity_m_s2: float) -> None:
         self.subject, self.world, self.settings = subject, world, settings
         self.handle: Handle = handle_of(world)
         self.gravity_m_s2 = gravity_m_s2
         self.masses = self.handle.masses()
         self.joints = {joint.name: joint for joint in subject.joints if joint.name in world.joint_names}
         self.efforts: dict[str, float] = {}
-        self.grip: Grip | None = None
+        self.grip: PullSpring | None = None
         self.force = np.zeros(3)
         self.seconds = 0.0
         self.reset()
@@ -119,7 +119,7 @@ class Side:
         spring they are those of ``hand``."""
         pose = self.handle.poses()[link]
         stiffness, suits = self.hand(link, point, even_n_m)
-        self.grip = Grip(
+        self.grip = PullSpring(
             link,
             pose[:3, :3].T @ (point - pose[:3, 3]),
             np.array(point, dtype=float),
@@ -131,7 +131,7 @@ class Side:
         """Bring the other end of the hand's spring to a (3,) place in the world."""
         if self.grip is not None:
             held = self.grip
-            self.grip = Grip(held.link, held.place, np.array(target), held.stiffness_n_m, held.damping_n_s_m)
+            self.grip = PullSpring(held.link, held.place, np.array(target), held.stiffness_n_m, held.damping_n_s_m)
 
     def release(self) -> None:
         """Let go."""
@@ -182,7 +182,7 @@ class Side:
         """Link → (4, 4) link-to-world transform."""
         return self.handle.poses()
 
-    def touches(self) -> list[Touch]:
+    def touches(self) -> list[WorldContact]:
         """Contact points of the last step."""
         return self.handle.touches()
 
@@ -229,7 +229,9 @@ def nudge_speed(joint: Movable, position: float, settings: EngineSettings) -> fl
 
 
 @contextmanager
-def open_side(subject: Subject, engine: Engine, settings: EngineSettings, gravity_m_s2: float = 9.81) -> Iterator[Side]:
+def open_live_object(
+    subject: ViewedObject, engine: Engine, settings: EngineSettings, gravity_m_s2: float = 9.81
+) -> Iterator[LiveObject]:
     """The subject in a world of the engine, until the context ends. Raises AssetError where the engine refuses it."""
     with open_world(
         engine,
@@ -239,4 +241,4 @@ def open_side(subject: Subject, engine: Engine, settings: EngineSettings, gravit
         contact_friction=subject.contact_friction,
         gravity_m_s2=gravity_m_s2,
     ) as world:
-        yield Side(subject, world, settings, gravity_m_s2)
+        yield LiveObject(subject, world, settings, gravity_m_s2)

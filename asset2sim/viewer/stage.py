@@ -8,10 +8,10 @@ import viser
 
 from asset2sim.physics.kinematics import link_to_root
 from asset2sim.viewer.nodes import Grabbed, ObjectNodes, Overlays
-from asset2sim.viewer.session import RAW, REFINED, Session
+from asset2sim.viewer.session import RAW, REFINED, ViewerSession
 from asset2sim.viewer.shapes import shapes_of
-from asset2sim.viewer.side import Side
-from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.side import LiveObject
+from asset2sim.viewer.subject import ViewedObject
 
 GAP = 0.35
 """Room between the two objects, as a share of the larger one."""
@@ -23,7 +23,7 @@ PORTRAIT = 0.75
 """Width over height of a page below which it is a phone's."""
 
 
-class Stage:
+class DrawnObjects:
     """The objects that are drawn, by name. The raw one stands on the left."""
 
     def __init__(self, server: viser.ViserServer, grabbed: Grabbed) -> None:
@@ -32,7 +32,13 @@ class Stage:
         self.across = self.height = self.deep = 0.1
 
     def show(
-        self, name: str, subject: Subject, side: Side | None, scale: float, overlays: Overlays, title: str = ""
+        self,
+        name: str,
+        subject: ViewedObject,
+        side: LiveObject | None,
+        scale: float,
+        overlays: Overlays,
+        title: str = "",
     ) -> None:
         """Draw one object ``scale`` times as large as it is; in its initial state where it has no ``side`` that moves.
         The ``title`` above it is its name unless stated. Raises AssetError for a URDF that cannot be read."""
@@ -48,7 +54,7 @@ class Stage:
         for nodes in self.nodes.values():
             nodes.show(overlays)
 
-    def move(self, session: Session) -> None:
+    def move(self, session: ViewerSession) -> None:
         """Draw everything where it is now."""
         for name, side in session.moving().items():
             nodes = self.nodes.get(name)
@@ -57,14 +63,14 @@ class Stage:
                 target = np.zeros(3) if side.grip is None else side.grip.target
                 nodes.show_hand(side.held_at(), target, float(np.linalg.norm(side.force)))
 
-    def touch(self, session: Session) -> None:
+    def touch(self, session: ViewerSession) -> None:
         """Draw the contacts where they are asked for."""
         for name, side in session.moving().items():
             nodes = self.nodes.get(name)
             if nodes is not None and nodes.overlays.contacts:
                 nodes.show_contacts(side.touches())
 
-    def arrange(self, subjects: Mapping[str, Subject | str]) -> None:
+    def arrange(self, subjects: Mapping[str, ViewedObject | str]) -> None:
         """Stand the objects beside each other, and look at them."""
         if not self.nodes:
             return

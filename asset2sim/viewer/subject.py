@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.formats.source import Source, open_source
+from asset2sim.assets.formats.source import DescriptionFile, open_source
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.physics.kinematics import TreeJoint, beyond, parents_first
 from schemas.errors import AssetError
@@ -63,7 +63,7 @@ class Movable:
 
 
 @dataclass(frozen=True)
-class Subject:
+class ViewedObject:
     """A URDF with the state in which it starts: ``held`` says that its root is fixed to the world, ``scale``
     by what its authored size was multiplied; ``source`` keeps a URDF alive that was made of another format."""
 
@@ -74,7 +74,7 @@ class Subject:
     contact_friction: float
     held: bool
     scale: float = 1.0
-    source: Source | None = field(default=None, repr=False)
+    source: DescriptionFile | None = field(default=None, repr=False)
 
     @property
     def start(self) -> dict[str, float]:
@@ -96,7 +96,7 @@ class Subject:
         return (self.root, *(item.child for item in self.tree)) if joint is None else beyond(self.tree, joint.name)
 
 
-def refined_subject(folder: Path) -> Subject:
+def refined_subject(folder: Path) -> ViewedObject:
     """A refined object in its asked state. Raises AssetError where the folder has no URDF or overlay that can be
     read."""
     file = folder / REFINED_NAME
@@ -112,7 +112,7 @@ def refined_subject(folder: Path) -> Subject:
     return replace(found, scale=overlay.scale)
 
 
-def raw_subject(folder: Path, *, held: bool) -> Subject:
+def raw_subject(folder: Path, *, held: bool) -> ViewedObject:
     """An object as it came, with joints at zero or the limit nearest to it. Raises AssetError where no engine could
     read it."""
     source = open_source(folder)
@@ -120,7 +120,7 @@ def raw_subject(folder: Path, *, held: bool) -> Subject:
     return replace(_subject(source.urdf, {}, contact_friction=friction, held=held), source=source)
 
 
-def _subject(urdf: Path, known: Mapping[str, JointPhysics], *, contact_friction: float, held: bool) -> Subject:
+def _subject(urdf: Path, known: Mapping[str, JointPhysics], *, contact_friction: float, held: bool) -> ViewedObject:
     robot = read_urdf(urdf)
     terms = read_dynamics(urdf)
     tree = parents_first([tree_joint(joint) for joint in robot.joints])
@@ -130,7 +130,7 @@ def _subject(urdf: Path, known: Mapping[str, JointPhysics], *, contact_friction:
         for joint in tree
         if joint.type != "fixed" and joint.mimic is None
     )
-    return Subject(urdf, root_of(robot), tree, joints, contact_friction, held)
+    return ViewedObject(urdf, root_of(robot), tree, joints, contact_friction, held)
 
 
 def _movable(

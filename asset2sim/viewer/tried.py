@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.work import Work, in_child
-from asset2sim.viewer.side import open_side
-from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.side import open_live_object
+from asset2sim.viewer.subject import ViewedObject
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
@@ -15,7 +15,7 @@ LIMIT_S = 20.0
 """Wall time that loading and these steps may take, s."""
 
 
-def why_not(subject: Subject, engine: Engine, settings: EngineSettings) -> str | None:
+def why_not(subject: ViewedObject, engine: Engine, settings: EngineSettings) -> str | None:
     """A line that says why an object cannot be simulated in this process, or None: it was loaded and stepped in another
     one, and that died or hung. What an engine refuses without dying is left to the viewer's own world."""
     shown = replace(subject, source=None)  # which keeps files alive, and is not sent
@@ -25,7 +25,7 @@ def why_not(subject: Subject, engine: Engine, settings: EngineSettings) -> str |
     return f"{engine} dies of it, so it is shown and not moved: {outcome.reason}"
 
 
-def live_a_little(subject: Subject, engine: Engine, settings: EngineSettings) -> None:
+def live_a_little(subject: ViewedObject, engine: Engine, settings: EngineSettings) -> None:
     """Load it and let it be, nothing applied."""
-    with open_side(subject, engine, settings) as side:
+    with open_live_object(subject, engine, settings) as side:
         side.step(TRIED_STEPS)

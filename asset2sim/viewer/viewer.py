@@ -14,9 +14,9 @@ from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
 from asset2sim.viewer.live import run_live, step_for
 from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
-from asset2sim.viewer.session import RAW, REFINED, Session, one_line
-from asset2sim.viewer.stage import Stage
-from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line
+from asset2sim.viewer.stage import DrawnObjects
+from asset2sim.viewer.subject import ViewedObject
 from asset2sim.viewer.tried import why_not
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
@@ -46,8 +46,8 @@ class Viewer:
         self.said = reviews_of(out, self.stops)
         self.reviews = ReviewFile(out)
         self.commands = Commands()
-        self.session: Session | None = None
-        self.stage = Stage(server, self.grabbed)
+        self.session: ViewerSession | None = None
+        self.stage = DrawnObjects(server, self.grabbed)
         self.problems: list[str] = []
         self.now: Stop = self.by_id[asset_id] if asset_id is not None else self.stops[0]
         self.pace, self.read_at = 1.0, 0.0
@@ -200,17 +200,17 @@ class Viewer:
     def _open(self, stop: Stop) -> None:
         self._close()
         self.now, self.problems = stop, []
-        found: dict[str, Subject | str] = {REFINED: self._subject(lambda: refined_of(self.out, stop))}
+        found: dict[str, ViewedObject | str] = {REFINED: self._subject(lambda: refined_of(self.out, stop))}
         refined = found[REFINED]
         if self.panel.beside.value:
-            held = isinstance(refined, Subject) and refined.held
+            held = isinstance(refined, ViewedObject) and refined.held
             found[RAW] = self._subject(lambda: raw_of(stop, held=held))
         engine, raw = Engine(self.panel.engine.value), found.get(RAW)
-        problem = why_not(raw, engine, self.settings) if isinstance(raw, Subject) else None
-        self.session = Session(found, engine, self.settings, {} if problem is None else {RAW: problem})
-        scale = refined.scale if isinstance(refined, Subject) and not self.panel.true_size.value else 1.0
+        problem = why_not(raw, engine, self.settings) if isinstance(raw, ViewedObject) else None
+        self.session = ViewerSession(found, engine, self.settings, {} if problem is None else {RAW: problem})
+        scale = refined.scale if isinstance(refined, ViewedObject) and not self.panel.true_size.value else 1.0
         for name, subject in found.items():
-            if isinstance(subject, Subject):
+            if isinstance(subject, ViewedObject):
                 try:
                     side = self.session.moving().get(name)
                     self.stage.show(name, subject, side, scale if name == RAW else 1.0, self.panel.overlays)
@@ -226,7 +226,7 @@ class Viewer:
         self.tilt()
         self._tell(self.problems)
 
-    def _subject(self, make: Callable[[], Subject]) -> Subject | str:
+    def _subject(self, make: Callable[[], ViewedObject]) -> ViewedObject | str:
         try:
             return make()
         except Exception as error:  # a failed asset may fail here in as many ways
@@ -261,7 +261,7 @@ class Viewer:
         elif self.now is stop:
             self.panel.review(self.said.get(stop.asset_id))
 
-    def _session(self) -> Session:
+    def _session(self) -> ViewerSession:
         if self.session is None:
             raise UsageError("nothing is open")
         return self.session

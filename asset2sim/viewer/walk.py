@@ -11,7 +11,7 @@ from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.storage.cache import reading_folder
 from asset2sim.catalog.storage.mirror import pull
 from asset2sim.runs.remote.fetch_asset import fetch_asset
-from asset2sim.viewer.subject import Subject, raw_subject, refined_subject
+from asset2sim.viewer.subject import ViewedObject, raw_subject, refined_subject
 from schemas.location import Location
 from schemas.vocabulary import Method, Status
 
@@ -54,7 +54,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Said:
+class LatestReview:
     """The latest review of an asset; ``current``: of the asset as it is now."""
 
     verdict: str
@@ -93,7 +93,7 @@ def new_failures(out: Path | str) -> set[tuple[str, str, str]]:
     return set(query(out, _NEW_FAILURES).itertuples(index=False, name=None))
 
 
-def reviews_of(out: Path | str, stops: Sequence[Stop]) -> dict[str, Said]:
+def reviews_of(out: Path | str, stops: Sequence[Stop]) -> dict[str, LatestReview]:
     """Asset id → the latest review of it."""
     found = {}
     runs = {(stop.asset_id, stop.method, stop.model): stop.run_id for stop in stops}
@@ -101,13 +101,13 @@ def reviews_of(out: Path | str, stops: Sequence[Stop]) -> dict[str, Said]:
         run_id = runs.get((row["asset_id"], row["method"], row["model"]))
         if run_id is not None:
             at = row["reviewed_at"].to_pydatetime()
-            found[str(row["asset_id"])] = Said(
+            found[str(row["asset_id"])] = LatestReview(
                 row["verdict"], row["note"], row["reviewer"], at, row["run_id"] == run_id
             )
     return found
 
 
-def chosen(stops: Sequence[Stop], said: dict[str, Said], show: Show) -> tuple[Stop, ...]:
+def chosen(stops: Sequence[Stop], said: dict[str, LatestReview], show: Show) -> tuple[Stop, ...]:
     """The stops that are to be walked through."""
     match show:
         case Show.FAILURES:
@@ -120,7 +120,7 @@ def chosen(stops: Sequence[Stop], said: dict[str, Said], show: Show) -> tuple[St
     return tuple(stops)
 
 
-def refined_of(out: Path | str, stop: Stop) -> Subject:
+def refined_of(out: Path | str, stop: Stop) -> ViewedObject:
     """The refined object, downloaded where OUT is a URL. Raises AssetError or StoreError."""
     if stop.refined is None:
         raise FileNotFoundError(f"nothing was written of it: {stop.reason}")
@@ -132,7 +132,7 @@ def refined_of(out: Path | str, stop: Stop) -> Subject:
     return refined_subject(place.folder / stop.refined)
 
 
-def raw_of(stop: Stop, *, held: bool) -> Subject:
+def raw_of(stop: Stop, *, held: bool) -> ViewedObject:
     """The object as it came, downloaded where its dataset is behind a URL. Raises AssetError or StoreError."""
     source = Location(stop.source)
     folder = fetch_asset(source, Method(stop.method)) if source.is_url else source.folder

@@ -23,7 +23,7 @@ from lab.comparisons.markdown import (
     stability_tables,
 )
 from lab.comparisons.meaning import apart_table
-from lab.comparisons.method_runs import Run, slug
+from lab.comparisons.method_runs import MethodRun, slug
 from lab.noise.noise_level import NOISY
 from lab.pages.blocks import write_block
 from lab.schemas import tables_compare as schema
@@ -73,7 +73,7 @@ def compare(
     )
 
 
-def write_comparison(out: Path, runs: Sequence[Run], found: Comparison) -> Path:
+def write_comparison(out: Path, runs: Sequence[MethodRun], found: Comparison) -> Path:
     """Write ``tables/*.parquet``, ``charts/*.png`` and ``compare.md`` into OUT; returns the last."""
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)

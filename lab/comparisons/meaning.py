@@ -6,7 +6,7 @@ import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.text import NOTHING, markdown_table
-from lab.comparisons.method_runs import Run
+from lab.comparisons.method_runs import MethodRun
 from lab.comparisons.object_rows import true_of
 from schemas.alignment import SIZE
 from schemas.vocabulary import Method
@@ -24,7 +24,7 @@ def met_cells(own: pd.DataFrame) -> list[str]:
     return [*cells, str(int(own["joints_asked"].notna().sum()))]
 
 
-def experts_apart(runs: Sequence[Run]) -> list[dict[str, object]]:
+def experts_apart(runs: Sequence[MethodRun]) -> list[dict[str, object]]:
     """What experts chose that readers of the same words do not accept, from the run of the experts' choices: a row for
     each scale or joint of interest. Empty without such a run, or without expectations."""
     run = next((run for run in runs if run.method is Method.REFERENCE), None)

@@ -33,7 +33,7 @@ NO_MODEL = "none"
 
 
 @dataclass(frozen=True)
-class Run:
+class MethodRun:
     """One run of the flow. ``label`` is what the tables call its model, ``folder`` is below the comparison's output."""
 
     method: Method
@@ -51,15 +51,15 @@ class Run:
         return base.model_copy(update={"method": self.method, "model": model})
 
 
-def planned_runs(out: Path, methods: Sequence[Method], models: Sequence[str]) -> tuple[Run, ...]:
+def planned_runs(out: Path, methods: Sequence[Method], models: Sequence[str]) -> tuple[MethodRun, ...]:
     """A run for each method and model; one for a method that asks none. Raises UsageError for no method or model."""
     if not methods or not models:
         raise UsageError("name at least one method and one model")
-    runs: list[Run] = []
+    runs: list[MethodRun] = []
     for method in methods:
         for model in models[:1] if method in WITHOUT_MODEL else models:
             label = NO_MODEL if method in WITHOUT_MODEL else model
-            runs.append(Run(method, model, out / method.value / slug(label)))
+            runs.append(MethodRun(method, model, out / method.value / slug(label)))
     folders = [run.folder for run in runs]
     for run in runs:
         if folders.count(run.folder) > 1:

@@ -7,20 +7,20 @@ import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
 from asset2sim.checks.alignment.expectations import SWINGS
-from lab.comparisons.method_runs import Run
+from lab.comparisons.method_runs import MethodRun
 from schemas.alignment import NOTHING, SIZE
 from schemas.model_names import JUDGE_PURPOSE
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 
 
-def read_objects(runs: Sequence[Run], limits: Thresholds) -> pd.DataFrame:
+def read_objects(runs: Sequence[MethodRun], limits: Thresholds) -> pd.DataFrame:
     """The latest run of every folder, as rows of ``lab.schemas.tables_compare.OBJECTS``; numbers not measured are NaN.
     Raises UsageError where a folder has no run."""
     return pd.concat([_objects(run, limits) for run in runs], ignore_index=True)
 
 
-def _objects(run: Run, limits: Thresholds) -> pd.DataFrame:
+def _objects(run: MethodRun, limits: Thresholds) -> pd.DataFrame:
     assets, aligned, calls, expected = latest_rows(run.folder, "assets", "alignment", "model_calls", "expectations")
     columns = ["asset_id", "alignment", "judged", "scale_deviation", "reference_states_scale", "joint_deviation_rad"]
     merged = assets.merge(aligned[columns], on="asset_id", how="left")

@@ -51,7 +51,7 @@ class FidelityFigure:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class RateAgreement:
     """How one policy's success rates with two methods go together over n tasks: Pearson's r and Spearman's ρ; NaN where
     either has no variance."""
 
@@ -119,7 +119,7 @@ def smallest_r(n: int) -> float:
     return quantile / math.sqrt(n - 2 + quantile**2)
 
 
-def agreements(rates: pd.DataFrame) -> list[Agreement]:
+def agreements(rates: pd.DataFrame) -> list[RateAgreement]:
     """How each policy's rates go together between every two of its methods: what may be said of a probe that never
     acted in reality."""
     found = []
@@ -134,7 +134,7 @@ def agreements(rates: pd.DataFrame) -> list[Agreement]:
             r = rho = math.nan
             if len(pairs[0]) > 1 and all(np.ptp(part) > 0.0 for part in pairs):
                 r, rho = float(pearsonr(*pairs).statistic), float(spearmanr(*pairs).statistic)
-            found.append(Agreement(str(policy), first, second, r, rho, len(pairs[0])))
+            found.append(RateAgreement(str(policy), first, second, r, rho, len(pairs[0])))
     return found
 
 

@@ -13,9 +13,9 @@ from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
 from asset2sim.viewer.live import run_live, step_for
 from asset2sim.viewer.nodes import Overlays
-from asset2sim.viewer.session import REFINED, Session
-from asset2sim.viewer.stage import Stage
-from asset2sim.viewer.subject import Subject
+from asset2sim.viewer.session import REFINED, ViewerSession
+from asset2sim.viewer.stage import DrawnObjects
+from asset2sim.viewer.subject import ViewedObject
 from asset2sim.viewer.walk import refined_of
 from asset2sim.viewer.words import plain
 from lab.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, RatingPage, where_of
@@ -52,10 +52,10 @@ class RatingDesk:
         self.engine, self.settings, self.durations, self.seed = engine, settings, durations, seed
         self.ratings, self.keys = OwnFile(out, RATINGS), OwnFile(out, RATING_KEYS)
         self.commands, self.ended = Commands(), threading.Event()
-        self.stage = Stage(server, self.grabbed)
+        self.stage = DrawnObjects(server, self.grabbed)
         self.surroundings = Surroundings(server)
         self.page = RatingPage(server, self)
-        self.session: Session | None = None
+        self.session: ViewerSession | None = None
         self.plan: RatingPlan | None = None
         self.left: list[Shown] = []
         self.given: list[float] = []
@@ -211,7 +211,7 @@ class RatingDesk:
         self.given, self.began, self.touched_s = [], time.monotonic(), 0.0
         self._show_stage()
         subject = self._subject(shown)
-        self.session = Session({} if subject is None else {REFINED: subject}, self.engine, self.settings)
+        self.session = ViewerSession({} if subject is None else {REFINED: subject}, self.engine, self.settings)
         for line in self.session.problems.values():
             logger.warning("a variant does not move: %s", line)
         if subject is not None:
@@ -221,7 +221,7 @@ class RatingDesk:
         elif not self.session.moving():
             self.page.tell(BROKEN)
 
-    def _draw(self, subject: Subject, label: str) -> None:
+    def _draw(self, subject: ViewedObject, label: str) -> None:
         assert self.session is not None, "it has just been opened"
         try:
             self.stage.show(REFINED, subject, self.session.moving().get(REFINED), 1.0, Overlays(), label)
@@ -230,7 +230,7 @@ class RatingDesk:
         except Exception as error:  # an object that cannot be drawn can be rated
             logger.warning("a variant cannot be drawn", exc_info=error)
 
-    def _subject(self, shown: Shown) -> Subject | None:
+    def _subject(self, shown: Shown) -> ViewedObject | None:
         try:
             return refined_of(shown.variant.out, shown.variant.stop)
         except Exception as error:  # a failed asset may fail here in as many ways

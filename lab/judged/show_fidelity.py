@@ -11,9 +11,9 @@ from rich.text import Text
 from asset2sim.catalog.text import NOTHING, markdown_table, number_table
 from lab.judged.fidelity import (
     REAL,
-    Agreement,
     Correlation,
     FidelityFigure,
+    RateAgreement,
     agreements,
     fidelity_figures,
     rates_of,
@@ -141,7 +141,7 @@ def _lossy(found: Correlation) -> bool:
     return not found.undefined and found.lost > 0.01
 
 
-def _agreed(item: Agreement) -> str:
+def _agreed(item: RateAgreement) -> str:
     said = "no variance" if math.isnan(item.r) else f"r = {item.r:.2f}, ρ = {item.rho:.2f}"
     return f"{item.policy}: success with {item.first} and with {item.second} over {item.n} tasks: {said}"
 

@@ -3,7 +3,7 @@
 import trimesh
 import viser
 
-from asset2sim.viewer.stage import Stage
+from asset2sim.viewer.stage import DrawnObjects
 
 CAN_M = (0.033, 0.12)
 """Radius and height of a drink can of a third of a litre, m."""
@@ -51,7 +51,7 @@ class Surroundings:
         """Take them off the page."""
         self.can.visible = self.person.visible = False
 
-    def stand(self, stage: Stage) -> None:
+    def stand(self, stage: DrawnObjects) -> None:
         """Stand them on the left of the objects, and look at these and the can."""
         gap = max(NEAR * max(stage.across, stage.deep), LEAST_M)
         left = stage.across + gap + CAN_M[0]

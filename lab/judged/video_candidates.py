@@ -31,7 +31,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class TaskComparison:
     """A task with an asset: the candidates by method and model, and a line on each variant that has no film."""
 
     task: str
@@ -62,7 +62,7 @@ def recorded_trials(outs: Sequence[Path | str]) -> pd.DataFrame:
     return found.sort_values(key, ignore_index=True)
 
 
-def comparisons(trials: pd.DataFrame) -> list[Comparison]:
+def comparisons(trials: pd.DataFrame) -> list[TaskComparison]:
     """A comparison for each task and asset of ``recorded_trials``."""
     found = []
     for (task, asset_id), some in trials.groupby(["task", "asset_id"]):
@@ -78,11 +78,11 @@ def comparisons(trials: pd.DataFrame) -> list[Comparison]:
                 )
                 missing.append(f"{row['method']}, {row['model']}: {why}")
         verb = str(some["verb"].iloc[0])
-        found.append(Comparison(str(task), str(asset_id), verb, tuple(candidates), tuple(missing)))
+        found.append(TaskComparison(str(task), str(asset_id), verb, tuple(candidates), tuple(missing)))
     return found
 
 
-def trial_seeds(about: Comparison, trials: int, seed: int) -> tuple[int, ...]:
+def trial_seeds(about: TaskComparison, trials: int, seed: int) -> tuple[int, ...]:
     """A seed for each trial, from 1 to 2³¹ − 1, of ``seed``, the task, the asset and who the candidates are. No order
     comes twice before every other one has come."""
     who = [[item.method, item.model] for item in about.candidates]

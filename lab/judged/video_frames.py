@@ -27,7 +27,7 @@ class UnreadableFilmError(Asset2SimError):
 
 
 @dataclass(frozen=True)
-class Frame:
+class FilmFrame:
     """One picture of a film: its time from the start, the film's length, s, and a PNG without metadata."""
 
     time_s: float
@@ -35,7 +35,7 @@ class Frame:
     png: bytes
 
 
-def sampled_frames(film: Path, count: int, side_px: int) -> tuple[Frame, ...]:
+def sampled_frames(film: Path, count: int, side_px: int) -> tuple[FilmFrame, ...]:
     """``count`` frames of a film, or all of one that shows fewer, ``chosen`` evenly; their longest side at most
     ``side_px``. The same film gives the same bytes. Raises UnreadableFilmError, and UsageError where the package ``av``
     is not installed."""
@@ -55,7 +55,7 @@ def sampled_frames(film: Path, count: int, side_px: int) -> tuple[Frame, ...]:
     frames = []
     for index in chosen(small, count):
         time_s = float(found[index].time or 0.0) - start
-        frames.append(Frame(time_s, end - start, _png(_pixels(found[index]), side_px)))
+        frames.append(FilmFrame(time_s, end - start, _png(_pixels(found[index]), side_px)))
     return tuple(frames)
 
 

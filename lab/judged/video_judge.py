@@ -16,8 +16,8 @@ from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
 from asset2sim.models.gateway.session import open_gateway_session
-from lab.judged.video_candidates import Candidate, Comparison, shuffled, trial_seeds
-from lab.judged.video_frames import Frame, UnreadableFilmError, sampled_frames
+from lab.judged.video_candidates import Candidate, TaskComparison, shuffled, trial_seeds
+from lab.judged.video_frames import FilmFrame, UnreadableFilmError, sampled_frames
 from lab.judged.video_prompt import CandidateAnswer, parse_video_answer, video_request
 from lab.schemas.tables_judged import VIDEO_SCORES
 from schemas.errors import UsageError
@@ -28,7 +28,7 @@ from schemas.table import Row
 
 log = logging.getLogger(__name__)
 
-Films = dict[Candidate, tuple[Frame, ...]]
+Films = dict[Candidate, tuple[FilmFrame, ...]]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class JudgingRun:
 class JudgeTrial:
     """One look of a judge at a task's candidates, in the order of its seed."""
 
-    about: Comparison
+    about: TaskComparison
     judge: str
     number: int
     seed: int
@@ -56,7 +56,7 @@ class JudgeTrial:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class TrialJudgement:
     """What came of a trial: its rows of ``video_scores``, and what the judge was asked and answered."""
 
     look: JudgeTrial
@@ -92,7 +92,7 @@ def judge_settings(settings: ModelSettings, judges: Sequence[str], judge: str) -
     return settings_for(named, judge)
 
 
-def judged(run: JudgingRun, about: Sequence[Comparison], told: Callable[[str], None]) -> Iterator[Judgement]:
+def judged(run: JudgingRun, about: Sequence[TaskComparison], told: Callable[[str], None]) -> Iterator[TrialJudgement]:
     """What came of each trial, as they end; ``told`` hears what is shown of each task, and what has
     no film. An interruption ends every wait."""
     stopped = threading.Event()
@@ -118,7 +118,7 @@ def judged(run: JudgingRun, about: Sequence[Comparison], told: Callable[[str], N
         pool.shutdown(cancel_futures=True)
 
 
-def _watchable(run: JudgingRun, about: Comparison) -> tuple[Comparison, Films]:
+def _watchable(run: JudgingRun, about: TaskComparison) -> tuple[TaskComparison, Films]:
     """The comparison with what cannot be decoded among the missing, and the frames of the others."""
     films: Films = {}
     missing = list(about.missing)
@@ -130,7 +130,7 @@ def _watchable(run: JudgingRun, about: Comparison) -> tuple[Comparison, Films]:
     return replace(about, candidates=tuple(films), missing=tuple(missing)), films
 
 
-def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callable[[], bool]) -> Judgement:
+def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callable[[], bool]) -> TrialJudgement:
     """A trial, with a row for each candidate: its score, or why there is none."""
     settings = judge_settings(run.settings, run.judges, look.judge)
     shown = [look.about.candidates[index] for index in shuffled(look.seed, len(films))]
@@ -165,7 +165,7 @@ def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callab
         | ({} if answer is None else answer.model_dump(include={"description", "pros", "cons", "score"}))
         for place, (item, answer) in enumerate(zip(shown, answers, strict=True))
     ]
-    return Judgement(look, rows, request, said.answers)
+    return TrialJudgement(look, rows, request, said.answers)
 
 
 def why_no_score(said: Replies[tuple[CandidateAnswer, ...]]) -> str | None:

@@ -9,7 +9,7 @@ from asset2sim.gym.arm.tasks import Verb
 from asset2sim.models.answers import InvalidFieldsError, strict_fit, trimmed
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompts import data_block, system_text
-from lab.judged.video_frames import Frame
+from lab.judged.video_frames import FilmFrame
 from schemas.base import Frozen
 from schemas.request import LabelledImage, ModelRequest
 
@@ -47,7 +47,7 @@ class VideoAnswer(Frozen):
     candidates: tuple[CandidateAnswer, ...]
 
 
-def video_request(task: str, verb: str, candidates: Sequence[Sequence[Frame]], seed: int) -> ModelRequest:
+def video_request(task: str, verb: str, candidates: Sequence[Sequence[FilmFrame]], seed: int) -> ModelRequest:
     """The question about the films of a task, in the order in which they are shown. ``seed`` is that of the order: the
     answer cache and a recorded judge know the trial by it."""
     information = {

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.gym.arm.tasks import Task
-from lab.learning.progress import Progress, key_of
+from lab.learning.progress import TrainingProgress, key_of
 from schemas.learning_settings import LearningSettings, PpoSettings
 
 
@@ -28,7 +28,7 @@ class Lesson:
         """What it is of."""
         return key_of(self.folder, self.task, self.seed, self.learning, self.ppo)
 
-    def finished(self, progress: Progress) -> bool:
+    def finished(self, progress: TrainingProgress) -> bool:
         """Whether there is nothing left to train: S has been held, or the budget or the time is used up."""
         used = progress.steps >= self.budget or progress.seconds >= 60.0 * self.minutes
         return used or progress.held(self.ppo.held)

@@ -29,7 +29,7 @@ class Point(Frozen):
     numbers: dict[str, float] = Field(default_factory=dict)
 
 
-class Progress(Frozen):
+class TrainingProgress(Frozen):
     """How far a training is. ``key`` says of what; ``ended`` why it ended, empty while it may go on."""
 
     key: str
@@ -67,23 +67,23 @@ def key_of(folder: Path, task: Task, seed: int, learning: LearningSettings, ppo:
     return found.hexdigest()
 
 
-def read_progress(to: Path, key: str) -> Progress:
+def read_progress(to: Path, key: str) -> TrainingProgress:
     """How far a training is; at the beginning where its file is missing, or of something else: then all that is kept of
     that is removed."""
     file = to / PROGRESS
     if not file.is_file():
-        return Progress(key=key)
+        return TrainingProgress(key=key)
     try:
-        found = Progress.model_validate_json(file.read_text(encoding="utf-8"))
+        found = TrainingProgress.model_validate_json(file.read_text(encoding="utf-8"))
     except ValueError:
-        found = Progress(key="")
+        found = TrainingProgress(key="")
     if found.key == key:
         return found
     shutil.rmtree(to, ignore_errors=True)
-    return Progress(key=key)
+    return TrainingProgress(key=key)
 
 
-def write_progress(to: Path, progress: Progress) -> None:
+def write_progress(to: Path, progress: TrainingProgress) -> None:
     """Replace the file, and remove checkpoints that are neither the best nor the last."""
     part = to / f".{PROGRESS}.part"
     part.write_text(progress.model_dump_json(indent=1), encoding="utf-8")

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.gym.arm.record import Samples
+from asset2sim.gym.arm.record import TrackSamples
 from asset2sim.gym.arm.tasks import Verb
 from asset2sim.gym.environment import Action, ObjectEnv
 from lab.trials.film import film, write_mp4
@@ -82,7 +82,7 @@ GUARDS = ("solved_at_start", "drifted", "moved_untouched", "spring_did_it")
 def write_film(folder: Path, env: ObjectEnv, act: Act, seed: int, to: Path) -> None:
     """Do the rollout of this seed once more and write its film. Raises UsageError where the package ``av`` is not
     installed."""
-    samples = Samples(env.stage)
+    samples = TrackSamples(env.stage)
 
     def watch(data: mujoco.MjData, work_j: float) -> None:
         samples.take(data, 0.0, work_j)

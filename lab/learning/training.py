@@ -12,7 +12,7 @@ from asset2sim.gym.environment import ObjectEnv
 from asset2sim.load import LoadError
 from lab.learning.lesson import Lesson
 from lab.learning.ppo import acting, environments, load_policy, new_model, on_device, restore, save
-from lab.learning.progress import Point, Progress, checkpoint, read_progress, write_progress
+from lab.learning.progress import Point, TrainingProgress, checkpoint, read_progress, write_progress
 from lab.learning.rollouts import GUARDS, Rolled, roll, rollout_seeds, write_film
 from schemas.errors import UsageError
 from schemas.table import Row
@@ -49,7 +49,9 @@ def train(lesson: Lesson, *, tell: Callable[[Point], None]) -> tuple[Row, tuple[
     return row_of(lesson, progress, best, found), progress.points
 
 
-def learnt(lesson: Lesson, progress: Progress, judges: Sequence[ObjectEnv], tell: Callable[[Point], None]) -> Progress:
+def learnt(
+    lesson: Lesson, progress: TrainingProgress, judges: Sequence[ObjectEnv], tell: Callable[[Point], None]
+) -> TrainingProgress:
     """Train until S is held, the budget or the time is used up, or the policy diverges."""
     ppo, at = lesson.ppo, progress.points[-1] if progress.points else None
     if lesson.finished(progress):
@@ -104,7 +106,7 @@ def mean(values: Any) -> float:
     return float(np.mean(list(values)))
 
 
-def row_of(lesson: Lesson, progress: Progress, best: Point, found: Sequence[Rolled]) -> Row:
+def row_of(lesson: Lesson, progress: TrainingProgress, best: Point, found: Sequence[Rolled]) -> Row:
     """A training's row."""
     seconds, rate = progress.seconds, mean(item.success for item in found)
     if progress.held(lesson.ppo.held):

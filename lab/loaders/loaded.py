@@ -32,7 +32,7 @@ class Setting:
     ball: Vector | None = None
 
 
-class Loaded(Protocol):
+class LoadedObject(Protocol):
     """A loaded object; rad, m, s, N·m, N. Joints that are not named are at zero, at rest, and without effort."""
 
     timestep_s: float
@@ -63,4 +63,4 @@ class Loader:
     name: str
     engine: Engine
     how: str
-    open: Callable[[Path, Setting], AbstractContextManager[Loaded]]
+    open: Callable[[Path, Setting], AbstractContextManager[LoadedObject]]

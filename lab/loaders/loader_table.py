@@ -64,7 +64,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Samples:
+class SampleObjects:
     """The samples that the rows are measured on."""
 
     lid: Sample
@@ -86,7 +86,7 @@ class Cell:
         return f"{self.verdict}: {self.note}" if self.note else self.verdict
 
 
-Row = Callable[[Loader, Samples], Cell]
+Row = Callable[[Loader, SampleObjects], Cell]
 
 
 def compared(measured: float, stated: float, unit: str) -> Cell:
@@ -96,7 +96,7 @@ def compared(measured: float, stated: float, unit: str) -> Cell:
     return Cell(NO, f"{measured:.2g} {unit}".strip())
 
 
-def inertia(loader: Loader, samples: Samples) -> Cell:
+def inertia(loader: Loader, samples: SampleObjects) -> Cell:
     """Mass and inertia, as a push on the box's lid meets them, which is thicker at its latch."""
     one = samples.box
     point = probes.stated_inertia(one.item, one.joint, own=False)
@@ -105,14 +105,14 @@ def inertia(loader: Loader, samples: Samples) -> Cell:
     return Cell(YES) if abs(share - 1.0) <= SAME else Cell(NO, f"{share:.2g} times its own")
 
 
-def damping(loader: Loader, samples: Samples) -> Cell:
+def damping(loader: Loader, samples: SampleObjects) -> Cell:
     """Damping of the lid's hinge."""
     one = samples.lid
     measured = probes.read_damping(loader, one.folder, one.item, one.joint)
     return compared(measured, one.joint.dynamics.damping, "N·m·s/rad")
 
 
-def friction(loader: Loader, samples: Samples) -> Cell:
+def friction(loader: Loader, samples: SampleObjects) -> Cell:
     """Dry friction of the lid's hinge: what moves it."""
     one = samples.lid
     stated = one.joint.dynamics.friction
@@ -125,14 +125,14 @@ def friction(loader: Loader, samples: Samples) -> Cell:
     return Cell(NO, f"0 N·m, but {100.0 * taken:.0f} % of every push is lost" if taken > SAME else "0 N·m")
 
 
-def spring(loader: Loader, samples: Samples) -> Cell:
+def spring(loader: Loader, samples: SampleObjects) -> Cell:
     """The pedal's spring: the share of its force that is there."""
     one = samples.pedal
     share = probes.spring_share(loader, one.folder, one.item, one.joint)
     return Cell(NO, "no force") if abs(share) < SAME else compared(share, 1.0, "times it")
 
 
-def state(loader: Loader, samples: Samples) -> Cell:
+def state(loader: Loader, samples: SampleObjects) -> Cell:
     """The state after loading."""
     found, wanted = probes.loaded_state(loader, samples.lid.folder), samples.lid.item.initial
     name = samples.lid.joint.name
@@ -140,30 +140,30 @@ def state(loader: Loader, samples: Samples) -> Cell:
     return Cell(YES) if same else Cell(NO, f"{found[name]:.2g} rad")
 
 
-def contact(loader: Loader, samples: Samples) -> Cell:
+def contact(loader: Loader, samples: SampleObjects) -> Cell:
     """Friction of the object on a floor."""
     one = samples.box
     return compared(probes.slope_that_holds(loader, one.folder, one.item), one.item.contact_friction, "")
 
 
-def hollows(loader: Loader, samples: Samples) -> Cell:
+def hollows(loader: Loader, samples: SampleObjects) -> Cell:
     """Convex pieces of a hollow body, each by itself: a ball falls through the hollow."""
     return Cell(YES if probes.ball_falls_inside(loader, samples.bucket.folder, samples.bucket.item) else NO)
 
 
-def effort(loader: Loader, samples: Samples) -> Cell:
+def effort(loader: Loader, samples: SampleObjects) -> Cell:
     """The effort limit, against a push of twice as much."""
     one = samples.lid
     share = probes.effort_share(loader, one.folder, one.item, one.joint)
     return Cell(YES, "of motors") if share < SAME else Cell(NO if share > 1.0 - SAME else PARTLY)
 
 
-def free_root(loader: Loader, samples: Samples) -> Cell:
+def free_root(loader: Loader, samples: SampleObjects) -> Cell:
     """A root that nothing holds."""
     return Cell(YES) if probes.root_falls(loader, samples.lid.folder) else Cell(NO, "fixed to the world")
 
 
-def holding(loader: Loader, samples: Samples) -> Cell:
+def holding(loader: Loader, samples: SampleObjects) -> Cell:
     """What follows: the lid in its state, left alone."""
     one = samples.lid
     moved = probes.creep(loader, one.folder, one.joint, one.item.initial)
@@ -194,7 +194,7 @@ def loaders() -> tuple[Loader, ...]:
 
 
 @contextmanager
-def samples_of(out: Path) -> Iterator[Samples]:
+def samples_of(out: Path) -> Iterator[SampleObjects]:
     """Copies of the refined samples in OUT, each with its MJCF, until the block ends. Raises UsageError where OUT has
     them not, or they have no such joint."""
     with tempfile.TemporaryDirectory() as place:
@@ -206,7 +206,7 @@ def samples_of(out: Path) -> Iterator[Samples]:
         ]
         if not friction_of(joints[0]) or not stiffness_of(joints[1]):
             raise UsageError(f"'{LID}' has no joint with friction, or '{PEDAL}' none with a spring")
-        yield Samples(*(Sample(item.folder, item, joint) for item, joint in zip(copies, joints, strict=True)))
+        yield SampleObjects(*(Sample(item.folder, item, joint) for item, joint in zip(copies, joints, strict=True)))
 
 
 def friction_of(joint: ExportJoint) -> float:
@@ -229,7 +229,7 @@ def prepared(refined: Path, copy: Path) -> ExportObject:
     return read_object(copy, overlay)
 
 
-def measured(samples: Samples, ways: Sequence[Loader]) -> dict[str, dict[str, Cell]]:
+def measured(samples: SampleObjects, ways: Sequence[Loader]) -> dict[str, dict[str, Cell]]:
     """Row → loader → cell."""
     return {name: {way.name: row(way, samples) for way in ways} for name, row in ROWS.items()}
 

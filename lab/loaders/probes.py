@@ -9,7 +9,7 @@ import numpy as np
 from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject
 from asset2sim.physics.kinematics import apply
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
-from lab.loaders.loaded import Loaded, Loader, Setting, Vector
+from lab.loaders.loaded import LoadedObject, Loader, Setting, Vector
 
 WEIGHTLESS: Vector = (0.0, 0.0, 0.0)
 FINE_STEP_S = 1.0 / 2400.0
@@ -39,7 +39,7 @@ def middle(joint: ExportJoint) -> float:
     return 0.0 if joint.lower is None or joint.upper is None else 0.5 * (joint.lower + joint.upper)
 
 
-def wait(loaded: Loaded, seconds: float, efforts: Mapping[str, float] | None = None) -> None:
+def wait(loaded: LoadedObject, seconds: float, efforts: Mapping[str, float] | None = None) -> None:
     """Step for so long under these efforts, none by default."""
     for _ in range(round(seconds / loaded.timestep_s)):
         loaded.step(efforts or {})

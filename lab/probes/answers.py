@@ -11,7 +11,7 @@ LONGEST = 300
 """Characters of a policy's own words that a reason may have."""
 
 
-class Ending(StrEnum):
+class TrialEnding(StrEnum):
     """How a trial ends that its policy has not finished; such a trial is done again by the next run."""
 
     DIED = "policy died"
@@ -23,7 +23,7 @@ class Ending(StrEnum):
 class PolicyError(Asset2SimError):
     """A policy did not answer, or not with actions; ``ending`` is what the trial's row says."""
 
-    def __init__(self, ending: Ending, message: str) -> None:
+    def __init__(self, ending: TrialEnding, message: str) -> None:
         super().__init__(shortened(message, LONGEST))
         self.ending = ending
 
@@ -33,7 +33,7 @@ class PolicyError(Asset2SimError):
 
 def refused(message: str) -> PolicyError:
     """The error of an answer that cannot be acted upon."""
-    return PolicyError(Ending.REFUSED, message)
+    return PolicyError(TrialEnding.REFUSED, message)
 
 
 def checked_chunk(actions: object, kind: ActionKind, most: int) -> Chunk:

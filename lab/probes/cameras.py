@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import HAND
-from asset2sim.gym.arm.scene import TOOL, Stage
+from asset2sim.gym.arm.scene import TOOL, CompiledScene
 from asset2sim.physics.arrays import Array
 from lab.probes.looks import looks_of
 from lab.probes.seen import Picture
@@ -22,7 +22,7 @@ WIDTH, HEIGHT = 320, 180
 
 
 @dataclass(frozen=True)
-class Camera:
+class DroidCamera:
     """A camera: ``at``, m, where it looks ``to``, which way is ``up``, in the frame of the arm's base or, for the
     wrist's, of its hand (z to the finger tips, y along which they move); its vertical field of view, degrees."""
 
@@ -35,9 +35,9 @@ class Camera:
 
 
 CAMERAS = (
-    Camera("exterior_left", (0.05, 0.57, 0.66), (0.65, 0.10, 0.08), (0.0, 0.0, 1.0), 71.5),
-    Camera("exterior_right", (0.05, -0.57, 0.66), (0.65, -0.10, 0.08), (0.0, 0.0, 1.0), 71.5),
-    Camera("wrist", (0.075, 0.0, 0.01), (0.02, 0.0, 0.16), (1.0, 0.0, 0.0), 56.7, on_hand=True),
+    DroidCamera("exterior_left", (0.05, 0.57, 0.66), (0.65, 0.10, 0.08), (0.0, 0.0, 1.0), 71.5),
+    DroidCamera("exterior_right", (0.05, -0.57, 0.66), (0.65, -0.10, 0.08), (0.0, 0.0, 1.0), 71.5),
+    DroidCamera("wrist", (0.075, 0.0, 0.01), (0.02, 0.0, 0.16), (1.0, 0.0, 0.0), 56.7, on_hand=True),
 )
 """Two ZED 2 beside the arm and a ZED Mini at its wrist. DROID's operators place the outside cameras as they like; these
 stand where the public simulation of DROID for openpi's policies (arhanjain/sim-evals) has them, with its fields of
@@ -48,7 +48,7 @@ class Cameras:
     """Draws a stage with the refined object in ``folder`` from the cameras. A context manager: it holds an OpenGL
     context. Raises UsageError where none can be had."""
 
-    def __init__(self, folder: Path, stage: Stage, width: int = WIDTH, height: int = HEIGHT) -> None:
+    def __init__(self, folder: Path, stage: CompiledScene, width: int = WIDTH, height: int = HEIGHT) -> None:
         self.stage, self.width, self.height = stage, width, height
         spec = looks_of(folder, stage, width, height)
         for camera in CAMERAS:
@@ -103,7 +103,7 @@ class Cameras:
         return np.ascontiguousarray(found[::-1])
 
 
-def looking(camera: Camera) -> Array:
+def looking(camera: DroidCamera) -> Array:
     """(3, 3) axes of a camera, which looks along its -z with y upwards, as columns."""
     back = np.array(camera.at) - np.array(camera.to)
     back /= np.linalg.norm(back)

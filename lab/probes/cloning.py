@@ -14,7 +14,7 @@ from PIL import Image
 from asset2sim.physics.arrays import Array
 from lab.probes.episode import run_episode
 from lab.probes.experts import NOISE_RAD_S, NoWayError, scripted
-from lab.probes.seen import ACTION_WIDTH, JOINTS, OPEN_LOOP, Chunk, Picture, Policy, Seen
+from lab.probes.seen import ACTION_WIDTH, JOINTS, OPEN_LOOP, Chunk, Observation, Picture, Policy
 from lab.probes.tasks import PAPER11, ProbeTask
 from schemas.errors import UsageError
 
@@ -50,7 +50,7 @@ class Demonstrator:
         self.expert, self.random = expert, np.random.default_rng([seed, 2])
         self.rows: list[tuple[Small, Array, int, Array]] = []
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """The expert's actions, and noise."""
         chunk = self.expert(seen)
         self.rows.append((*inputs_of(seen), chunk.actions))
@@ -65,7 +65,7 @@ class Demonstrator:
         return Demonstrations(np.array(pictures), np.array(joints), np.array(task), np.array(actions))
 
 
-def inputs_of(seen: Seen) -> tuple[Small, Array, int]:
+def inputs_of(seen: Observation) -> tuple[Small, Array, int]:
     """What the network sees: two small pictures, joints and gripper, and which instruction it is. Raises UsageError for
     one that it was not taught."""
     prompts = [task.instruction for task in PAPER11.values()]
@@ -199,7 +199,7 @@ class Cloned:
             raise UsageError(f"{file} is no cloned policy of this version: {str(error).splitlines()[0]}") from error
         self.net.eval()
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """What the expert would have done."""
         pictures, joints, task = inputs_of(seen)
         scaled = ((joints - self.scales["joints_mean"]) / self.scales["joints_std"]).astype(np.float32)

@@ -10,15 +10,15 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import Arm
-from asset2sim.gym.arm.planning import SETTLE_S, Plan
-from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, Samples, Track, powers
-from asset2sim.gym.arm.scene import TIMESTEP_S, Stage
+from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
+from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, Track, TrackSamples, powers
+from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
 from lab.probes.cameras import HEIGHT, WIDTH, Cameras
 from lab.probes.controller import carried_out, commands_of, gripper_of
-from lab.probes.scene import FLANGE, OPEN, Scene, build_scene
-from lab.probes.seen import CONTROL_HZ, JOINTS, Picture, Policy, Seen
+from lab.probes.scene import FLANGE, OPEN, DroidScene, build_scene
+from lab.probes.seen import CONTROL_HZ, JOINTS, Observation, Picture, Policy
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import write_mp4
@@ -38,7 +38,7 @@ FILMED_EVERY = 3
 """Actions between two pictures of the film."""
 
 
-class Named(Protocol):
+class NamedTask(Protocol):
     """A task by its name in the paper's tables."""
 
     @property
@@ -46,7 +46,7 @@ class Named(Protocol):
         """Its name, as 'cabinet close'."""
 
 
-def probe_task(task: Named) -> ProbeTask:
+def probe_task(task: NamedTask) -> ProbeTask:
     """The task itself, or the paper's of this name. Raises UnknownChoiceError."""
     if isinstance(task, ProbeTask):
         return task
@@ -55,12 +55,12 @@ def probe_task(task: Named) -> ProbeTask:
     return PAPER11[task.name]
 
 
-class Run:
+class EpisodeRun:
     """A scene while time passes, and what is recorded of it."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: DroidScene) -> None:
         self.scene, self.stage = scene, scene.stage
-        self.samples = Samples(self.stage)
+        self.samples = TrackSamples(self.stage)
         self.steps, self.given, self.work, self.finite = 0, 0.0, 0.0, True
         self.phases: list[tuple[float, str]] = []
         self.samples.take(self.stage.data, 0.0, 0.0)
@@ -87,7 +87,7 @@ class Run:
     def track(self) -> Track:
         """The recording."""
         times, phases = zip(*self.phases, strict=True)
-        plan = Plan(self.stage.base, np.array(times), np.zeros((len(times), len(OPEN))), tuple(phases))
+        plan = ToolPlan(self.stage.base, np.array(times), np.zeros((len(times), len(OPEN))), tuple(phases))
         return self.samples.track(plan, self.finite)
 
     def tool(self) -> Array:
@@ -101,13 +101,13 @@ class Run:
         return np.concatenate([self.tool()[:JOINTS] / REST_RAD, places / REST_M, np.array(joints) / REST_RAD])
 
 
-def run_episode(folder: Path, task: Named, seed: int, policy: Policy, to: Path | None) -> Row:
+def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Path | None) -> Row:
     """Let a policy do a task with the refined object in ``folder``: columns of the table of probe trials. Recording and
     film go into ``to``. What the policy raises is passed on, once the film is written. Raises UsageError where nothing
     can be drawn or the object has not the task's joint; LoadError, ValueError where MuJoCo refuses the object."""
     began = time.monotonic()
     scene = build_scene(folder, probe_task(task), seed)
-    run, film = Run(scene), None if to is None else Film()
+    run, film = EpisodeRun(scene), None if to is None else Film()
     steps = 0
     try:
         with Cameras(folder, scene.stage) as cameras:
@@ -131,7 +131,7 @@ def run_episode(folder: Path, task: Named, seed: int, policy: Policy, to: Path |
     }  # fmt: skip
 
 
-def act(run: Run, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
+def act(run: EpisodeRun, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
     """Ask the policy and carry out what it answers until the horizon, or until nothing moves; how many actions."""
     arm, fingers, states, step = Arm(), OPEN[JOINTS:], [run.state()], 0
     while step < HORIZON and run.finite:
@@ -153,7 +153,7 @@ def act(run: Run, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
     return step
 
 
-def at_rest(states: list[Array], run: Run) -> bool:
+def at_rest(states: list[Array], run: EpisodeRun) -> bool:
     """Whether nothing has moved for so long that the episode ends."""
     if len(states) <= DONE_AT_REST or np.abs(states[-1] - states[-1 - DONE_AT_REST]).max() > 1.0:
         return False
@@ -164,15 +164,17 @@ def at_rest(states: list[Array], run: Run) -> bool:
     return bool(idle or outcome(run)["success"])
 
 
-def seen_of(run: Run, cameras: Cameras) -> Seen:
+def seen_of(run: EpisodeRun, cameras: Cameras) -> Observation:
     """What the policy sees now; its last joint is told as DROID's are."""
     cameras.follow()
     left, right, wrist = (cameras.picture(name) for name in ("exterior_left", "exterior_right", "wrist"))
     tool = run.tool()
-    return Seen(left, right, wrist, tool[:JOINTS] - FLANGE, gripper_of(tool[JOINTS:]), run.scene.task.instruction)
+    return Observation(
+        left, right, wrist, tool[:JOINTS] - FLANGE, gripper_of(tool[JOINTS:]), run.scene.task.instruction
+    )
 
 
-def outcome(run: Run) -> Row:
+def outcome(run: EpisodeRun) -> Row:
     """How far the state is from the target, and whether that is near enough."""
     scene, stage = run.scene, run.stage
     if scene.joint is not None:
@@ -198,7 +200,7 @@ def outcome(run: Run) -> Row:
     }  # fmt: skip
 
 
-def off_bowl(stage: Stage, poses: Array) -> float:
+def off_bowl(stage: CompiledScene, poses: Array) -> float:
     """Horizontal distance of the object's centre of mass from the bowl's middle, m, with its links at these poses."""
     assert stage.bowl is not None
     bodies = [index for index in range(stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)]
@@ -215,7 +217,7 @@ class Film:
         self.beside = np.zeros((HEIGHT, 2 * WIDTH, 3), dtype=np.uint8)
         self.pictures: list[Picture] = []
 
-    def seen(self, seen: Seen) -> None:
+    def seen(self, seen: Observation) -> None:
         """Show what the policy sees."""
         self.beside = np.concatenate([seen.exterior_right, seen.wrist], axis=1)
 

@@ -11,14 +11,14 @@ from asset2sim.gym.arm.grasps import grasp_paths
 from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.paths import Path as Way
 from asset2sim.gym.arm.paths import push_paths
-from asset2sim.gym.arm.planning import HELD_RAD, TILT_RAD, Plan, follow, hand_fits, runs_into, timed, times_of
+from asset2sim.gym.arm.planning import HELD_RAD, TILT_RAD, ToolPlan, follow, hand_fits, runs_into, timed, times_of
 from asset2sim.gym.arm.record import command
 from asset2sim.gym.arm.scene import place
 from asset2sim.physics.arrays import Array
 from lab.probes.controller import STEP_RAD
-from lab.probes.episode import Named, probe_task
-from lab.probes.scene import FLANGE, OPEN, START, Scene, build_scene
-from lab.probes.seen import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Policy, Seen
+from lab.probes.episode import NamedTask, probe_task
+from lab.probes.scene import FLANGE, OPEN, START, DroidScene, build_scene
+from lab.probes.seen import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Observation, Policy
 from schemas.errors import Asset2SimError, UnknownChoiceError
 
 MOST_WAYS = 150
@@ -36,12 +36,12 @@ class NoWayError(Asset2SimError):
 class Expert:
     """Follows a plan: knows the object's state from the start, sees only its own joints, and no picture."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: ToolPlan) -> None:
         self.plan = plan
         self.now_s = float(plan.times_s[1])  # the episode has waited already
         self.speed = np.zeros(JOINTS)
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """The next actions along the plan, from where the joints are; it waits where they are far behind."""
         joints, actions = seen.joints + FLANGE, []
         for _ in range(OPEN_LOOP):
@@ -66,7 +66,7 @@ class Noisy:
     def __init__(self, expert: Policy, seed: int) -> None:
         self.expert, self.random = expert, np.random.default_rng([seed, 1])
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """The expert's actions, and noise."""
         chunk = self.expert(seen)
         actions = chunk.actions.copy()
@@ -86,7 +86,7 @@ def servo_terms() -> tuple[Array, Array, Array, Array]:
 REACHED, KICK, DRIFT, KEPT = servo_terms()
 
 
-def scripted(folder: Path, task: Named, seed: int) -> Expert:
+def scripted(folder: Path, task: NamedTask, seed: int) -> Expert:
     """The expert for a trial: it plans from the trial's own start. Raises NoWayError, and as ``build_scene`` does."""
     scene = build_scene(folder, probe_task(task), seed)
     plan = plan_of(scene)
@@ -95,7 +95,7 @@ def scripted(folder: Path, task: Named, seed: int) -> Expert:
     return Expert(plan)
 
 
-def make_probe(name: str, folder: Path, task: Named, seed: int) -> Policy:
+def make_probe(name: str, folder: Path, task: NamedTask, seed: int) -> Policy:
     """A probe of ours by its name. Raises UnknownChoiceError, and as ``scripted`` does."""
     if name == "scripted":
         return scripted(folder, task, seed)
@@ -104,7 +104,7 @@ def make_probe(name: str, folder: Path, task: Named, seed: int) -> Policy:
     raise UnknownChoiceError("probe", name, ("scripted", "noisy"))
 
 
-def ways_of(scene: Scene) -> Iterator[Way]:
+def ways_of(scene: DroidScene) -> Iterator[Way]:
     """Ways of the tool to do the task, best first."""
     stage, joint = scene.stage, scene.joint
     if joint is None:
@@ -113,7 +113,7 @@ def ways_of(scene: Scene) -> Iterator[Way]:
     return push_paths(stage, joint, joint.closed, scene.task.verb)
 
 
-def plan_of(scene: Scene) -> Plan | None:
+def plan_of(scene: DroidScene) -> ToolPlan | None:
     """The first way that the arm can follow from where it stands without running into anything; None for none."""
     stage, arm, name = scene.stage, Arm(), scene.joint.name if scene.joint is not None else None
     base = stage.base.copy()
@@ -135,9 +135,9 @@ def plan_of(scene: Scene) -> Plan | None:
         place(stage, stage.about_positions, OPEN)
 
 
-def from_start(plan: Plan, arm: Arm) -> Plan:
+def from_start(plan: ToolPlan, arm: Arm) -> ToolPlan:
     """The plan with DROID's start instead of the trials' own."""
     commands = plan.commands.copy()
     commands[[0, 1, -2, -1], :7] = START
     tools = np.array([arm.tool(row[:7])[0] for row in commands])
-    return Plan(plan.base, times_of(tools, commands, plan.phases), commands, plan.phases)
+    return ToolPlan(plan.base, times_of(tools, commands, plan.phases), commands, plan.phases)

@@ -13,9 +13,9 @@ import msgpack
 import numpy as np
 import zmq
 
-from lab.probes.answers import Ending, PolicyError, checked_chunk, refused
+from lab.probes.answers import PolicyError, TrialEnding, checked_chunk, refused
 from lab.probes.openpi_wire import CLOSED, Camera, resized
-from lab.probes.seen import JOINTS, Chunk, Picture, Seen
+from lab.probes.seen import JOINTS, Chunk, Observation, Picture
 from lab.schemas.probe_settings import ProbeSettings
 
 HEIGHT_PX, WIDTH_PX = 180, 320
@@ -28,7 +28,7 @@ PING_S = 2.0
 """Time for one answer to a ping, s."""
 
 
-def observation(seen: Seen, camera: Camera = "left") -> dict[str, object]:
+def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]:
     """What GR00T N1.6's DROID policy is sent: uint8 pictures (1, 1, 180, 320, 3), float32 positions (1, 1, 7) in rad
     and gripper (1, 1, 1), 0 open … 1 closed, and a list of one instruction: batch, time, and the rest."""
     outside = seen.exterior_left if camera == "left" else seen.exterior_right
@@ -59,10 +59,10 @@ class GrootPolicy:
         end = time.monotonic() + self.settings.connect_s
         while True:
             try:
-                self._call("ping", None, min(PING_S, self.settings.connect_s), Ending.UNREACHABLE)
+                self._call("ping", None, min(PING_S, self.settings.connect_s), TrialEnding.UNREACHABLE)
                 return self
             except PolicyError as error:
-                if error.ending is not Ending.UNREACHABLE or time.monotonic() >= end:
+                if error.ending is not TrialEnding.UNREACHABLE or time.monotonic() >= end:
                     self.__exit__(None, None, None)
                     raise
 
@@ -70,11 +70,11 @@ class GrootPolicy:
         self._close()
         self._context.term()
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """What the policy answers. Raises PolicyError."""
         limit = self.settings.answer_s if self._asked else self.settings.first_answer_s
         data = {"observation": observation(seen, self.camera), "options": None}
-        said = self._call("get_action", data, limit, Ending.TIMED_OUT)
+        said = self._call("get_action", data, limit, TrialEnding.TIMED_OUT)
         self._asked = True
         action = said[0] if isinstance(said, list) and said else said
         try:
@@ -88,7 +88,7 @@ class GrootPolicy:
         actions[:, -1] = actions[:, -1] > CLOSED
         return Chunk(actions, "joint_position")
 
-    def _call(self, endpoint: str, data: object, limit_s: float, late: Ending) -> Any:
+    def _call(self, endpoint: str, data: object, limit_s: float, late: TrialEnding) -> Any:
         """The answer of an endpoint. A socket that was not answered takes no other question: it is made anew."""
         if self._socket is None:
             self._socket = self._context.socket(zmq.REQ)

@@ -8,9 +8,9 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.frames import CloseCode
 from websockets.sync.client import ClientConnection, connect
 
-from lab.probes.answers import Ending, PolicyError, refused
+from lab.probes.answers import PolicyError, TrialEnding, refused
 from lab.probes.openpi_wire import CONTINUOUS, SPACE, Camera, chunk_of, observation, pack, unpack
-from lab.probes.seen import ActionKind, Chunk, Seen
+from lab.probes.seen import ActionKind, Chunk, Observation
 from lab.schemas.probe_settings import ProbeSettings
 
 BACKOFF_S, LONGEST_BACKOFF_S = 0.1, 2.0
@@ -38,13 +38,13 @@ class OpenPiPolicy:
         self._asked = False
 
     def __enter__(self) -> Self:
-        self._open(self.settings.connect_s, Ending.UNREACHABLE)
+        self._open(self.settings.connect_s, TrialEnding.UNREACHABLE)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._close()
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """What the policy answers. Raises PolicyError."""
         answer = unpack(self._answer(pack(observation(seen, self.camera))))
         return chunk_of(answer, self.kind, self.settings.most_actions, bool(self.metadata.get(CONTINUOUS)))
@@ -54,7 +54,7 @@ class OpenPiPolicy:
         lost = ""
         for _ in range(TIMES):
             if self._connection is None:
-                self._open(self.settings.reconnect_s, Ending.DIED)
+                self._open(self.settings.reconnect_s, TrialEnding.DIED)
             assert self._connection is not None
             limit = self.settings.answer_s if self._asked else self.settings.first_answer_s
             try:
@@ -66,7 +66,7 @@ class OpenPiPolicy:
                 if closing is not None and closing.code == CloseCode.MESSAGE_TOO_BIG:
                     raise refused(f"{self.uri} answered more than {self.settings.most_bytes} bytes") from error
                 if isinstance(error, TimeoutError):
-                    raise PolicyError(Ending.TIMED_OUT, f"{self.uri} did not answer within {limit:g} s") from error
+                    raise PolicyError(TrialEnding.TIMED_OUT, f"{self.uri} did not answer within {limit:g} s") from error
                 lost = str(error)
                 continue
             self._asked = True
@@ -74,9 +74,11 @@ class OpenPiPolicy:
                 self._close()
                 raise refused(f"{self.uri} answered an error: {said.strip().splitlines()[-1] if said.strip() else ''}")
             return said
-        raise PolicyError(Ending.DIED, f"{self.uri} closed the connection {TIMES} times on the same question: {lost}")
+        raise PolicyError(
+            TrialEnding.DIED, f"{self.uri} closed the connection {TIMES} times on the same question: {lost}"
+        )
 
-    def _open(self, limit_s: float, ending: Ending) -> None:
+    def _open(self, limit_s: float, ending: TrialEnding) -> None:
         """Connect and hear the metadata, trying again with growing waits until ``limit_s`` is over."""
         end, wait = time.monotonic() + limit_s, BACKOFF_S
         while True:

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from lab.probes.answers import checked_chunk, refused
-from lab.probes.seen import CONTROL_HZ, JOINTS, ActionKind, Chunk, Picture, Seen
+from lab.probes.seen import CONTROL_HZ, JOINTS, ActionKind, Chunk, Observation, Picture
 
 EXTERIOR, WRIST = "observation/exterior_image_1_left", "observation/wrist_image_left"
 POSITIONS, GRIPPER, PROMPT = "observation/joint_position", "observation/gripper_position", "prompt"
@@ -72,7 +72,7 @@ def _unpacked(value: dict[Any, Any]) -> object:
     return np.frombuffer(data, dtype).reshape(shape)
 
 
-def observation(seen: Seen, camera: Camera = "left") -> dict[str, object]:
+def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]:
     """What a DROID policy of openpi is sent: uint8 pictures (224, 224, 3), float64 positions (7,) in rad and gripper
     (1,), 0 open … 1 closed, and the instruction. ``camera`` is the outside one that it sees."""
     outside = seen.exterior_left if camera == "left" else seen.exterior_right
@@ -85,7 +85,7 @@ def observation(seen: Seen, camera: Camera = "left") -> dict[str, object]:
     }
 
 
-def seen_of(said: Mapping[str, Any]) -> Seen:
+def seen_of(said: Mapping[str, Any]) -> Observation:
     """What a policy of ours sees of an observation; the right camera is black. Raises PolicyError, which names the key,
     for one that openpi's DROID policies would not take."""
     for key, kind, shape in (
@@ -99,7 +99,7 @@ def seen_of(said: Mapping[str, Any]) -> Seen:
     if not isinstance(said.get(PROMPT), str):
         raise refused(f"{PROMPT}: text is valid, not {type(said.get(PROMPT)).__name__}")
     left = said[EXTERIOR]
-    return Seen(left, np.zeros_like(left), said[WRIST], said[POSITIONS], float(said[GRIPPER][0]), said[PROMPT])
+    return Observation(left, np.zeros_like(left), said[WRIST], said[POSITIONS], float(said[GRIPPER][0]), said[PROMPT])
 
 
 def _fits(value: object, kind: str, shape: tuple[int | None, ...]) -> bool:

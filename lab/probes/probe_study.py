@@ -11,7 +11,7 @@ from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation import Ending as ChildEnding
 from asset2sim.experiments.study import Done, RunWork, Study, done_row, run_study
 from asset2sim.experiments.work import Work
-from lab.probes.answers import Ending
+from lab.probes.answers import TrialEnding
 from lab.probes.policies import PolicySpec
 from lab.probes.probe_trial import run_probe
 from lab.probes.seen import Policy
@@ -137,7 +137,7 @@ def run_probes(
 
     def enough(row: Row) -> bool:
         nonlocal alone
-        alone = alone + 1 if row["outcome"] == Ending.UNREACHABLE else 0
+        alone = alone + 1 if row["outcome"] == TrialEnding.UNREACHABLE else 0
         return alone == settings.unreachable_in_a_row
 
     return run_study(probe_study(settings), jobs, run, told, enough)

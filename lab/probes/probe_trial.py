@@ -8,17 +8,17 @@ import mujoco
 
 from asset2sim.experiments.study import FAILED
 from asset2sim.load import LoadError
-from lab.probes.answers import Ending, PolicyError
+from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.experts import NoWayError
 from lab.probes.policies import PolicySpec, opened
-from lab.probes.seen import Chunk, Policy, Seen
+from lab.probes.seen import Chunk, Observation, Policy
 from lab.probes.serving import ServingError
 from lab.schemas.probe_settings import ProbeSettings
 from schemas.table import Row
 
 SHARE = 0.8
 """Share of a trial's wall time that its policy may take in all: the trial then ends by itself and says so."""
-Episode = Callable[[Callable[[Seen], Chunk]], Row]
+Episode = Callable[[Callable[[Observation], Chunk]], Row]
 """An episode to be run with a policy; its row holds columns of the table of probe trials."""
 
 
@@ -29,10 +29,10 @@ class Timed:
         self.policy, self.most_s = policy, most_s
         self.latencies: list[float] = []
 
-    def __call__(self, seen: Seen) -> Chunk:
+    def __call__(self, seen: Observation) -> Chunk:
         """What the policy answers."""
         if sum(self.latencies) > self.most_s:
-            raise PolicyError(Ending.TIMED_OUT, f"{len(self.latencies)} answers took more than {self.most_s:g} s")
+            raise PolicyError(TrialEnding.TIMED_OUT, f"{len(self.latencies)} answers took more than {self.most_s:g} s")
         began = time.monotonic()
         try:
             return self.policy(seen)

@@ -10,7 +10,7 @@ import numpy as np
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.scene import Bowl, Stage, build_stage, place
+from asset2sim.gym.arm.scene import Bowl, CompiledScene, build_stage, place
 from asset2sim.physics.arrays import Array
 from lab.probes.tasks import BOWL_HIGH_M, SHIFT_M, TURN_RAD, ProbeTask
 from schemas.errors import UsageError
@@ -27,17 +27,17 @@ NEAREST_M = 0.28
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class DroidScene:
     """A task's world at its start: the object lies at the world's origin, and the arm's base where the trial has it.
     ``joint`` is the one to move, with its start."""
 
     task: ProbeTask
-    stage: Stage
+    stage: CompiledScene
     overlay: PhysicsOverlay
     joint: JointPhysics | None
 
 
-def build_scene(folder: Path, task: ProbeTask, seed: int) -> Scene:
+def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
     """The world of a trial with the refined object in ``folder``. The seed decides where exactly the object stands, the
     same for every method. Raises UsageError for an object without the task's joint, LoadError and ValueError as
     ``build_stage`` does."""
@@ -59,7 +59,7 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> Scene:
     place(stage, {}, OPEN)
     stage.data.ctrl[:] = OPEN
     mujoco.mj_forward(stage.model, stage.data)
-    return Scene(task, stage, overlay, joint)
+    return DroidScene(task, stage, overlay, joint)
 
 
 def base_of(task: ProbeTask, points: Array, seed: int) -> Array:
@@ -77,7 +77,7 @@ def base_of(task: ProbeTask, points: Array, seed: int) -> Array:
     return base
 
 
-def started(stage: Stage, joint: JointPhysics | None) -> Stage:
+def started(stage: CompiledScene, joint: JointPhysics | None) -> CompiledScene:
     """The stage with the joint at its start, and the object, if it is free, on the table."""
     if joint is not None:
         position = joint.initial_position

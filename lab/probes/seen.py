@@ -21,7 +21,7 @@ ActionKind = Literal["joint_velocity", "joint_position"]
 
 
 @dataclass(frozen=True)
-class Seen:
+class Observation:
     """What a policy sees at one moment. Pictures are (height, width, 3), RGB, of any size."""
 
     exterior_left: Picture
@@ -44,5 +44,5 @@ class Chunk:
     """joint_velocity: the first seven columns in rad/s; joint_position: in rad."""
 
 
-Policy = Callable[[Seen], Chunk]
+Policy = Callable[[Observation], Chunk]
 """Answers what to do next, or raises PolicyError."""

@@ -20,7 +20,7 @@ from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as listen
 
 from asset2sim.assets.child_process import end_with_parent
-from lab.probes.answers import Ending, PolicyError
+from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.openpi_wire import CONTINUOUS, SPACE, answer_of, pack, seen_of, unpack
 from lab.probes.seen import ActionKind, Policy
 from schemas.errors import Asset2SimError
@@ -52,7 +52,7 @@ def serve(
                 began = time.monotonic()
                 try:
                     if isinstance(frame, str):
-                        raise PolicyError(Ending.REFUSED, "text; a question is a binary frame")
+                        raise PolicyError(TrialEnding.REFUSED, "text; a question is a binary frame")
                     with turn:
                         chunk = policy(seen_of(unpack(frame)))
                     if space not in (None, chunk.kind):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from lab.probes.policies import PolicySpec
-from lab.probes.seen import OPEN_LOOP, Chunk, Policy, Seen
+from lab.probes.seen import OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.tasks import ProbeTask
 from lab.trials.trial import FILM
 from schemas.table import Row
@@ -19,7 +19,7 @@ CRASHES = "crashes"
 """An asset that takes its process along."""
 
 
-def run_episode(folder: Path, task: ProbeTask, seed: int, policy: Callable[[Seen], Chunk], to: Path) -> Row:
+def run_episode(folder: Path, task: ProbeTask, seed: int, policy: Callable[[Observation], Chunk], to: Path) -> Row:
     """The first joint is to go to 1 rad from where the seed puts it."""
     if folder.name == CRASHES:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -27,7 +27,7 @@ def run_episode(folder: Path, task: ProbeTask, seed: int, policy: Callable[[Seen
     joints = np.zeros(7)
     joints[0] = start = 0.01 * seed
     for _ in range(QUESTIONS):
-        chunk = policy(Seen(picture, picture, picture, joints.copy(), 0.0, task.name))
+        chunk = policy(Observation(picture, picture, picture, joints.copy(), 0.0, task.name))
         for action in chunk.actions[:OPEN_LOOP]:
             joints = joints + action[:7] / 15.0
     (to / FILM).write_bytes(b"film")
@@ -46,7 +46,7 @@ def make_probe(spec: PolicySpec, folder: Path, task: ProbeTask, seed: int) -> Po
         raise ValueError("there is no way to it")
     goal = 1.0 if spec.name == "scripted" else 0.5
 
-    def act(seen: Seen) -> Chunk:
+    def act(seen: Observation) -> Chunk:
         actions = np.zeros((10, 8))
         actions[:, 0] = np.clip((goal - seen.joints[0]) * 15.0 / OPEN_LOOP, -2.0, 2.0)
         return Chunk(actions, "joint_velocity")

@@ -20,7 +20,7 @@ from lab.comparisons.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stat
 from lab.comparisons.first_table import first_table
 from lab.comparisons.markdown import agreement_sentences, failure_table, figure_table, meaning_table, stability_tables
 from lab.comparisons.meaning import apart_table, experts_apart
-from lab.comparisons.method_runs import METHODS, NO_MODEL, Run
+from lab.comparisons.method_runs import METHODS, NO_MODEL, MethodRun
 from lab.comparisons.object_rows import read_objects
 from lab.pages.blocks import markers
 from schemas.alignment import Expectation
@@ -262,7 +262,7 @@ def refined(method: Method, record: AssetRecord) -> AssetRecord:
 
 
 def test_objects_are_read_from_the_latest_run_of_each_folder(tmp_path: Path) -> None:
-    run = Run(Method.ASSET2SIM, MODEL, tmp_path)
+    run = MethodRun(Method.ASSET2SIM, MODEL, tmp_path)
     settings = Settings(model=ModelSettings(model=MODEL))
     ref = AssetRef(asset_id="1", path="x")
     calls = (make_call(), make_call(cached=True, outcome="cached"), make_call(purpose="judge"))
@@ -304,7 +304,7 @@ def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_p
         "4": expecting(make_record("4"), Expectation(what="none", lines=(9,))),
         "5": make_record("5"),
     }
-    run = Run(Method.REFERENCE, MODEL, tmp_path)
+    run = MethodRun(Method.REFERENCE, MODEL, tmp_path)
     settings = Settings(method=Method.REFERENCE, model=ModelSettings(model=MODEL))
     write_run(tmp_path, start_run(settings, "data"), [refined(Method.REFERENCE, item) for item in records.values()])
     rows = read_objects([run], Thresholds()).set_index("asset_id")
@@ -316,17 +316,17 @@ def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_p
     (apart,) = experts_apart([run])
     assert (apart["asset_id"], apart["what"], apart["start"]) == ("1", "size", 25.0)
     assert apart_table([apart]).splitlines()[2] == "| 1 | size | 25 | 90 to 99 | cm | a big box |"
-    assert experts_apart([Run(Method.ASSET2SIM, MODEL, tmp_path)]) == [] and apart_table([]) == ""
+    assert experts_apart([MethodRun(Method.ASSET2SIM, MODEL, tmp_path)]) == [] and apart_table([]) == ""
 
 
 def test_a_folder_without_a_run_is_named(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no catalog in"):
-        read_objects([Run(Method.RAW, MODEL, tmp_path / "raw")], Thresholds())
+        read_objects([MethodRun(Method.RAW, MODEL, tmp_path / "raw")], Thresholds())
 
 
 def test_a_comparison_leaves_tables_charts_a_report_and_the_readme_s_section(tmp_path: Path) -> None:
     objects = growing()
-    run = Run(Method.RAW, MODEL, tmp_path / "raw" / NO_MODEL)
+    run = MethodRun(Method.RAW, MODEL, tmp_path / "raw" / NO_MODEL)
     comparison = compare(objects, None, "pybullet")
     report = write_comparison(tmp_path, [run], comparison).read_text(encoding="utf-8")
     for name in ("objects", "stability", "success", "failures", "cost", "growth"):

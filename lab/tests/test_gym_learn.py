@@ -26,7 +26,7 @@ from lab.learning import study
 from lab.learning.learning_log import EXPERIMENT, IDENTITY
 from lab.learning.lesson import Lesson
 from lab.learning.ppo import environments, load_policy, new_model, without_noise
-from lab.learning.progress import PROGRESS, Point, Progress
+from lab.learning.progress import PROGRESS, Point, TrainingProgress
 from lab.learning.rollouts import roll
 from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_of
 from lab.learning.training import train
@@ -187,9 +187,9 @@ def test_the_checkpoint_of_the_highest_s_is_chosen_and_only_what_holds_ends_earl
         return Point(steps=steps, seconds=1.0, s=s, success=success, reward=0.0, fps=1.0)
 
     points = point(1, 0.5, 0.5), point(2, 0.99, 1.0), point(3, 0.98, 0.9), point(4, 0.99, 1.0)
-    progress = Progress(key="", points=points)
+    progress = TrainingProgress(key="", points=points)
     assert progress.best == points[1] and not progress.held(2)
-    assert Progress(key="", points=(*points, point(5, 0.95, 1.0))).held(2)
+    assert TrainingProgress(key="", points=(*points, point(5, 0.95, 1.0))).held(2)
 
 
 def test_the_table_has_a_number_a_seed_beside_the_papers(tmp_path: Path) -> None:

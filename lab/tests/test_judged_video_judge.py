@@ -28,7 +28,7 @@ from lab.judged.agreement import mean_by_place, order_effect
 from lab.judged.figures import latest_scores, video_figures
 from lab.judged.judge_videos import judge_videos
 from lab.judged.physical_scores import PHYSICAL_JUDGE
-from lab.judged.video_candidates import Candidate, Comparison, shuffled, trial_seeds
+from lab.judged.video_candidates import Candidate, TaskComparison, shuffled, trial_seeds
 from lab.judged.video_frames import UnreadableFilmError, sampled_frames
 from lab.judged.video_judge import judge_settings
 from lab.judged.video_prompt import parse_video_answer
@@ -139,9 +139,9 @@ def run(
     return judge_videos([out], judges, trials, 5, seed, model, told, record)
 
 
-def comparison(count: int, asset_id: str = ASSET) -> Comparison:
+def comparison(count: int, asset_id: str = ASSET) -> TaskComparison:
     items = tuple(Candidate(f"m{number}", "x", None, Path("film.mp4")) for number in range(count))
-    return Comparison(TASK, asset_id, "close", items, ())
+    return TaskComparison(TASK, asset_id, "close", items, ())
 
 
 # Orders and frames

@@ -16,7 +16,7 @@ from lab.loaders.loader_table import (
     MODULES,
     PEDAL,
     ROWS,
-    Samples,
+    SampleObjects,
     compared,
     measured,
     samples_of,
@@ -43,7 +43,7 @@ def tables() -> list[list[list[str]]]:
 
 
 @pytest.fixture(scope="module")
-def samples(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Samples]:
+def samples(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SampleObjects]:
     out = tmp_path_factory.mktemp("out")
     settings = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
     for name in (LID, PEDAL, BUCKET, BOX):
@@ -54,7 +54,7 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Samples]:
 
 @pytest.mark.system
 @every_engine
-def test_every_yes_and_no_is_what_the_engine_does(engine: Engine, samples: Samples) -> None:
+def test_every_yes_and_no_is_what_the_engine_does(engine: Engine, samples: SampleObjects) -> None:
     ways = import_module(MODULES[engine]).LOADERS
     (headings, *rows), _ = tables()
     cells = measured(samples, ways)
@@ -67,7 +67,7 @@ def test_every_yes_and_no_is_what_the_engine_does(engine: Engine, samples: Sampl
 
 
 @pytest.mark.system
-def test_our_mjcf_loses_nothing_and_holds_its_lid(samples: Samples) -> None:
+def test_our_mjcf_loses_nothing_and_holds_its_lid(samples: SampleObjects) -> None:
     if Engine.MUJOCO not in installed():
         pytest.skip("MuJoCo is not installed")
     urdf, mjcf = import_module(MODULES[Engine.MUJOCO]).LOADERS

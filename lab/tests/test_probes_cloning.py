@@ -19,15 +19,15 @@ from lab.probes.cloning import (
     small,
     train,
 )
-from lab.probes.seen import OPEN_LOOP, Chunk, Seen
+from lab.probes.seen import OPEN_LOOP, Chunk, Observation
 from lab.probes.tasks import PAPER11
 from schemas.errors import UsageError
 
 PROMPTS = [task.instruction for task in PAPER11.values()]
 
 
-def seen(left: np.ndarray, prompt: str = PROMPTS[0]) -> Seen:
-    return Seen(left, left, left, np.arange(7.0), 0.5, prompt)
+def seen(left: np.ndarray, prompt: str = PROMPTS[0]) -> Observation:
+    return Observation(left, left, left, np.arange(7.0), 0.5, prompt)
 
 
 def test_a_picture_is_the_same_to_it_with_and_without_the_borders_of_openpis_clients() -> None:
@@ -84,7 +84,7 @@ def test_it_learns_what_depends_on_a_picture_on_the_joints_and_on_the_instructio
         picture = np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)
         picture[10:14, 20:24] = 255 * spot
         dark = np.zeros_like(picture)
-        asked = Seen(picture, dark, dark, np.eye(7)[3] * bent, 0.0, PROMPTS[told])
+        asked = Observation(picture, dark, dark, np.eye(7)[3] * bent, 0.0, PROMPTS[told])
         chunk = policy(asked)
         assert chunk.actions.shape == (OPEN_LOOP, 8) and chunk.kind == "joint_velocity"
         assert chunk.actions[:, [0, 1, 7]].mean(axis=0) == pytest.approx([spot, bent, told], abs=0.2)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("zmq", reason="pyzmq is not installed here")
-from lab.probes.answers import Ending, PolicyError
+from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.groot_client import GrootPolicy
 from lab.probes.openpi_wire import resized
 from lab.probes.policies import PolicySpec, opened
@@ -48,8 +48,8 @@ def test_it_is_sent_what_its_droid_policy_expects(port: int, path: Path) -> None
 
 def test_wrong_and_late_answers_are_said_and_the_next_question_is_answered(port: int) -> None:
     wrong = {
-        does.SHAPE: (Ending.REFUSED, r"shape \(16, 7\)"), does.TEXT: (Ending.REFUSED, "the wrong embodiment"),
-        does.GARBAGE: (Ending.REFUSED, "no msgpack"), does.SLOW: (Ending.TIMED_OUT, "within 0.5 s"),
+        does.SHAPE: (TrialEnding.REFUSED, r"shape \(16, 7\)"), does.TEXT: (TrialEnding.REFUSED, "the wrong embodiment"),
+        does.GARBAGE: (TrialEnding.REFUSED, "no msgpack"), does.SLOW: (TrialEnding.TIMED_OUT, "within 0.5 s"),
     }  # fmt: skip
     with GrootPolicy("127.0.0.1", port, settings=QUICK) as policy:
         policy(seen())
@@ -65,4 +65,4 @@ def test_nobody_there_is_said() -> None:
     settings = QUICK.model_copy(update={"connect_s": 0.5})
     with pytest.raises(PolicyError) as error, GrootPolicy("127.0.0.1", 1, settings=settings):
         pass
-    assert error.value.ending is Ending.UNREACHABLE
+    assert error.value.ending is TrialEnding.UNREACHABLE

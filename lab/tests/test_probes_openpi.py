@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab.probes.answers import Ending, PolicyError
+from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.openpi_client import OpenPiPolicy
 from lab.probes.openpi_wire import SPEED_RAD_S, answer_of, chunk_of, pack, resized, unpack
-from lab.probes.seen import Chunk, Policy, Seen
+from lab.probes.seen import Chunk, Observation, Policy
 from lab.probes.serving import served
 from lab.schemas.probe_settings import ProbeSettings
 from lab.tests import policy_servers as does
@@ -39,10 +39,10 @@ PICTURES = {(720, 1280): "16a7593e94ae1abb", (180, 320): "add2ace56da06881", (30
 """Size of a random picture → digest of what that package's ``resize_with_pad`` made of it."""
 
 
-def seen(prompt: str = "close the lid") -> Seen:
+def seen(prompt: str = "close the lid") -> Observation:
     rows = np.arange(720 * 1280 * 3, dtype=np.int64).reshape(720, 1280, 3)
     left, right, wrist = ((rows // 1000 + shift).astype(np.uint8) for shift in (0, 1, 2))
-    return Seen(left, right, wrist, np.linspace(-1.0, 1.0, 7), 0.25, prompt)
+    return Observation(left, right, wrist, np.linspace(-1.0, 1.0, 7), 0.25, prompt)
 
 
 @contextmanager
@@ -102,7 +102,7 @@ def test_pictures_are_resized_pixel_for_pixel_as_openpis_package_does() -> None:
 def test_what_is_no_frame_is_refused(frame: bytes) -> None:
     with pytest.raises(PolicyError) as error:
         unpack(frame)
-    assert error.value.ending is Ending.REFUSED
+    assert error.value.ending is TrialEnding.REFUSED
 
 
 def test_velocities_are_droids_and_the_gripper_is_open_or_closed() -> None:
@@ -139,12 +139,15 @@ def test_a_policy_in_another_process_is_sent_what_openpis_droid_policies_expect(
 @pytest.mark.system
 @pytest.mark.parametrize(
     ("prompt", "ending", "why"),
-    [(does.NAN, Ending.REFUSED, "80 of the 80 numbers"), (does.SHAPE, Ending.REFUSED, r"shape \(10, 7\)"),
-     (does.TEXT, Ending.REFUSED, "KeyError: 'prompt'"), (does.HUGE, Ending.REFUSED, "more than 16777216 bytes"),
-     (does.NOTHING, Ending.REFUSED, "no 'actions'; it has state"), (does.GARBAGE, Ending.REFUSED, "no msgpack"),
-     (does.WORDS, Ending.REFUSED, "no array of numbers but str"), (does.SLOW, Ending.TIMED_OUT, "within 0.5 s")],
+    [(does.NAN, TrialEnding.REFUSED, "80 of the 80 numbers"), (does.SHAPE, TrialEnding.REFUSED, r"shape \(10, 7\)"),
+     (does.TEXT, TrialEnding.REFUSED, "KeyError: 'prompt'"),
+     (does.HUGE, TrialEnding.REFUSED, "more than 16777216 bytes"),
+     (does.NOTHING, TrialEnding.REFUSED, "no 'actions'; it has state"),
+     (does.GARBAGE, TrialEnding.REFUSED, "no msgpack"),
+     (does.WORDS, TrialEnding.REFUSED, "no array of numbers but str"),
+     (does.SLOW, TrialEnding.TIMED_OUT, "within 0.5 s")],
 )  # fmt: skip
-def test_wrong_answers_are_said(port: int, prompt: str, ending: Ending, why: str) -> None:
+def test_wrong_answers_are_said(port: int, prompt: str, ending: TrialEnding, why: str) -> None:
     with OpenPiPolicy("127.0.0.1", port, settings=QUICK) as policy:
         assert len(policy(seen()).actions) == 10
         with pytest.raises(PolicyError, match=why) as error:
@@ -159,7 +162,7 @@ def test_a_broken_connection_is_made_anew_and_a_dead_policy_said(tmp_path: Path)
         assert len(policy(seen(does.CLOSE)).actions) == 10
         with pytest.raises(PolicyError, match="ConnectionRefused") as error:
             policy(seen(does.DIE))
-        assert error.value.ending is Ending.DIED
+        assert error.value.ending is TrialEnding.DIED
 
 
 @pytest.mark.system
@@ -168,10 +171,10 @@ def test_nobody_there_is_said_after_the_time_for_connecting() -> None:
     settings = QUICK.model_copy(update={"connect_s": 0.5})
     with pytest.raises(PolicyError) as error, OpenPiPolicy("127.0.0.1", 1, settings=settings):
         pass
-    assert error.value.ending is Ending.UNREACHABLE and 0.2 < time.monotonic() - began < 10.0
+    assert error.value.ending is TrialEnding.UNREACHABLE and 0.2 < time.monotonic() - began < 10.0
 
 
-def follow(what: Seen) -> Chunk:
+def follow(what: Observation) -> Chunk:
     """A policy that answers with what it saw."""
     if what.prompt == "break":
         raise RuntimeError("it broke")

@@ -16,10 +16,10 @@ from asset2sim.gym.arm.scene import place
 from asset2sim.gym.arm.tasks import Verb
 from lab.probes import cameras as module
 from lab.probes.cameras import CAMERAS, HEIGHT, WIDTH, Cameras, gl_works
-from lab.probes.episode import IDLE_AT_REST, Run, outcome, run_episode
+from lab.probes.episode import IDLE_AT_REST, EpisodeRun, outcome, run_episode
 from lab.probes.experts import Noisy, NoWayError, make_probe, scripted
 from lab.probes.scene import FLANGE, NEAREST_M, OPEN, START, build_scene
-from lab.probes.seen import OPEN_LOOP, Chunk, Picture, Seen
+from lab.probes.seen import OPEN_LOOP, Chunk, Observation, Picture
 from lab.probes.tasks import SHIFT_M, TURN_RAD, BowlAt, ProbeTask
 from lab.trials.trial import FILM, TRACK
 from schemas.errors import UnknownChoiceError, UsageError
@@ -158,10 +158,10 @@ def test_without_opengl_the_error_says_what_to_install(monkeypatch: pytest.Monke
 
 @drawn
 def test_the_expert_closes_a_drawer_and_recording_row_and_film_are_there(thing: Path, tmp_path: Path) -> None:
-    asked: list[Seen] = []
+    asked: list[Observation] = []
     expert = scripted(thing, CLOSE, 1)
 
-    def policy(seen: Seen) -> Chunk:
+    def policy(seen: Observation) -> Chunk:
         asked.append(seen)
         return expert(seen)
 
@@ -233,7 +233,7 @@ def test_an_object_in_the_hand_over_the_bowl_is_not_in_it_yet(tmp_path: Path) ->
     assert scene.stage.bowl is not None
     scene.stage.data.qpos[root : root + 2] = scene.stage.bowl.at
     place(scene.stage, {})
-    run = Run(scene)
+    run = EpisodeRun(scene)
     run.samples.felt[-1] = (5.0, 0.0, 1.0, 0.0, 0.0)
     assert not outcome(run)["success"] and "still in the hand" in str(outcome(run)["reason"])
     run.samples.felt[-1] = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -242,7 +242,7 @@ def test_an_object_in_the_hand_over_the_bowl_is_not_in_it_yet(tmp_path: Path) ->
 
 def test_noise_is_seeded_and_leaves_the_gripper_alone() -> None:
     black = np.zeros((2, 2, 3), dtype=np.uint8)
-    seen = Seen(black, black, black, np.zeros(7), 0.0, "")
+    seen = Observation(black, black, black, np.zeros(7), 0.0, "")
     first, again, other = (Noisy(lambda _: STILL, seed)(seen).actions for seed in (1, 1, 2))
     assert (first == again).all() and (first != other).any() and (first[:, 7] == 0.0).all()
     assert 0.15 < first[:, :7].std() < 0.45

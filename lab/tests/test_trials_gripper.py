@@ -21,7 +21,7 @@ from asset2sim.gym.arm.gripper import (
     gripper_of,
     knuckle_of,
 )
-from asset2sim.gym.arm.planning import Plan
+from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.robotiq import JOINTS, REMEDY, TORQUE, robotiq_file
 from asset2sim.gym.arm.scene import base_at, build_stage
@@ -133,7 +133,7 @@ def test_the_arm_with_it_pushes_and_lifts(model: mujoco.MjModel, tmp_path: Path)
 def test_its_servo_is_told_and_its_joints_are_where_that_leads(model: mujoco.MjModel, tmp_path: Path) -> None:
     stage = build_stage(block(tmp_path / "block", 0.05, 0.2), franka_spec(ROBOTIQ), base_at(0.0, 1.0), gripper=ROBOTIQ)
     told = np.array([*HOME, 0.4])
-    track = record(stage, Plan(stage.base, np.array([0.0, 0.5]), np.array([told, told]), ("settle", "rest")), {})
+    track = record(stage, ToolPlan(stage.base, np.array([0.0, 0.5]), np.array([told, told]), ("settle", "rest")), {})
     assert track.tool.shape[1] == 13 and not any(name.startswith(f"tool/{OWN_HAND[1]}") for name in track.links)
     assert np.abs(track.tool[-1, 7:] - [0.4, -0.4, 0.4, 0.4, -0.4, 0.4]).max() < 2e-3
 

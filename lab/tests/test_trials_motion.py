@@ -11,7 +11,7 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.experiments.study import do_job
 from asset2sim.gym.arm.attempt import planned
 from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
-from asset2sim.gym.arm.planning import SETTLE_S, Plan
+from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.scene import base_at, build_stage, pusher_spec
 from asset2sim.gym.arm.tasks import Task, Verb, tasks_of
@@ -47,7 +47,7 @@ def test_the_arm_reaches_points_in_front_of_it_and_says_where_it_cannot() -> Non
 
 def test_the_servos_hold_the_arm_up_where_they_are_told(drawer: Path) -> None:
     stage = build_stage(drawer, franka_spec(), base_at(0.0, 1.0))
-    plan = Plan(stage.base, np.array([0.0, 1.0]), np.array([waiting(), waiting()]), ("settle", "rest"))
+    plan = ToolPlan(stage.base, np.array([0.0, 1.0]), np.array([waiting(), waiting()]), ("settle", "rest"))
     assert np.abs(record(stage, plan, {}).tool[-1] - waiting()).max() < 2e-3
 
 
@@ -77,7 +77,7 @@ def test_a_film_shows_the_object_as_the_recording_has_it(drawer: Path, tmp_path:
     av = pytest.importorskip("av", reason="av is not installed here")
     stage = build_stage(drawer, pusher_spec(), np.eye(4))
     away = np.array([[0.4, 0.0, 0.2]] * 2)
-    plan = Plan(np.eye(4), np.array([0.0, 0.14]), away, ("settle", "rest"))
+    plan = ToolPlan(np.eye(4), np.array([0.0, 0.14]), away, ("settle", "rest"))
     track = record(stage, plan, {"slide": OPEN_M})
     shut = record(stage, plan, {"slide": 0.0})
     assert len(film_frames(track)) == 3
@@ -126,7 +126,7 @@ def test_parts_that_overlap_burst_apart_and_the_judge_says_so(tmp_path: Path) ->
     terms = [make_joint(name, initial_position=0.0).model_copy(update=changes) for name in ("left", "right")]
     folder = refined(tmp_path / "thing", urdf, terms, {"body": 3.0, "one": 0.2, "two": 0.2})
     stage = build_stage(folder, pusher_spec(), np.eye(4))
-    plan = Plan(np.eye(4), np.array([0.0, 1.0]), np.array([[0.6, 0.0, 0.3]] * 2), ("settle", "rest"))
+    plan = ToolPlan(np.eye(4), np.array([0.0, 1.0]), np.array([[0.6, 0.0, 0.3]] * 2), ("settle", "rest"))
     assert stage.moving_kg == pytest.approx(0.4)
     found = judge(record(stage, plan, stage.about_positions), stage.moving_kg, (), (), TrialSettings())
     assert found.moved_before_contact and found.energy_appeared

@@ -37,7 +37,7 @@ WHOLE = "*"
 
 
 @dataclass(frozen=True)
-class Reference:
+class PublishedWeight:
     """Published weights of an object or part: from ``low`` to ``high``, in kg, or kg/m² of the part's largest face.
     Nothing was fitted on a row that is ``held_out``."""
 
@@ -75,7 +75,7 @@ class Weighed:
 class Compared:
     """A reference with our median over ``count`` objects, in the reference's unit; None without any object."""
 
-    reference: Reference
+    reference: PublishedWeight
     ours: float | None
     count: int
 
@@ -90,11 +90,11 @@ class Compared:
         return self.factor is not None and 1.0 / FACTOR <= self.factor <= FACTOR
 
 
-def references() -> tuple[Reference, ...]:
+def references() -> tuple[PublishedWeight, ...]:
     """The published weights, each with its source."""
     with (Path(__file__).parent / "reference_weights.csv").open(encoding="utf-8", newline="") as file:
         return tuple(
-            Reference(
+            PublishedWeight(
                 what=row["what"],
                 category=row["category"],
                 part=WHOLE if row["kind"] == "object" else row["part"],
@@ -145,7 +145,7 @@ def weigh_datasets(shared: Path, categories: Iterable[str] = (), cache: Path | N
                 yield weigh(extract(ref, cache), ref.prompt or "")
 
 
-def compare(weighed: Sequence[Weighed], rows: Sequence[Reference]) -> list[Compared]:
+def compare(weighed: Sequence[Weighed], rows: Sequence[PublishedWeight]) -> list[Compared]:
     """Each reference with the median over the objects of its category: of a part, over each object's own median."""
     found = []
     for row in rows:
@@ -158,7 +158,7 @@ def compare(weighed: Sequence[Weighed], rows: Sequence[Reference]) -> list[Compa
     return found
 
 
-def _of_part(links: Sequence[tuple[float, float]], row: Reference) -> float:
+def _of_part(links: Sequence[tuple[float, float]], row: PublishedWeight) -> float:
     if row.part == "":
         links = [max(links)]
     if row.unit == "kg":

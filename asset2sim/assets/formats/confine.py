@@ -10,7 +10,7 @@ from lxml.etree import _Element as Element
 from asset2sim.assets.regular import file_problem
 from asset2sim.assets.urdf.locate import find_mesh, path_in
 from asset2sim.assets.urdf.mesh_files import convert, is_there, library_problem, material_files, without_materials
-from asset2sim.assets.urdf.reach import Reach, Refused, find_within, lies_outside
+from asset2sim.assets.urdf.reach import AllowedFolders, Refused, find_within, lies_outside
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 
@@ -36,7 +36,7 @@ class Confined:
         self.names[reference], self.moved = name, True
 
 
-def confine(robot: Element, file: Path, reach: Reach, work: Path) -> Confined:
+def confine(robot: Element, file: Path, reach: AllowedFolders, work: Path) -> Confined:
     """What the references of a URDF mean within ``reach``; ``file`` is where they are relative to. Meshes that name
     pictures or materials outside are copied into ``work`` without them."""
     found = Confined()
@@ -69,7 +69,9 @@ def rename(robot: Element, confined: Confined) -> None:
             element.set("filename", confined.names[reference])
 
 
-def leave_materials(element: Element, reference: str, mesh: Path, reach: Reach, work: Path, confined: Confined) -> None:
+def leave_materials(
+    element: Element, reference: str, mesh: Path, reach: AllowedFolders, work: Path, confined: Confined
+) -> None:
     """Have a mesh replaced by a copy without its materials, and say so, where these or pictures of theirs lie outside,
     or are pipes, devices or the like, at which engines would read for ever."""
     looks = material_files(mesh, reach.allows, is_there)
@@ -96,7 +98,7 @@ def leave_materials(element: Element, reference: str, mesh: Path, reach: Reach, 
     confined.findings.append(warning)
 
 
-def unfit(path: Path, reach: Reach) -> tuple[Path, str, str] | None:
+def unfit(path: Path, reach: AllowedFolders) -> tuple[Path, str, str] | None:
     """A material library or picture that must not be read, with a finding's code and why, in words that follow its
     name; None for one that may."""
     if not reach.allows(path):

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.formats.converted import Converted, add, add_inertial, add_origin, unconvertible
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.locate import is_regular
-from asset2sim.assets.urdf.reach import ANYWHERE, Reach, lies_outside
+from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, lies_outside
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
@@ -27,7 +27,7 @@ SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
 
-def urdf_of_mjcf(file: Path, work: Path, reach: Reach = ANYWHERE) -> Converted:
+def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
     """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError (unreadable_asset) where MuJoCo
     refuses the file, where it names files outside ``reach``, and for joints that a URDF does not have."""
     check_files(file, reach)
@@ -46,7 +46,7 @@ def urdf_of_mjcf(file: Path, work: Path, reach: Reach = ANYWHERE) -> Converted:
     return _Model(file, work, mujoco, spec, model).converted()
 
 
-def check_files(file: Path, reach: Reach) -> None:
+def check_files(file: Path, reach: AllowedFolders) -> None:
     """Refuse an MJCF file that names a file outside ``reach``, itself or in what it includes: MuJoCo reads them all."""
     unread, read = [file], set[Path]()
     folders = {file.parent}

@@ -14,14 +14,14 @@ from xacro import substitution_args
 
 from asset2sim.assets.formats.converted import Converted, unconvertible
 from asset2sim.assets.urdf.locate import PARENTS_SEARCHED
-from asset2sim.assets.urdf.reach import ANYWHERE, Reach, lies_outside
+from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, lies_outside
 from schemas.errors import AssetError
 
 PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")
 """Folders of a ROS package in which its xacro files lie."""
 
 
-def urdf_of_xacro(file: Path, reach: Reach = ANYWHERE) -> Converted:
+def urdf_of_xacro(file: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
     """The URDF of a xacro file, its arguments at their defaults. Raises AssetError (unreadable_asset) that names the
     file and, where it can be told, the line; also for what it includes that lies outside ``reach``."""
     xacro.all_includes.clear()
@@ -36,7 +36,7 @@ def urdf_of_xacro(file: Path, reach: Reach = ANYWHERE) -> Converted:
 
 
 @contextmanager
-def _packages_beside(file: Path, substitution: Any, reach: Reach) -> Iterator[None]:
+def _packages_beside(file: Path, substitution: Any, reach: AllowedFolders) -> Iterator[None]:
     """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed, and
     ``$(env NAME)`` finds nothing but where all may be read: the environment holds keys."""
     places = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
@@ -57,7 +57,7 @@ def _packages_beside(file: Path, substitution: Any, reach: Reach) -> Iterator[No
 
 
 @contextmanager
-def _only_within(reach: Reach, module: Any) -> Iterator[None]:
+def _only_within(reach: AllowedFolders, module: Any) -> Iterator[None]:
     """While it lasts, xacro opens no file outside ``reach``: neither what it includes nor what it loads."""
     kept = module.abs_filename_spec, module.parse
 

@@ -15,7 +15,7 @@ from asset2sim.assets.formats.converted import Converted
 from asset2sim.assets.urdf.document import unreadable
 from asset2sim.assets.urdf.edit import serialised, turn_root
 from asset2sim.assets.urdf.locate import find_source, is_regular
-from asset2sim.assets.urdf.reach import ANYWHERE, Reach, Refused, check_within
+from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, Refused, check_within
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage, UpAxis
 
@@ -36,7 +36,7 @@ PARTNET_TURN = ((0, 0, -1), (-1, 0, 0), (0, 1, 0))
 
 
 @dataclass(frozen=True)
-class Source:
+class DescriptionFile:
     """An asset's description: the ``file`` in its folder, the ``urdf`` that is read (the file itself, or one made of it
     in a folder of its own, whose mesh references are absolute), all ``files`` that it was made of, and findings."""
 
@@ -50,7 +50,7 @@ class Source:
     """The folder of a URDF that was made; it is deleted with the last reference to it."""
 
 
-def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) -> Source:
+def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYWHERE) -> DescriptionFile:
     """The asset's description as a URDF whose files lie within ``reach``, turned upright where another axis than z
     points up in it.
 
@@ -62,7 +62,7 @@ def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) ->
     robot = converted.robot
     confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
     if file.suffix == ".urdf" and up is UpAxis.Z and not confined.moved and is_utf8(robot):
-        return Source(file, file, (file,))
+        return DescriptionFile(file, file, (file,))
     rename(robot, confined)
     if not robot.get("name"):
         robot.set("name", file.resolve().parent.name)
@@ -83,7 +83,7 @@ def open_source(folder: Path, up: UpAxis = UpAxis.Z, reach: Reach = ANYWHERE) ->
         code = f"converted_{converted.kind}"
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
-    return Source(file, urdf, files, tuple(findings), confined.refused, work)
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work)
 
 
 def is_utf8(robot: "etree._Element") -> bool:
@@ -103,7 +103,7 @@ def turn_upright(robot: "etree._Element", up: UpAxis, *, partnet: bool) -> None:
         turn_root(robot, root, turn)
 
 
-def parsed_urdf(file: Path, work: Path, reach: Reach) -> Converted:
+def parsed_urdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     """The URDF itself. Raises AssetError: unreadable_asset."""
     try:
         return Converted(etree.parse(str(file)).getroot(), "urdf")
@@ -111,24 +111,24 @@ def parsed_urdf(file: Path, work: Path, reach: Reach) -> Converted:
         raise unreadable(file, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
 
 
-def _xacro(file: Path, work: Path, reach: Reach) -> Converted:
+def _xacro(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     from asset2sim.assets.formats.from_xacro import urdf_of_xacro
 
     return urdf_of_xacro(file, reach)
 
 
-def _sdf(file: Path, work: Path, reach: Reach) -> Converted:
+def _sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     from asset2sim.assets.formats.from_sdf import urdf_of_sdf
 
     return urdf_of_sdf(file)
 
 
-def _mjcf(file: Path, work: Path, reach: Reach) -> Converted:
+def _mjcf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     from asset2sim.assets.formats.from_mjcf import urdf_of_mjcf  # late: an optional package, and half a second
 
     return urdf_of_mjcf(file, work, reach)
 
 
-CONVERTERS: Mapping[str, Callable[[Path, Path, Reach], Converted]] = {
+CONVERTERS: Mapping[str, Callable[[Path, Path, AllowedFolders], Converted]] = {
     ".urdf": parsed_urdf, ".xacro": _xacro, ".sdf": _sdf, ".xml": _mjcf,
 }  # fmt: skip

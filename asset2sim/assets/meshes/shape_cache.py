@@ -9,7 +9,7 @@ import scipy
 import trimesh
 
 from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
-from asset2sim.assets.meshes.surface import Surface
+from asset2sim.assets.meshes.surface import SheetSurface
 from asset2sim.assets.meshes.volume import Shape, Solid
 from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
@@ -88,7 +88,9 @@ def _mesh(clouds: list[Array], item: dict[str, Any]) -> CachedMesh:
         points,
         tuple(pieces),
         float(str(item["area"])),
-        Surface(float(drawn["area"]), float(drawn["opening"]), np.array(drawn["center"]), np.array(drawn["inertia"])),
+        SheetSurface(
+            float(drawn["area"]), float(drawn["opening"]), np.array(drawn["center"]), np.array(drawn["inertia"])
+        ),
         bool(item["watertight"]),
         int(str(item["n_faces"])),
         bool(item["exact"]),

@@ -9,7 +9,7 @@ from scipy.spatial import QhullError
 
 from asset2sim.assets.meshes.hull import hull_of, solid
 from asset2sim.assets.meshes.shells import shells
-from asset2sim.assets.meshes.surface import Surface, surface_of
+from asset2sim.assets.meshes.surface import SheetSurface, surface_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
@@ -45,7 +45,7 @@ class Shape:
     points: Array
     pieces: tuple[Array, ...]
     area: float
-    surface: Surface
+    surface: SheetSurface
     watertight: bool
     n_faces: int
     exact: bool

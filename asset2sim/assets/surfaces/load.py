@@ -12,7 +12,7 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from asset2sim.assets.meshes.load import load_scene
-from asset2sim.assets.surfaces.plain_obj import Part, plain_obj
+from asset2sim.assets.surfaces.plain_obj import MaterialMesh, plain_obj
 from asset2sim.assets.surfaces.surface import Color, Floats, Paint, Surface, Texture
 
 COLOR_LEVELS = 16
@@ -55,7 +55,7 @@ def load_surfaces(path: Path) -> tuple[Surface, ...]:
     return tuple(surfaces)
 
 
-def surface_of(part: Part, path: Path) -> Surface:
+def surface_of(part: MaterialMesh, path: Path) -> Surface:
     """The painted surface of a part of an OBJ."""
     uv = None if part.uv is None or not np.isfinite(part.uv).all() else part.uv
     paint = None if part.material is None else paint_of(part.material, uv is not None, path)

@@ -22,7 +22,7 @@ BLANK = bytes.maketrans(b"vntf/", b"     ")
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class MaterialMesh:
     """Triangles of one material: (n, 3) ``vertices``, m, (m, 3) ``faces``, (n, 3) ``normals`` and (n, 2) ``uv`` where
     the file has them, and the ``material``, None where it names none that is known."""
 
@@ -34,7 +34,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Content:
+class ObjContent:
     """What an OBJ says: its ``tables`` of vertices, normals and texture coordinates, material → runs of (m, 3, k)
     corners and the table of each of the k, and the file of the materials, which may be empty."""
 
@@ -43,7 +43,7 @@ class Content:
     library: bytes
 
 
-def plain_obj(path: Path, resolver: Resolver) -> list[Part] | None:
+def plain_obj(path: Path, resolver: Resolver) -> list[MaterialMesh] | None:
     """An OBJ's triangles as ``trimesh`` groups them; None where it is to be read by that: what has polygons, relative
     numbers, colours of vertices, or is broken. Materials come through the ``resolver``. Raises OSError."""
     content = content_of(path.read_bytes().replace(b"\r\n", b"\n") + b"\n")
@@ -57,7 +57,7 @@ def plain_obj(path: Path, resolver: Resolver) -> list[Part] | None:
         part = None if corners is None else part_of(corners, tables, whole)
         if part is None:
             return None
-        found.append(Part(*part, materials.get(name.decode(errors="replace"))))
+        found.append(MaterialMesh(*part, materials.get(name.decode(errors="replace"))))
     return found or None
 
 
@@ -66,9 +66,9 @@ def one_kind(runs: list[tuple[Ints, tuple[int, ...]]]) -> bool:
     return len({tables for _, tables in runs}) == 1
 
 
-def content_of(text: bytes) -> Content | None:
+def content_of(text: bytes) -> ObjContent | None:
     """An OBJ's numbers; None where there is anything that is not known here."""
-    content, material, library = Content(([], [], []), {}, b""), b"", b""
+    content, material, library = ObjContent(([], [], []), {}, b""), b"", b""
     for run in RUNS.finditer(text):
         kind, lines = run.lastindex, run[0]
         if kind is None:
@@ -81,10 +81,10 @@ def content_of(text: bytes) -> Content | None:
                 return None
         elif not add_run(content, kind - 1, lines, material):
             return None
-    return Content(content.tables, content.faces, library)
+    return ObjContent(content.tables, content.faces, library)
 
 
-def add_run(content: Content, kind: int, lines: bytes, material: bytes) -> bool:
+def add_run(content: ObjContent, kind: int, lines: bytes, material: bytes) -> bool:
     """Add the numbers of a run of lines; returns whether they are as expected."""
     if kind == len(COLUMNS):
         corners = corners_of(lines)

@@ -18,7 +18,7 @@ OUTSIDE_REMEDY = "bring it into the dataset, name its folder by --package NAME=P
 
 
 @dataclass(frozen=True)
-class Reach:
+class AllowedFolders:
     """The folders (links followed) below which an asset's files may lie, and those of named packages; ``anywhere``
     stands for all folders."""
 
@@ -37,13 +37,13 @@ class Reach:
         return any(real.is_relative_to(folder) for folder in (*self.roots, *self.packages.values()))
 
 
-ANYWHERE = Reach(anywhere=True)
+ANYWHERE = AllowedFolders(anywhere=True)
 
 
-def reach_of(ref: AssetRef, inputs: InputSettings) -> Reach:
+def allowed_folders(ref: AssetRef, inputs: InputSettings) -> AllowedFolders:
     """Where the files of an asset may lie: below its dataset's folder, or its own where it comes from none."""
     folders = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return Reach((Location(ref.root or ref.path).folder.resolve(),), folders, inputs.allow_outside)
+    return AllowedFolders((Location(ref.root or ref.path).folder.resolve(),), folders, inputs.allow_outside)
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Refused:
     problem: str
 
 
-def find_within(reference: str, folder: Path, reach: Reach) -> tuple[Path | None, Path | None]:
+def find_within(reference: str, folder: Path, reach: AllowedFolders) -> tuple[Path | None, Path | None]:
     """The file that a reference in ``folder`` means, as ``find_mesh`` has it but within ``reach``, with a named
     package's file first; None where there is none, and then the file outside that it would be, if that is there."""
     outside = None
@@ -67,7 +67,7 @@ def find_within(reference: str, folder: Path, reach: Reach) -> tuple[Path | None
     return None, outside
 
 
-def _candidates(reference: str, folder: Path, reach: Reach) -> Iterator[Path]:
+def _candidates(reference: str, folder: Path, reach: AllowedFolders) -> Iterator[Path]:
     text = path_in(reference)
     parts = [part for part in PurePosixPath(text).parts if part != "/"]
     if is_loose(reference) and parts and parts[0] in reach.packages:
@@ -78,7 +78,7 @@ def _candidates(reference: str, folder: Path, reach: Reach) -> Iterator[Path]:
     yield from map(Path, mesh_candidates(reference, folder, above))
 
 
-def lies_outside(path: Path, reach: Reach) -> str:
+def lies_outside(path: Path, reach: AllowedFolders) -> str:
     """Why a file is not read that lies elsewhere, with the remedies."""
     real = path.resolve()
     through = f", a link to {real}," if path.is_symlink() else ""
@@ -86,7 +86,7 @@ def lies_outside(path: Path, reach: Reach) -> str:
     return f"is {path}{through} and lies outside the dataset {roots}: {OUTSIDE_REMEDY}"
 
 
-def check_within(path: Path, reach: Reach) -> Path:
+def check_within(path: Path, reach: AllowedFolders) -> Path:
     """The path. Raises AssetError (unreadable_asset) where it lies outside the dataset."""
     if reach.allows(path):
         return path
@@ -94,7 +94,7 @@ def check_within(path: Path, reach: Reach) -> Path:
     raise AssetError(FailureMode.UNREADABLE_ASSET, "outside_dataset", message)
 
 
-def why_missing(reference: str, folder: Path, reach: Reach) -> str:
+def why_missing(reference: str, folder: Path, reach: AllowedFolders) -> str:
     """Why a reference that ``find_within`` does not find means no file, in words, with what to do about it."""
     text, (scheme, separator, _) = path_in(reference), reference.strip().partition("://")
     if separator and scheme.lower() in WEB:
@@ -112,7 +112,7 @@ def why_missing(reference: str, folder: Path, reach: Reach) -> str:
     return "is not there: restore the file"
 
 
-def _problem_of(path: Path, reach: Reach) -> str | None:
+def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
     """What keeps one candidate from being a file that can be read; None where there is nothing of its name."""
     try:
         mode = os.stat(path).st_mode

@@ -11,7 +11,7 @@ from asset2sim.baselines.agent.conversation import bounded, model_turn
 from asset2sim.baselines.agent.draft import short
 from asset2sim.baselines.agent.results import cut
 from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
-from asset2sim.baselines.agent.tools import Session, run_tool
+from asset2sim.baselines.agent.tools import AgentSession, run_tool
 from asset2sim.baselines.agent.trial import ToolError, open_bench
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid, no_answer_error
@@ -62,7 +62,7 @@ def run_agent(
     talk = Conversation()
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
         bench = open_bench(extraction, settings, source, Path(name), guidance)
-        session = Session(bench, blind="the prior looks at no pictures" if source is Source.PRIOR else None)
+        session = AgentSession(bench, blind="the prior looks at no pictures" if source is Source.PRIOR else None)
         first = opening(ref, extraction)
         while talk.ended is None:
             answer = ask(first.model_copy(update={"turns": bounded(talk.turns)}))
@@ -85,7 +85,7 @@ def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 
-def take(answer: ModelAnswer, talk: Conversation, session: Session, most_steps: int) -> None:
+def take(answer: ModelAnswer, talk: Conversation, session: AgentSession, most_steps: int) -> None:
     """Process one answer: run its tool calls or parse it as an overlay, and set ``talk.ended`` where it is the last."""
     if answer.without_images is not None and session.blind is None:
         session.blind = answer.without_images
@@ -101,7 +101,7 @@ def take(answer: ModelAnswer, talk: Conversation, session: Session, most_steps: 
         talk.ended = SPENT
 
 
-def take_calls(answer: ModelAnswer, talk: Conversation, session: Session) -> bool:
+def take_calls(answer: ModelAnswer, talk: Conversation, session: AgentSession) -> bool:
     """Run an answer's calls in order; True if any of them succeeded."""
     room = min(MAX_ANSWER_CALLS, MAX_CALLS - session.n_calls)
     known = {call.call_id for turn in talk.turns for call in turn.tool_calls}
@@ -135,7 +135,7 @@ def take_calls(answer: ModelAnswer, talk: Conversation, session: Session) -> boo
     return len(session.refusals) - refusals < ran
 
 
-def take_text(answer: ModelAnswer, talk: Conversation, session: Session) -> bool:
+def take_text(answer: ModelAnswer, talk: Conversation, session: AgentSession) -> bool:
     """Process an answer without a tool call: an overlay ends the conversation, other text is refused once."""
     content = answer.content or ""
     try:
@@ -154,7 +154,7 @@ def take_text(answer: ModelAnswer, talk: Conversation, session: Session) -> bool
     return True
 
 
-def told(talk: Conversation, session: Session) -> tuple[Finding, ...]:
+def told(talk: Conversation, session: AgentSession) -> tuple[Finding, ...]:
     """Findings: number of answers and calls, why the conversation ended, and refused calls."""
     finding = partial(Finding, stage=Stage.SYNTHESIZE)
     severity = Severity.INFO if talk.ended in (FINISHED, IN_TEXT) else Severity.WARNING

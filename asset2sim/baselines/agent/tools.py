@@ -17,7 +17,7 @@ from schemas.request import LabelledImage, ToolCall
 
 
 @dataclass
-class Session:
+class AgentSession:
     """Parameters that the agent has set so far, and the state of its tools: ``images`` are rendered but not yet sent,
     ``blind`` is the reason why no pictures are sent (None: they are), ``refusals`` the text of every refusal."""
 
@@ -42,7 +42,7 @@ class Session:
 Arguments = Mapping[str, Any]
 
 
-def run_tool(session: Session, call: ToolCall) -> str:
+def run_tool(session: AgentSession, call: ToolCall) -> str:
     """Result of one call as text for the model; an error names the valid choices."""
     session.n_calls += 1
     try:
@@ -68,14 +68,14 @@ def without_paths(bench: Bench, text: str) -> str:
     return text
 
 
-def _read_asset(session: Session, arguments: Arguments) -> str:
+def _read_asset(session: AgentSession, arguments: Arguments) -> str:
     start = arguments.get("start") or 0
     if not isinstance(start, int) or start < 0:
         raise ToolError("start: an integer of 0 or more is wanted")
     return read_part(session.bench.extraction, _choice("part", arguments.get("part", "summary"), READ_PARTS), start)
 
 
-def _set_parameters(session: Session, arguments: Arguments) -> str:
+def _set_parameters(session: AgentSession, arguments: Arguments) -> str:
     draft = merged(session.draft, arguments)
     overlay = checked(draft, session.bench.extraction.features)
     if overlay is not None:
@@ -89,16 +89,16 @@ def _set_parameters(session: Session, arguments: Arguments) -> str:
     })  # fmt: skip
 
 
-def _simulate(session: Session, arguments: Arguments) -> str:
+def _simulate(session: AgentSession, arguments: Arguments) -> str:
     physics, measurement = session.bench.simulate(session.present)
     return simulated(measurement, physics, session.bench.settings.thresholds)
 
 
-def _read_contacts(session: Session, arguments: Arguments) -> str:
+def _read_contacts(session: AgentSession, arguments: Arguments) -> str:
     return touching(session.bench.contacts(session.present))
 
 
-def _render(session: Session, arguments: Arguments) -> str:
+def _render(session: AgentSession, arguments: Arguments) -> str:
     views = arguments.get("views")
     views = list(VIEW_NAMES) if views is None else views
     if not isinstance(views, list) or not views:
@@ -111,7 +111,7 @@ def _render(session: Session, arguments: Arguments) -> str:
     return boxes_text(boxes, "they follow, each after its label")
 
 
-def _finish(session: Session, arguments: Arguments) -> str:
+def _finish(session: AgentSession, arguments: Arguments) -> str:
     if session.overlay is None:
         raise ToolError("no scale is set: call set_parameters with a scale first")
     notes = arguments.get("notes")
@@ -127,7 +127,7 @@ def _choice(kind: str, value: object, choices: tuple[str, ...]) -> str:
     return value
 
 
-RUNNERS: dict[str, Callable[[Session, Arguments], str]] = {
+RUNNERS: dict[str, Callable[[AgentSession, Arguments], str]] = {
     "read_asset": _read_asset,
     "render": _render,
     "set_parameters": _set_parameters,

@@ -56,7 +56,7 @@ def changed(folder: Path, objects: Mapping[str, Stored]) -> list[str]:
     ]
 
 
-def touched(folder: Path, names: Iterable[str]) -> list[str]:
+def changed_on_disk(folder: Path, names: Iterable[str]) -> list[str]:
     """Those of these local files that changed since they last equalled their object, or never did."""
     chosen = list(names)
     known = _known(folder, chosen)
@@ -164,7 +164,7 @@ def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
 
 def push(url: str, folder: Path, names: Iterable[str]) -> None:
     """Upload those of these local files that changed since they last equalled their objects."""
-    going = touched(folder, names)
+    going = changed_on_disk(folder, names)
     send_objects({f"{url}/{name}": folder / name for name in going})
     note(folder, _look_for(url, going))
 

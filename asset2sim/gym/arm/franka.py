@@ -99,7 +99,7 @@ def servo(spec: mujoco.MjSpec, joint: str, stiffness: float, damping: float, mos
 
 
 @dataclass(frozen=True, eq=False)
-class Reached:
+class ArmPose:
     """Joint positions (rad) at which the tool is where it should be, but for ``off_m`` and ``tilt_rad``."""
 
     joints: Array
@@ -128,7 +128,7 @@ class Arm:
         axes = self.data.xmat[self.hand].reshape(3, 3).copy()
         return self.data.xpos[self.hand] + self.gripper.tip_m * axes[:, 2], axes
 
-    def reach(self, point: Array, axis: Array, start: Array, across: Array | None = None) -> Reached:
+    def reach(self, point: Array, axis: Array, start: Array, across: Array | None = None) -> ArmPose:
         """Joint positions near ``start`` that bring the tool to a point (m, base frame), its z axis along ``axis`` and,
         if given, its y axis along ``across`` or against it, by damped least squares."""
         joints, size = np.clip(start, self.lower, self.upper), 6
@@ -162,4 +162,4 @@ class Arm:
             joints = np.clip(joints + change, self.lower, self.upper)
         at, axes = self.tool(joints)
         tilt = float(np.arccos(np.clip(axes[:, 2] @ axis, -1.0, 1.0)))
-        return Reached(joints, float(np.linalg.norm(point - at)), tilt)
+        return ArmPose(joints, float(np.linalg.norm(point - at)), tilt)

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.paths import Path, carried, vertices
-from asset2sim.gym.arm.scene import Bowl, Stage
+from asset2sim.gym.arm.scene import Bowl, CompiledScene
 from asset2sim.physics.arrays import Array
 
 DIRECTIONS = 8
@@ -31,7 +31,7 @@ CENTER_WEIGHT = 0.6
 """Metres of width that a metre of distance from the centre of mass is worth: a hold off the middle turns the object."""
 
 
-def bowl_for(stage: Stage) -> Bowl:
+def bowl_for(stage: CompiledScene) -> Bowl:
     """A bowl into which the object fits, beside it."""
     points = vertices(stage, frozenset(range(1, stage.model.nbody)))
     low, high = points.min(axis=0), points.max(axis=0)
@@ -40,7 +40,7 @@ def bowl_for(stage: Stage) -> Bowl:
     return Bowl((float(middle[0]), float(high[1]) + radius + 0.1), radius, 0.05)
 
 
-def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
+def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[Path]:
     """Ways to lift the object into the bowl, each with another hold, the narrowest and nearest to its centre of mass
     first. None where nothing of it fits between the fingers."""
     bodies = frozenset(
@@ -74,7 +74,7 @@ def grasp_paths(stage: Stage, bowl: Bowl) -> Iterator[Path]:
         yield lifted(held, across, opened_for(stage, width), bowl, float(held[2] - low[2]), float(high[2]))
 
 
-def height_at(stage: Stage, at: Array, top: float) -> float:
+def height_at(stage: CompiledScene, at: Array, top: float) -> float:
     """Height of what is seen from above at a place, m; zero where that is the floor."""
     geom = np.array([-1], dtype=np.int32)
     source = np.array([at[0], at[1], top])
@@ -82,14 +82,14 @@ def height_at(stage: Stage, at: Array, top: float) -> float:
     return float(source[2] - distance) if distance >= 0.0 and stage.object_geoms[geom[0]] else 0.0
 
 
-def seen(stage: Stage, source: Array, towards: Array) -> float:
+def first_hit_m(stage: CompiledScene, source: Array, towards: Array) -> float:
     """Distance to the first surface that a ray meets, m; negative for none."""
     geom = np.array([-1], dtype=np.int32)
     return float(mujoco.mj_ray(stage.model, stage.data, source, towards, None, 1, -1, geom))
 
 
 def between(
-    stage: Stage, hold: Array, across: Array, firmly: frozenset[int], back: Array
+    stage: CompiledScene, hold: Array, across: Array, firmly: frozenset[int], back: Array
 ) -> tuple[float, float, bool] | None:
     """What is between the fingers about a place, from and to, m along ``across``, and whether it is of the bodies
     ``firmly`` alone; None where nothing is, or where a finger that comes against ``back`` runs into something."""
@@ -99,7 +99,7 @@ def between(
         nearest = []
         for offset, rise in product((-pad, 0.0, pad), (0.0, 0.012)):
             source = hold + sign * across * most / 2.0 + side * offset + back * rise
-            if 0.0 <= seen(stage, source + back * REACH_M, -back) < REACH_M:
+            if 0.0 <= first_hit_m(stage, source + back * REACH_M, -back) < REACH_M:
                 return None
             geom = np.array([-1], dtype=np.int32)
             distance = mujoco.mj_ray(stage.model, stage.data, source, -sign * across, None, 1, -1, geom)
@@ -118,7 +118,7 @@ def slants(distances: list[float]) -> bool:
     return any(SLANT_M < distance - nearest < BEHIND_M for distance in distances)
 
 
-def opened_for(stage: Stage, width: float) -> float:
+def opened_for(stage: CompiledScene, width: float) -> float:
     """How far the fingers open around something of this width, m."""
     return min(stage.gripper.opening_m, width + 4.0 * ROOM_M)
 

@@ -8,7 +8,7 @@ from itertools import product
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.scene import Stage, place
+from asset2sim.gym.arm.scene import CompiledScene, place
 from asset2sim.gym.arm.tasks import Verb
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
@@ -44,7 +44,7 @@ class Path:
     """(n,) where the task's joint is meanwhile, rad or m; zeros where there is none."""
 
 
-def push_paths(stage: Stage, joint: JointPhysics, target: float, verb: Verb) -> Iterator[Path]:
+def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: Verb) -> Iterator[Path]:
     """Ways to push a part from where it starts to a target, each at another place or with another hand, best first.
     None where no place of the part can be seen from the side that must be pushed."""
     body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
@@ -56,7 +56,7 @@ def push_paths(stage: Stage, joint: JointPhysics, target: float, verb: Verb) -> 
                 yield path
 
 
-def contacts(stage: Stage, joint: JointPhysics, body: int, away: float) -> Iterator[tuple[Array, Array]]:
+def contacts(stage: CompiledScene, joint: JointPhysics, body: int, away: float) -> Iterator[tuple[Array, Array]]:
     """Places of a part and the directions away from it there, m, world, in which it moves when its joint goes ``away``
     (1 or -1): found by rays from that side."""
     number = int(stage.model.joint(stage.prefix + joint.name).id)
@@ -89,7 +89,7 @@ def contacts(stage: Stage, joint: JointPhysics, body: int, away: float) -> Itera
 
 
 def hit(
-    stage: Stage, bodies: frozenset[int], middle: Array, normal: Array, thick: float
+    stage: CompiledScene, bodies: frozenset[int], middle: Array, normal: Array, thick: float
 ) -> Iterator[tuple[Array, Array]]:
     """The first place of these bodies that a ray against ``normal`` through a point meets, unless another body's is
     before it."""
@@ -105,7 +105,7 @@ def carried(model: mujoco.MjModel, body: int) -> frozenset[int]:
     return frozenset(index for index in range(model.nbody) if model.body_weldid[index] == model.body_weldid[body])
 
 
-def vertices(stage: Stage, bodies: frozenset[int]) -> Array:
+def vertices(stage: CompiledScene, bodies: frozenset[int]) -> Array:
     """(n, 3) vertices of the collision shapes of these bodies, m, world."""
     model, data, found = stage.model, stage.data, []
     for geom in range(model.ngeom):
@@ -122,7 +122,8 @@ def vertices(stage: Stage, bodies: frozenset[int]) -> Array:
 
 
 def push_path(
-    stage: Stage, joint: JointPhysics, body: int, contact: Array, normal: Array, way: tuple[float, float], lean: float,
+    stage: CompiledScene, joint: JointPhysics, body: int, contact: Array, normal: Array, way: tuple[float, float],
+    lean: float,
     verb: Verb,
 ) -> Path | None:  # fmt: skip
     """The way of a push at one place: to it, along with the part, a little further, and back. None where the fingers
@@ -158,7 +159,7 @@ def push_path(
     return Path(route, axes, None, np.zeros(len(route)), phases, np.array([start, *at, target]))
 
 
-def pose_of(stage: Stage, body: int) -> Array:
+def pose_of(stage: CompiledScene, body: int) -> Array:
     """(4, 4) pose of a body as the data has it."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = stage.data.xmat[body].reshape(3, 3), stage.data.xpos[body]

@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.gym.arm.franka import HOME, Arm
 from asset2sim.gym.arm.paths import Path, vertices
-from asset2sim.gym.arm.scene import PUSHER, TOOL, Stage, base_at, place, quaternion
+from asset2sim.gym.arm.scene import PUSHER, TOOL, CompiledScene, base_at, place, quaternion
 from asset2sim.physics.arrays import Array
 
 AZIMUTHS = tuple(math.radians(angle) for angle in (-60, 60, -30, 30, -90, 90, 0, -120, 120, 180, 150, -150))
@@ -41,7 +41,7 @@ TRIED = 600
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class ToolPlan:
     """A tool's motion: the (4, 4) ``base``, (n,) ``times_s``, (n, k) ``commands`` to its servos (the arm's: seven
     joints, rad, and its gripper's; the pusher's: x, y, z, m) and the ``phases``, one a point; between two points the
     commands change evenly."""
@@ -52,7 +52,7 @@ class Plan:
     phases: tuple[str, ...]
 
 
-def plan_arm(stage: Stage, arm: Arm, joint: str | None, paths: Iterable[Path]) -> Plan | None:
+def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[Path]) -> ToolPlan | None:
     """The first way that the arm can follow from somewhere about the object without running into it; None for none."""
     tried = 0
     for path in list(paths):  # all of them before the arm comes near: they are found by rays
@@ -82,7 +82,7 @@ def plan_arm(stage: Stage, arm: Arm, joint: str | None, paths: Iterable[Path]) -
     return None
 
 
-def hand_fits(stage: Stage, arm: Arm, path: Path, base: Array, near: Array, tilt_rad: float) -> bool:
+def hand_fits(stage: CompiledScene, arm: Arm, path: Path, base: Array, near: Array, tilt_rad: float) -> bool:
     """Whether hand and open fingers are free of the object where they are about to close."""
     last = max(index for index, phase in enumerate(path.phases) if phase == "approach")
     assert path.across is not None  # only such ways say how the hand is turned
@@ -113,7 +113,7 @@ def follow(arm: Arm, base: Array, path: Path, chosen: Sequence[int], tilt_rad: f
     return np.array(found)
 
 
-def timed(arm: Arm, base: Array, path: Path, joints: Array) -> Plan:
+def timed(arm: Arm, base: Array, path: Path, joints: Array) -> ToolPlan:
     """The arm's whole motion: wait, come from above, follow the way, go back up, wait."""
     lifted = []
     for index in (0, -1):
@@ -125,7 +125,7 @@ def timed(arm: Arm, base: Array, path: Path, joints: Array) -> Plan:
     tools = np.array([arm.tool(at)[0] for at in whole])
     phases = ("settle", "settle", "approach", *path.phases, "retreat", "retreat", "rest")
     commands = np.concatenate([whole, arm.gripper.servos(opening)], axis=1)
-    return Plan(base, times_of(tools, commands, phases), commands, phases)
+    return ToolPlan(base, times_of(tools, commands, phases), commands, phases)
 
 
 def times_of(tools: Array, commands: Array, phases: tuple[str, ...]) -> Array:
@@ -142,20 +142,20 @@ def times_of(tools: Array, commands: Array, phases: tuple[str, ...]) -> Array:
     return np.array(times)
 
 
-def plan_pusher(stage: Stage, joint: str, paths: Iterable[Path]) -> Plan | None:
+def plan_pusher(stage: CompiledScene, joint: str, paths: Iterable[Path]) -> ToolPlan | None:
     """The first way that the bare pusher can follow without running into anything; None for none."""
     for path in paths:
         top = float(vertices(stage, frozenset(range(1, stage.model.nbody)))[:, 2].max())
         first, last = ([*at[:2], max(top, at[2]) + ABOVE[2]] for at in (path.points[0], path.points[-1]))
         tools = np.array([first, first, path.points[0] + ABOVE, *path.points, path.points[-1] + ABOVE, last, last])
         phases = ("settle", "settle", "approach", *path.phases, "retreat", "retreat", "rest")
-        plan = Plan(np.eye(4), times_of(tools, tools, phases), tools, phases)
+        plan = ToolPlan(np.eye(4), times_of(tools, tools, phases), tools, phases)
         if not runs_into(stage, joint, path, plan):
             return plan
     return None
 
 
-def runs_into(stage: Stage, joint: str | None, path: Path, plan: Plan) -> bool:
+def runs_into(stage: CompiledScene, joint: str | None, path: Path, plan: ToolPlan) -> bool:
     """Whether the arm would be in the object or the floor somewhere along a plan; of the finger tips while they push or
     hold, that is meant. What is carried is not looked at."""
     if plan.commands.shape[1] > len(PUSHER):
@@ -182,7 +182,7 @@ def runs_into(stage: Stage, joint: str | None, path: Path, plan: Plan) -> bool:
         place(stage, stage.about_positions, plan.commands[0])
 
 
-def deepest(stage: Stage, *, tips: bool) -> float:
+def deepest(stage: CompiledScene, *, tips: bool) -> float:
     """How deep the arm is in anything else, m; its finger tips count only if asked."""
     contact, ours = stage.data.contact, stage.tool_geoms
     if not len(contact.dist):
@@ -194,7 +194,7 @@ def deepest(stage: Stage, *, tips: bool) -> float:
     return float(max(0.0, -contact.dist[touched].min(initial=0.0)))
 
 
-def move_base(stage: Stage, base: Array) -> None:
+def move_base(stage: CompiledScene, base: Array) -> None:
     """Put the arm's base elsewhere."""
     root = int(stage.model.body(f"{TOOL}panda_link0").id)
     stage.model.body_pos[root], stage.model.body_quat[root] = base[:3, 3], quaternion(base)

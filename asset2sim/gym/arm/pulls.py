@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from asset2sim.gym.arm.grasps import ROOM_M, between, opened_for, seen
+from asset2sim.gym.arm.grasps import ROOM_M, between, first_hit_m, opened_for
 from asset2sim.gym.arm.paths import PACE_M, Path, carried, pose_of
-from asset2sim.gym.arm.scene import Stage, place
+from asset2sim.gym.arm.scene import CompiledScene, place
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -22,7 +22,7 @@ TURNS = 4
 """Directions along which the fingers may close, over half a turn."""
 
 
-def pull_paths(stage: Stage, joint: JointPhysics, target: float) -> Iterator[Path]:
+def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iterator[Path]:
     """Ways to take hold of a part where hands do and lead it to a target, each with another hold. None where nothing
     there fits between the fingers, or where they have no room."""
     number = int(stage.model.joint(stage.prefix + joint.name).id)
@@ -42,7 +42,7 @@ def pull_paths(stage: Stage, joint: JointPhysics, target: float) -> Iterator[Pat
     bodies = carried(stage.model, body)
     for across_m, along_m, turn in product(OFFSETS_M, OFFSETS_M, range(TURNS)):
         aim = middle + across_m * first + along_m * second
-        front = seen(stage, aim + out * (BEFORE_M + 0.1), -out)
+        front = first_hit_m(stage, aim + out * (BEFORE_M + 0.1), -out)
         if front < 0.0:
             continue
         angle = math.pi * turn / TURNS
@@ -57,7 +57,7 @@ def pull_paths(stage: Stage, joint: JointPhysics, target: float) -> Iterator[Pat
 
 
 def pulled(
-    stage: Stage,
+    stage: CompiledScene,
     joint: JointPhysics,
     body: int,
     held: Array,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.planning import Plan
-from asset2sim.gym.arm.scene import TIMESTEP_S, Stage
+from asset2sim.gym.arm.planning import ToolPlan
+from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.physics.arrays import Array
 
 SAMPLE_STEPS = 4
@@ -44,7 +44,7 @@ class Track:
     finite: bool
 
 
-def record(stage: Stage, plan: Plan, start: Mapping[str, float]) -> Track:
+def record(stage: CompiledScene, plan: ToolPlan, start: Mapping[str, float]) -> Track:
     """Run the plan with the object in its start state."""
     model, data = stage.model, stage.data
     mujoco.mj_resetData(model, data)
@@ -53,7 +53,7 @@ def record(stage: Stage, plan: Plan, start: Mapping[str, float]) -> Track:
     data.qpos[stage.tool_places] = stage.ratios @ command(plan, 0.0)
     data.ctrl[:] = command(plan, 0.0)
     mujoco.mj_forward(model, data)
-    samples = Samples(stage)
+    samples = TrackSamples(stage)
     steps = round(float(plan.times_s[-1]) / TIMESTEP_S)
     samples.take(data, 0.0, 0.0)
     given = work = 0.0
@@ -77,7 +77,7 @@ def record(stage: Stage, plan: Plan, start: Mapping[str, float]) -> Track:
     return samples.track(plan, finite)
 
 
-def command(plan: Plan, time_s: float) -> Array:
+def command(plan: ToolPlan, time_s: float) -> Array:
     """(k,) what the tool's servos are told at a time."""
     index = int(np.clip(np.searchsorted(plan.times_s, time_s, side="right"), 1, len(plan.times_s) - 1))
     first, last = plan.times_s[index - 1], plan.times_s[index]
@@ -86,7 +86,7 @@ def command(plan: Plan, time_s: float) -> Array:
     return found
 
 
-def powers(stage: Stage) -> tuple[float, float]:
+def powers(stage: CompiledScene) -> tuple[float, float]:
     """Power that the tool exerts on the object, and that of the object's other contacts and stops, W."""
     data, count = stage.data, int(stage.data.nefc)
     if not count:
@@ -104,10 +104,10 @@ def powers(stage: Stage) -> tuple[float, float]:
     return float(power[tool].sum()), float(power[other].sum())
 
 
-class Samples:
+class TrackSamples:
     """What has been recorded so far."""
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: CompiledScene) -> None:
         self.stage = stage
         model = stage.model
         self.bodies = [index for index in range(model.nbody) if model.body(index).name.startswith(stage.prefix)]
@@ -133,7 +133,7 @@ class Samples:
         force, depth, touched = felt(self.stage)
         self.felt.append((force, depth, touched, given, work))
 
-    def track(self, plan: Plan, finite: bool) -> Track:
+    def track(self, plan: ToolPlan, finite: bool) -> Track:
         """All of it, with the plan's phases."""
         index = np.clip(np.searchsorted(plan.times_s, np.array(self.times), side="left"), 0, len(plan.phases) - 1)
         return self.phased(tuple(plan.phases[number] for number in index), finite)
@@ -149,7 +149,7 @@ class Samples:
         )  # fmt: skip
 
 
-def felt(stage: Stage) -> tuple[float, float, float]:
+def felt(stage: CompiledScene) -> tuple[float, float, float]:
     """The force between tool and object, N, how deep the tool is in it, m, and 1 where they touch."""
     contact = stage.data.contact
     total, depth, touched, force = np.zeros(3), 0.0, 0.0, np.zeros(6)

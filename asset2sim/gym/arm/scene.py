@@ -47,7 +47,7 @@ class Bowl:
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class CompiledScene:
     """A compiled world. ``base`` is the (4, 4) pose of the arm's base; ``object_dofs`` is a mask of velocities,
     ``object_geoms``, ``tool_geoms`` and ``tip_geoms`` are masks of geoms: the object's, the tool's, and those of it
     that are meant to touch; ``tool_places`` are the places of the tool's joints among positions, (joints, k) ``ratios``
@@ -96,7 +96,7 @@ class Stage:
 
 def build_stage(
     folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bowl | None = None, gripper: Gripper = PANDA
-) -> Stage:
+) -> CompiledScene:
     """The world with a refined object at the origin in its initial state, and a tool, the arm with this gripper or the
     pusher, with its base at this (4, 4) pose. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
     model."""
@@ -132,7 +132,9 @@ def build_stage(
     dofs = np.array([model.body(int(body)).name.startswith(prefix) for body in model.dof_bodyid])
     places = np.array([int(model.joint(TOOL + name).qposadr[0]) for name in joints], dtype=int)
     loaded.finish(model, data)
-    return Stage(about, prefix, model, data, base.copy(), dofs, mine, tools, tips, places, ratios, gripper, bowl)
+    return CompiledScene(
+        about, prefix, model, data, base.copy(), dofs, mine, tools, tips, places, ratios, gripper, bowl
+    )
 
 
 def thicken_flat(spec: mujoco.MjSpec) -> None:
@@ -204,7 +206,7 @@ def yaw_tilt(yaw: float, tilt: float) -> Array:
     return turned
 
 
-def place(stage: Stage, positions: Mapping[str, float], tool: Array | None = None) -> None:
+def place(stage: CompiledScene, positions: Mapping[str, float], tool: Array | None = None) -> None:
     """Set joints of the object (rad or m) and, if given, the tool's to where these commands lead them, and what follows
     from that: poses and contacts."""
     for name, value in positions.items():

@@ -30,7 +30,7 @@ from asset2sim.refinement.collision.jams import (
     worst_jams,
 )
 from asset2sim.refinement.collision.travel import Limits, range_of, samples, stance_at, travel, within
-from asset2sim.refinement.collision.trim import Bound, Cut, Key, Trimmer
+from asset2sim.refinement.collision.trim import Cut, Key, TrimBound, Trimmer
 from schemas.vocabulary import OverlapCause
 
 LEAST_RANGE = 0.5
@@ -98,7 +98,7 @@ WAYS: tuple[float | None, ...] = (None, 1.0, 0.0)
 
 
 def mend(
-    world: HullWorld, hits: Sequence[Hit], margins: Sequence[float] = (MARGIN_M, 0.0), bound: Bound | None = None
+    world: HullWorld, hits: Sequence[Hit], margins: Sequence[float] = (MARGIN_M, 0.0), bound: TrimBound | None = None
 ) -> None:
     """Cut hulls apart pair by pair, deepest overlap first, each with the least volume lost."""
     groups: dict[tuple[Key, Key], list[Hit]] = {}
@@ -108,7 +108,7 @@ def mend(
         mend_pair(world, group, margins, bound)
 
 
-def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], bound: Bound | None) -> None:
+def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], bound: TrimBound | None) -> None:
     """Cut two hulls apart at all these poses, with the first margin that some way of cutting reaches within bounds, and
     the least volume lost; no change where none does."""
     trimmer, a, b = world.trimmer, hits[0].overlap.a, hits[0].overlap.b
@@ -129,7 +129,7 @@ def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], b
             return
 
 
-def part(world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None, bound: Bound | None) -> bool:
+def part(world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None, bound: TrimBound | None) -> bool:
     """Cut two hulls at the deepest of these hits until none is left; False where a cut exceeds its bound."""
     tolerance = JAM_M if margin > 0.0 else 2.0 * MARGIN_M
     for _ in range(ATTEMPTS):
@@ -153,10 +153,10 @@ def still(world: HullWorld, hit: Hit) -> bool:
     return world.overlap(over.a, over.b, over.pose_a, over.pose_b, 2.0 * MARGIN_M) is not None
 
 
-AUTHORED_AT_ZERO = Bound(share=0.25)
+AUTHORED_AT_ZERO = TrimBound(share=0.25)
 """Largest cut for parts whose authored meshes overlap at a joint zero that is not the initial state: a checker tests
 that pose, a user rarely sees it."""
-RELATED = Bound(share=0.2, depth_m=0.01)
+RELATED = TrimBound(share=0.2, depth_m=0.01)
 """Largest cut for an overlap of a link with its parent or child, whose contacts most engines filter out: objects do
 not fall through a gap of 1 cm."""
 RELATED_M = 1e-4

@@ -43,7 +43,7 @@ class Overlap:
 
 
 @dataclass(frozen=True)
-class Bound:
+class TrimBound:
     """Largest total loss of a hull: share of its extent along the cut, and depth (m)."""
 
     share: float = LARGEST_SHARE
@@ -99,12 +99,14 @@ class Trimmer:
         """Current points of one hull, in its link's frame."""
         return self.hulls[key[0]][key[1]]
 
-    def clear(self, overlap: Overlap, margin: float, part_a: float | None = None, bound: Bound | None = None) -> bool:
+    def clear(
+        self, overlap: Overlap, margin: float, part_a: float | None = None, bound: TrimBound | None = None
+    ) -> bool:
         """Cut the hulls of an overlap until the engine's margins separate them; False where the bound is exceeded.
 
         A takes the share ``part_a`` (0 to 1) of the cut and B the rest; by default in proportion to their extents.
         """
-        bound = bound or Bound()
+        bound = bound or TrimBound()
         first, second = apply(overlap.pose_a, self.hull(overlap.a)), apply(overlap.pose_b, self.hull(overlap.b))
         low, high = float((first @ overlap.normal).min()), float((second @ overlap.normal).max())
         need = high - low + 2.0 * margin + CLEARANCE_M
@@ -129,7 +131,7 @@ class Trimmer:
         return True
 
     def _cut(
-        self, key: Key, pose: Array, normal: Array, offset: float, bound: Bound
+        self, key: Key, pose: Array, normal: Array, offset: float, bound: TrimBound
     ) -> tuple[Array, float, float] | None:
         """The hull where normal · x ≥ offset (the pose's frame), with the depth (m) and share of its extent lost.
 

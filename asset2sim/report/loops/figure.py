@@ -15,7 +15,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
 from asset2sim.render.faces import Faces, faces_of
 from asset2sim.render.zbuffer import Singles
-from asset2sim.report.loops.record import Recording
+from asset2sim.report.loops.record import LoopMotion
 
 WIDEST = 4.0 * math.pi
 """Widest range of a joint, rad or m, that counts as one: beyond it URDFs mean that there is no limit."""
@@ -24,7 +24,7 @@ SAME = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Figure:
+class LoopFigure:
     """An object and how it is drawn. ``scene`` is as it was read; ``faces`` are of the object, or of one of the same
     shape that is ``scale`` times as large, in the root frame, where the links of that are at ``links_to_root``.
     ``size_m`` is the longest edge of its box as it was read, m; ``limits`` the (lower, upper) of joints that have any,
@@ -39,7 +39,7 @@ class Figure:
     size_m: float
     scale: float = 1.0
 
-    def placed(self, recording: Recording) -> Array:
+    def placed(self, recording: LoopMotion) -> Array:
         """(frames, links, 4, 4) transforms of its triangles to the recording's world, m."""
         poses = link_poses(self.tree, self.root, recording.joints, len(recording.root))
         shrink = np.diag([1.0 / self.scale] * 3 + [1.0])
@@ -68,7 +68,7 @@ class Figure:
         return np.asarray(np.einsum("fljk,lpk->flpj", transforms[..., :3, :], self.faces.extremes).reshape(-1, 3))
 
 
-def read_figure(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]]) -> Figure:
+def read_figure(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]]) -> LoopFigure:
     """A URDF's object, read at these joint positions (rad or m). ``loaded`` remembers mesh files. Raises AssetError as
     ``load_scene`` does."""
     scene = load_scene(urdf, positions, loaded)
@@ -76,8 +76,8 @@ def read_figure(urdf: Path, positions: Mapping[str, float], loaded: dict[Path, t
 
 
 def read_alike(
-    urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]], other: Figure, scale: float
-) -> Figure:
+    urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]], other: LoopFigure, scale: float
+) -> LoopFigure:
     """As ``read_figure``, drawn from the triangles of the ``other`` object where that has the same, ``scale`` times as
     large: one cloud of points is made then, not two."""
     scene = load_scene(urdf, positions, loaded)
@@ -93,7 +93,7 @@ def read_alike(
     return replace(own, links_to_root=other.links_to_root, scale=scale)
 
 
-def figure_of(urdf: Path, positions: Mapping[str, float], scene: Scene, faces: Faces) -> Figure:
+def figure_of(urdf: Path, positions: Mapping[str, float], scene: Scene, faces: Faces) -> LoopFigure:
     """The figure of a scene that was read at these joint positions, drawn from these triangles."""
     robot = scene.robot or read_urdf(urdf)
     tree = parents_first([tree_joint(joint) for joint in robot.joints])
@@ -101,7 +101,7 @@ def figure_of(urdf: Path, positions: Mapping[str, float], scene: Scene, faces: F
     corners = [surface.vertices[surface.faces].reshape(-1, 3) for surface in scene.surfaces]
     low, high = (np.array([of(points, axis=0) for points in corners]) for of in (np.min, np.max))
     size_m = float((high.max(axis=0) - low.min(axis=0)).max())
-    return Figure(tree, root_of(robot), limits_of(robot), scene, faces, poses, size_m)
+    return LoopFigure(tree, root_of(robot), limits_of(robot), scene, faces, poses, size_m)
 
 
 def limits_of(robot: yourdfpy.Robot) -> dict[str, tuple[float, float]]:
@@ -142,7 +142,7 @@ def motions(joint: TreeJoint, positions: Array) -> Array:
     return found
 
 
-def sweep(figure: Figure, start: Mapping[str, float], names: Sequence[str], frames: int, least: int) -> Recording:
+def sweep(figure: LoopFigure, start: Mapping[str, float], names: Sequence[str], frames: int, least: int) -> LoopMotion:
     """Its joints moved one after another, from ``start`` to one end of the range and back, then to the other and back,
     the root held. Where there are many they overlap, so that each has ``least`` of the frames."""
     still = {name: np.full(frames, value) for name, value in start.items()}
@@ -156,7 +156,7 @@ def sweep(figure: Figure, start: Mapping[str, float], names: Sequence[str], fram
         path = np.full(frames, at)
         path[first : first + each] = swept(min(max(at, lower), upper), lower, upper, each)
         moved[name] = path
-    return Recording(np.tile(np.eye(4), (frames, 1, 1)), still | moved)
+    return LoopMotion(np.tile(np.eye(4), (frames, 1, 1)), still | moved)
 
 
 def swept(start: float, lower: float, upper: float, frames: int) -> Array:

@@ -14,7 +14,7 @@ from asset2sim.render.camera import directions
 from asset2sim.render.cloud import Cloud, cloud_of
 from asset2sim.render.draw import Picture, background, image_of, pictures
 from asset2sim.render.zbuffer import FOV, Lens, Singles, changes, lens_for
-from asset2sim.report.loops.figure import Figure
+from asset2sim.report.loops.figure import LoopFigure
 
 SIDE = 160
 """Edge of one of the two pictures side by side, pixels: a page shows both 320 wide, and time goes with the square.
@@ -50,7 +50,7 @@ class Act:
     """What one of the two pictures of a loop shows: a figure at (frames, links, 3, 4) transforms to the world that is
     drawn, and a word if something ended it."""
 
-    figure: Figure
+    figure: LoopFigure
     motions: Singles
     word: str = ""
 
@@ -81,11 +81,13 @@ def in_room(points: Array) -> Array:
     return np.clip(points, [-ROOM[0], -ROOM[1], -0.15], ROOM)
 
 
-def clouds_of(films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[tuple[Figure, Singles, Lens]]) -> Clouds:
+def clouds_of(
+    films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[tuple[LoopFigure, Singles, Lens]]
+) -> Clouds:
     """The clouds of everyone's triangles for the loops, and of who is in none for a still picture, in which each is at
     (links, 3, 4) transforms."""
     views: dict[int, list[tuple[Singles, Lens]]] = {}
-    figures: dict[int, Figure] = {}
+    figures: dict[int, LoopFigure] = {}
     finest: dict[int, float] = {}
     for scenes, lens in zip(films, lenses, strict=True):
         for act in scenes.acts:

@@ -18,12 +18,12 @@ from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.render.zbuffer import ALIKE
 from asset2sim.report.draw import Before, draw_before
-from asset2sim.report.loops.figure import Figure, read_alike, read_figure, sweep
+from asset2sim.report.loops.figure import LoopFigure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
 from asset2sim.report.loops.record import (
     DROP_TIMES_S,
     RELEASE_TIMES_S,
-    Recording,
+    LoopMotion,
     as_hulls,
     half_open,
     let_fall,
@@ -50,7 +50,7 @@ RAW_FRICTION = 0.5
 RAW_LIMIT_S = 10.0
 """Wall time that a raw object is given in the engine, s."""
 
-Recordings = Mapping[str, Recording]
+Recordings = Mapping[str, LoopMotion]
 
 log = logging.getLogger(__name__)
 
@@ -68,10 +68,10 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     played = play(urdf, starts, overlay.contact_friction, settings)
     if names:
         played[SWEEP] = sweep(figure, start, names, SWEEP_FRAMES, LEAST_FRAMES)
-    resting = Recording(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
+    resting = LoopMotion(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
     items = [standing(figure, resting, "refined"), cube()]
     raw: dict[str, Act] = {}
-    came: Figure | None = None
+    came: LoopFigure | None = None
     try:
         if raw_urdf is not None:
             source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
@@ -104,7 +104,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     return [f"{name}.webp" for name in NAMES if name in written]
 
 
-def look_alike(came: Figure, figure: Figure, start: Mapping[str, float]) -> bool:
+def look_alike(came: LoopFigure, figure: LoopFigure, start: Mapping[str, float]) -> bool:
     """Whether a raw object with every joint at zero is the picture of the refined one at ``start``, whatever the scale:
     the same triangles and paints, the links in the same places."""
     if came.faces is not figure.faces or not np.allclose(came.scene.front, figure.scene.front):
@@ -112,7 +112,7 @@ def look_alike(came: Figure, figure: Figure, start: Mapping[str, float]) -> bool
     if any(one.paint != other.paint for one, other in zip(came.scene.surfaces, figure.scene.surfaces, strict=True)):
         return False
     joints = {name: np.array([value]) for name, value in start.items()}
-    refined = figure.placed(Recording(np.eye(4)[None], joints)) / figure.size_m
+    refined = figure.placed(LoopMotion(np.eye(4)[None], joints)) / figure.size_m
     raw = came.placed(at_rest({}, 1)) / came.size_m
     return bool(
         np.abs(refined[..., :3, 3] - raw[..., :3, 3]).max() < ALIKE
@@ -153,7 +153,7 @@ def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> 
     return Starts(fall, go, speeds)
 
 
-def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) -> dict[str, Recording]:
+def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) -> dict[str, LoopMotion]:
     """One object's recordings, of the motions that have a start."""
     found = {}
     if starts.fall is not None:
@@ -166,7 +166,7 @@ def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) 
 def raw_acts(
     urdf: Path,
     loaded: Mapping[Path, tuple[Surface, ...]],
-    figure: Figure,
+    figure: LoopFigure,
     overlay: PhysicsOverlay,
     refined: Recordings,
     starts: Starts,
@@ -178,7 +178,7 @@ def raw_acts(
     own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
     with TemporaryDirectory(prefix="asset2sim-loops-") as place:
         bare = as_hulls(urdf, Path(place), loaded)
-        outcome: ChildOutcome[dict[str, Recording]] = in_child(
+        outcome: ChildOutcome[dict[str, LoopMotion]] = in_child(
             Engine.PYBULLET, play, bare, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
         )
     found: dict[str, Act] = {}
@@ -195,16 +195,16 @@ def raw_acts(
     return found
 
 
-def act(figure: Figure, name: str, recording: Recording) -> Act:
+def act(figure: LoopFigure, name: str, recording: LoopMotion) -> Act:
     """What a recording shows."""
     motions = figure.normalised(figure.placed(recording), floor=name != DROP)
     return Act(figure, motions, "" if recording.finite else "explodes")
 
 
-def at_rest(positions: Mapping[str, float], frames: int) -> Recording:
+def at_rest(positions: Mapping[str, float], frames: int) -> LoopMotion:
     """An object that does not move."""
     joints = {name: np.full(frames, value) for name, value in positions.items()}
-    return Recording(np.tile(np.eye(4), (frames, 1, 1)), joints)
+    return LoopMotion(np.tile(np.eye(4), (frames, 1, 1)), joints)
 
 
 def unscaled(positions: Mapping[str, float], overlay: PhysicsOverlay) -> dict[str, float]:

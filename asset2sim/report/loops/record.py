@@ -33,7 +33,7 @@ TRIED = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class LoopMotion:
     """Poses at even times: the root link's (frames, 4, 4) frame in the world, whose floor is z = 0, and (frames,) joint
     positions by name, rad or m. ``finite``: whether every number stayed so; the poses stop where they did not."""
 
@@ -42,7 +42,7 @@ class Recording:
     finite: bool = True
 
 
-def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> Recording:
+def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> LoopMotion:
     """The object's fall on a plane from a perturbed start, as in the reset check: as high and as tilted as any of them.
     Raises AssetError (engine_refused) where PyBullet refuses the file."""
     tilt = settings.reset_rad
@@ -55,7 +55,7 @@ def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settin
 
 def let_go(
     urdf: Path, positions: Mapping[str, float], speeds: Mapping[str, float], friction: float, settings: EngineSettings
-) -> Recording:
+) -> LoopMotion:
     """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
     ``let_fall``."""
     with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
@@ -125,7 +125,7 @@ def half_open(
     return found
 
 
-def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> Recording:
+def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> LoopMotion:
     """Run the world and read its poses at these times."""
     roots, joints, finite, still = [], [], True, 0
     for count in np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0).tolist():
@@ -144,7 +144,7 @@ def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> Recording:
     missing = len(times_s) - len(roots)
     roots, joints = roots + roots[-1:] * missing, joints + joints[-1:] * missing
     table = np.array(joints).reshape(len(times_s), -1)
-    return Recording(np.array(roots), dict(zip(world.joint_names, table.T, strict=True)), finite)
+    return LoopMotion(np.array(roots), dict(zip(world.joint_names, table.T, strict=True)), finite)
 
 
 def pose(position: Array, orientation: Array) -> Array:

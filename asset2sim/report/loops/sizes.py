@@ -17,9 +17,9 @@ from asset2sim.render.cloud import merged
 from asset2sim.render.draw import background, image_of, pictures
 from asset2sim.render.faces import faces_of
 from asset2sim.render.zbuffer import Lens, Singles
-from asset2sim.report.loops.figure import Figure
+from asset2sim.report.loops.figure import LoopFigure
 from asset2sim.report.loops.film import INK, SOFT_INK, SPACING, Clouds, lengthening, text
-from asset2sim.report.loops.record import Recording
+from asset2sim.report.loops.record import LoopMotion
 
 WIDTH, HEIGHT = 640, 320
 """Pixels of the picture."""
@@ -34,27 +34,27 @@ CUBE_COLOR = (0.90, 0.45, 0.13, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Item:
+class SizeItem:
     """Something that stands in the picture: (links, 3, 4) transforms of a figure's triangles to a world of its own, in
     m, whose floor is z = 0, and the words below it."""
 
-    figure: Figure
+    figure: LoopFigure
     motion: Array
     words: tuple[str, str]
 
 
-def cube() -> Item:
+def cube() -> SizeItem:
     """The cube."""
     box = from_mesh(trimesh.creation.box((CUBE_M, CUBE_M, CUBE_M)))
     surface = Surface(box.vertices, box.faces, None, None, Paint(CUBE_COLOR))
     scene = Scene((surface,), ("cube",), np.array([1.0, 0.0, 0.0]))
-    figure = Figure((), "cube", {}, scene, faces_of(scene), {"cube": np.eye(4)}, CUBE_M)
+    figure = LoopFigure((), "cube", {}, scene, faces_of(scene), {"cube": np.eye(4)}, CUBE_M)
     lifted = np.eye(4)[None, :3].copy()
     lifted[0, 2, 3] = 0.5 * CUBE_M
-    return Item(figure, lifted, ("cube", "10 cm"))
+    return SizeItem(figure, lifted, ("cube", "10 cm"))
 
 
-def standing(figure: Figure, recording: Recording, name: str) -> Item:
+def standing(figure: LoopFigure, recording: LoopMotion, name: str) -> SizeItem:
     """An object as it is in a recording's first frame, its lowest point on the floor."""
     placed = figure.placed(recording)[0]
     points = figure.spanned(placed[None])
@@ -62,7 +62,7 @@ def standing(figure: Figure, recording: Recording, name: str) -> Item:
     motion = placed[:, :3].copy()
     motion[:, :2, 3] -= 0.5 * (low + high)[:2]
     motion[:, 2, 3] -= low[2]
-    return Item(figure, motion, (name, length_text(float((high - low).max()))))
+    return SizeItem(figure, motion, (name, length_text(float((high - low).max()))))
 
 
 def length_text(length_m: float) -> str:
@@ -88,13 +88,13 @@ class Row:
     """The items' places in the picture: the x of each one's middle, pixels, their (links, 3, 4) transforms to one world
     whose unit is the longest of them, and the lens, in pixels that are shown."""
 
-    items: tuple[Item, ...]
+    items: tuple[SizeItem, ...]
     centers: tuple[float, ...]
     motions: tuple[Singles, ...]
     lens: Lens
 
 
-def in_a_row(items: Sequence[Item]) -> Row:
+def in_a_row(items: Sequence[SizeItem]) -> Row:
     """The items side by side, from the left."""
     right, up, back = axes(directions(items[0].figure.scene.front)["perspective"])
     spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]

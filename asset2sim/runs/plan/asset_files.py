@@ -9,7 +9,7 @@ from pathlib import Path
 from asset2sim.assets.regular import read_regular
 from asset2sim.assets.urdf.locate import MOST_DESCRIBED, find_source, outer_references
 from asset2sim.assets.urdf.mesh_files import material_files
-from asset2sim.assets.urdf.reach import ANYWHERE, Reach, check_within, find_within
+from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, check_within, find_within
 from schemas.errors import AssetError
 
 OUTSIDE = -1_000_000
@@ -29,7 +29,7 @@ class AssetFile:
     inode: int
 
 
-def asset_files(folder: Path, reach: Reach) -> list[AssetFile]:
+def asset_files(folder: Path, reach: AllowedFolders) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
     they exist and lie within ``reach``. Empty where there is no such folder.
 
@@ -47,7 +47,7 @@ def files_below(folder: Path) -> Iterator[AssetFile]:
     return _walk(folder, ANYWHERE)
 
 
-def _walk(top: Path, reach: Reach) -> Iterator[AssetFile]:
+def _walk(top: Path, reach: AllowedFolders) -> Iterator[AssetFile]:
     """The regular files below a folder, each folder once."""
     try:
         home = top.resolve()
@@ -85,7 +85,7 @@ def _unseen(folder: str, seen: set[tuple[int, int]]) -> list[os.DirEntry[str]]:
         return list(entries)
 
 
-def _beyond(name: str, path: str, home: Path, reach: Reach) -> list[AssetFile] | None:
+def _beyond(name: str, path: str, home: Path, reach: AllowedFolders) -> list[AssetFile] | None:
     """None for a link that is followed, else what stands for it: nothing where it leads back, to a folder that holds
     the asset's own, and its target where it leads outside."""
     try:
@@ -97,7 +97,7 @@ def _beyond(name: str, path: str, home: Path, reach: Reach) -> list[AssetFile] |
     return None if reach.allows(target) else [_refused(f"{name} -> {target}")]
 
 
-def _outer(folder: Path, reach: Reach, xacros: list[Path]) -> list[AssetFile]:
+def _outer(folder: Path, reach: AllowedFolders, xacros: list[Path]) -> list[AssetFile]:
     """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference;
     ``xacros`` are all such files in its folder."""
     try:
@@ -127,7 +127,7 @@ def _outer(folder: Path, reach: Reach, xacros: list[Path]) -> list[AssetFile]:
     return list(found.values())
 
 
-def _with_materials(reference: str, mesh: Path, reach: Reach) -> dict[str, AssetFile]:
+def _with_materials(reference: str, mesh: Path, reach: AllowedFolders) -> dict[str, AssetFile]:
     found = {}
     for path in (mesh, *material_files(mesh, reach.allows)):
         name = f"{reference} {path.name}"

@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from asset2sim.assets.urdf.reach import reach_of
+from asset2sim.assets.urdf.reach import allowed_folders
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, without_credentials
@@ -30,7 +30,7 @@ MAX_FILES = 3
 
 
 @dataclass(frozen=True)
-class Expected:
+class ForecastCost:
     """What a run would take: model calls at most (those that the cache answers among them), their tokens and cost, work
     on assets and wall time, s. None: nothing is known. ``assets`` is how many refinements this is read from, ``others``
     whether of another model."""
@@ -53,7 +53,7 @@ class Forecast:
     plan: Plan
     reasons: Mapping[str, Sequence[str]]
     failing: Sequence[str] = ()
-    expected: Expected = field(default_factory=lambda: Expected(0))
+    expected: ForecastCost = field(default_factory=lambda: ForecastCost(0))
 
 
 def forecast(
@@ -86,7 +86,7 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
             row = was[ref.asset_id]
             parts = list(by_run.get(row["run_id"], ()))
             if not Location(ref.path).is_url and (
-                files := changed_inputs(state, Path(ref.path), reach_of(ref, settings.inputs))
+                files := changed_inputs(state, Path(ref.path), allowed_folders(ref, settings.inputs))
             ):
                 parts.insert(0, f"files {_listed(files)}")
             for name in ("prompt", "subset"):
@@ -109,16 +109,16 @@ def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]
     return [*parts, f"packages {_listed(packages)}"] if packages else parts
 
 
-def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> Expected:
+def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> ForecastCost:
     """What refining these assets would take, by what their refinements took, else those of their category, else all."""
     if not todo or find_catalog(out) is None:
-        return Expected(0)
+        return ForecastCost(0)
     rows = query(out, packaged_sql("forecast"), (settings.method.value,))
     own = rows[rows["model"] == settings.model.model]
     others = own.empty
     rows = (rows.drop_duplicates("asset_id") if others else own).set_index("asset_id")
     if rows.empty:
-        return Expected(0)
+        return ForecastCost(0)
     by_category = rows.groupby("category")[["calls", "seconds"]].mean()
     guesses = [_guess(ref, rows, by_category) for ref in todo]
     calls, work = sum(guess[0] for guess in guesses), sum(guess[1] for guess in guesses)
@@ -133,7 +133,7 @@ def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> Expecte
     elif price is not None and sent is not None and said is not None:
         cost = sent * price.prompt_usd + said * price.answer_usd
     wall = max(work / settings.run.workers, max(guess[1] for guess in guesses))
-    return Expected(len(rows), others, calls, sent, said, cost, work, wall)
+    return ForecastCost(len(rows), others, calls, sent, said, cost, work, wall)
 
 
 def _guess(ref: AssetRef, rows: pd.DataFrame, by_category: pd.DataFrame) -> tuple[float, float]:

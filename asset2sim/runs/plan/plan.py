@@ -10,7 +10,7 @@ from enum import StrEnum
 from functools import partial
 from pathlib import Path
 
-from asset2sim.assets.urdf.reach import reach_of
+from asset2sim.assets.urdf.reach import allowed_folders
 from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, recorded_run_ids
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
@@ -26,7 +26,7 @@ from asset2sim.runs.plan.state import (
     refined_folders,
 )
 from asset2sim.runs.plan.timeouts import Timeouts, is_left, timed_out, timeouts_in_a_row
-from asset2sim.runs.plan.url_files import remote_content_hashes, url_reach
+from asset2sim.runs.plan.url_files import allowed_urls, remote_content_hashes
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.inputs import InputSettings
 from schemas.location import Location
@@ -45,13 +45,13 @@ def asset_files_hashes(
     """Asset path → hash of the files that ``inputs`` let it be read from: local ones are read if they changed, of URLs
     only the store's listing. An asset whose files take over ``limit_s``, s, has a hash that no run has again and
     is refined."""
-    urls = {ref.path: url_reach(ref, inputs) for ref in refs if Location(ref.path).is_url}
+    urls = {ref.path: allowed_urls(ref, inputs) for ref in refs if Location(ref.path).is_url}
     found = remote_content_hashes(state, urls) if urls else {}
     for ref in refs:
         if ref.path in found:
             continue
         try:
-            reach = reach_of(ref, inputs)
+            reach = allowed_folders(ref, inputs)
             found[ref.path] = "" if ref.fault else folder_files_hash(state, Path(ref.path), reach, limit_s)
         except TimeoutError:
             logger.warning("asset %s: its files were not read within %g s; it is refined again", ref.asset_id, limit_s)

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from asset2sim.assets.urdf.reach import Reach
+from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"
@@ -69,7 +69,7 @@ def read_state(out: Path) -> Iterator[sqlite3.Connection]:
         copy.close()
 
 
-def changed_inputs(state: sqlite3.Connection, folder: Path, reach: Reach) -> tuple[str, ...]:
+def changed_inputs(state: sqlite3.Connection, folder: Path, reach: AllowedFolders) -> tuple[str, ...]:
     """Names of an asset's files that are not as they were when they were last hashed; empty where they never were."""
     known = _known(state, str(folder))
     if not known:
@@ -81,7 +81,7 @@ def changed_inputs(state: sqlite3.Connection, folder: Path, reach: Reach) -> tup
 
 
 def folder_files_hash(
-    state: sqlite3.Connection, folder: Path, reach: Reach, limit_s: float = threading.TIMEOUT_MAX
+    state: sqlite3.Connection, folder: Path, reach: AllowedFolders, limit_s: float = threading.TIMEOUT_MAX
 ) -> str:
     """SHA-256 over names and contents of an asset's files within ``reach``; a file is read only if it changed since the
     last time. Raises TimeoutError where that takes over ``limit_s``, s."""

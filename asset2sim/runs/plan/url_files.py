@@ -47,7 +47,7 @@ def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
 
 
 @dataclass(frozen=True)
-class UrlReach:
+class AllowedUrls:
     """The URLs of folders below which an asset's objects may lie, those of packages by name; no ``roots``: the whole
     bucket."""
 
@@ -60,13 +60,13 @@ class UrlReach:
         return not self.roots or any(f"{url}/".startswith(f"{folder}/") for folder in folders)
 
 
-BUCKET = UrlReach()
+BUCKET = AllowedUrls()
 
 
-def url_reach(ref: AssetRef, inputs: InputSettings) -> UrlReach:
+def allowed_urls(ref: AssetRef, inputs: InputSettings) -> AllowedUrls:
     """Where the objects of an asset may lie: as ``reach_of``, within its bucket."""
     packages = {name: place for name, place in inputs.package_folders.items() if Location(place).is_url}
-    return UrlReach(() if inputs.allow_outside else (ref.root or ref.path,), packages)
+    return AllowedUrls(() if inputs.allow_outside else (ref.root or ref.path,), packages)
 
 
 def outer_objects(
@@ -76,7 +76,7 @@ def outer_objects(
     references: list[str],
     find: FindObject,
     below: ListFolder,
-    reach: UrlReach = BUCKET,
+    reach: AllowedUrls = BUCKET,
 ) -> dict[str, Stored]:
     """URL → object that a reference names outside the asset's folder, within its bucket and ``reach``.
 
@@ -106,7 +106,7 @@ def outer_objects(
     return found
 
 
-def _in_package(reference: str, reach: UrlReach) -> list[PurePosixPath]:
+def _in_package(reference: str, reach: AllowedUrls) -> list[PurePosixPath]:
     package, _, rest = path_in(reference).partition("/")
     place = reach.packages.get(package) if is_loose(reference) else None
     return [] if place is None else [PurePosixPath("/", place.partition("://")[2], rest)]
@@ -131,7 +131,7 @@ CREATE TABLE IF NOT EXISTS urdfs (url TEXT PRIMARY KEY, version TEXT, outer_refe
 """
 
 
-def remote_content_hashes(state: sqlite3.Connection, folders: Mapping[str, UrlReach]) -> dict[str, str]:
+def remote_content_hashes(state: sqlite3.Connection, folders: Mapping[str, AllowedUrls]) -> dict[str, str]:
     """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects; ``folders`` says of each where
     they may lie. One that lies outside itself has none.
 

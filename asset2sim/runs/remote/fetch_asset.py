@@ -22,7 +22,7 @@ from asset2sim.catalog.storage.objects import (
 from asset2sim.checks.alignment.reference import FILE as REFERENCE
 from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
-from asset2sim.runs.plan.url_files import BUCKET, UrlReach, choose_urdf_name, outer_objects, url_reach, visible
+from asset2sim.runs.plan.url_files import BUCKET, AllowedUrls, allowed_urls, choose_urdf_name, outer_objects, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full
 from schemas.location import Location
@@ -35,7 +35,7 @@ def local_copy_path(url: str) -> Path:
     return data_root() / scheme_of(url) / key_of(url)
 
 
-def fetch_asset(folder: str, method: Method, reach: UrlReach = BUCKET) -> Path:
+def fetch_asset(folder: str, method: Method, reach: AllowedUrls = BUCKET) -> Path:
     """The local copy of an asset's folder, with the files elsewhere within ``reach`` that its URDF refers to, as they
     are now; for a URL without objects, or outside, it does not exist. Raises StoreError where an object cannot be
     read."""
@@ -121,7 +121,7 @@ def fetched(ref: AssetRef, settings: Settings) -> AssetRef:
     """The reference of the local copy of an asset behind a URL, its dataset's folder being the copy of the dataset's.
     Raises StoreError where an object cannot be read."""
     root = Location(ref.root or ref.path)
-    path = fetch_asset(ref.path, settings.method, url_reach(ref, settings.inputs))
+    path = fetch_asset(ref.path, settings.method, allowed_urls(ref, settings.inputs))
     return ref.model_copy(update={"path": str(path), "root": str(local_copy_path(root) if root.is_url else root)})
 
 
