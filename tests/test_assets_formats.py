@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.formats.from_xacro import find_package
-from asset2sim.assets.urdf.reach import AllowedFolders
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.asset_files import asset_files
 from schemas.asset import AssetRef

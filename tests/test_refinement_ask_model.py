@@ -8,7 +8,7 @@ import pytest
 from asset2sim.models.answers import RefinementAnswer
 from asset2sim.models.refinement_prompt import StateProblem
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, next_pose
-from asset2sim.refinement.bands import joints_outside_state, reaches
+from asset2sim.refinement.position_bands import joints_outside_state, reaches
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, SearchSettings, Settings

@@ -9,9 +9,9 @@ import pytest
 from asset2sim.assets.folder import Folder
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, measure_rest_from, nearer_to_request
-from asset2sim.refinement.bands import reaches
 from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.context import Log, RefinementContext
+from asset2sim.refinement.position_bands import reaches
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest

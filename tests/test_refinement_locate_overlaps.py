@@ -9,9 +9,9 @@ import pytest
 
 from asset2sim.models.refinement_prompt import OverlapPlace, StateProblem
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, propose_pose
-from asset2sim.refinement.bands import reaches
 from asset2sim.refinement.locate_overlaps import LocatedOverlaps, direction_words, locate_overlaps, side_of, side_rows
 from asset2sim.refinement.model_loop import parted
+from asset2sim.refinement.position_bands import reaches
 from schemas.measurement import ContactPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest

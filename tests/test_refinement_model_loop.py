@@ -13,8 +13,8 @@ from asset2sim.engines.pybullet_object import contact_points, static_object
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
-from asset2sim.refinement.bands import Evaluator, reaches
 from asset2sim.refinement.model_loop import ModelWalk, refine_by_model
+from asset2sim.refinement.position_bands import Evaluator, reaches
 from schemas.finding import TraceStep
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest

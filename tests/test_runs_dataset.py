@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from asset2sim.assets.extract import companions_of
+from asset2sim.assets.urdf.allowed_folders import ANYWHERE
 from asset2sim.assets.urdf.locate import find_source, read_category, read_semantics
-from asset2sim.assets.urdf.reach import ANYWHERE
 from asset2sim.catalog.storage.tree import Tree, local_tree
 from asset2sim.runs import dataset
 from asset2sim.runs.dataset import check_asset_id, load_dataset

@@ -11,11 +11,11 @@ import pytest
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import link_to_root
+from asset2sim.viewer.live_object import HAND_MOST_N, LiveObject, open_live_object
 from asset2sim.viewer.serve import open_viewer
 from asset2sim.viewer.session import RAW, REFINED, ViewerSession
-from asset2sim.viewer.side import HAND_MOST_N, LiveObject, open_live_object
-from asset2sim.viewer.subject import ViewedObject, raw_subject, refined_subject
-from asset2sim.viewer.tried import why_not
+from asset2sim.viewer.trial_load import why_not
+from asset2sim.viewer.viewed_object import ViewedObject, raw_subject, refined_subject
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine

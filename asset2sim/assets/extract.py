@@ -14,13 +14,13 @@ from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
-from asset2sim.assets.regular import NOT_THERE, file_problem
+from asset2sim.assets.regular_files import NOT_THERE, file_problem
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders, allowed_folders, lies_outside
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.front import front_of
 from asset2sim.assets.urdf.locate import read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
-from asset2sim.assets.urdf.reach import AllowedFolders, allowed_folders, lies_outside
 from asset2sim.assets.urdf.read import read_urdf, root_of
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of

@@ -8,9 +8,9 @@ from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse
 from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
 from asset2sim.models.prompts import with_validation_errors
 from asset2sim.models.refinement_prompt import StateProblem, TriedProposal, refinement_request
-from asset2sim.refinement.bands import Band, Pose
 from asset2sim.refinement.context import warning
 from asset2sim.refinement.locate_overlaps import locate_overlaps
+from asset2sim.refinement.position_bands import Band, Pose
 from asset2sim.refinement.search_state import Ask
 from asset2sim.render import png_bytes, render_views
 from schemas.errors import AssetError, InvalidAnswerError

@@ -11,10 +11,10 @@ from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
 from asset2sim.models.refinement_prompt import StateProblem, TriedProposal
 from asset2sim.refinement.ask_model import QuestionContext, next_pose
-from asset2sim.refinement.bands import Pose, distance, joints_outside_state, moved_joints
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.locate_overlaps import locate_overlaps
+from asset2sim.refinement.position_bands import Pose, distance, joints_outside_state, moved_joints
 from schemas.finding import TraceStep
 from schemas.interaction import EngineReport
 from schemas.measurement import Measurement

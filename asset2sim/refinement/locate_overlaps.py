@@ -12,7 +12,7 @@ from asset2sim.engines.pybullet_object import static_object
 from asset2sim.models.refinement_prompt import OverlapPlace
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, tree_of, written_joints
-from asset2sim.refinement.bands import Pose
+from asset2sim.refinement.position_bands import Pose
 from schemas.features import Features
 from schemas.measurement import ContactPair
 from schemas.overlay import JointPhysics, PhysicsOverlay

@@ -7,12 +7,12 @@ from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.engines.pybullet_object import contact_points, phi_at, static_object
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
-from asset2sim.refinement.bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_shapes
+from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.search_state import refine_state
 from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from asset2sim.engines.contacts import penetration
 from asset2sim.models.refinement_prompt import MM_PER_M, TriedProposal
 from asset2sim.refinement.ask_model import ProposedPose, QuestionContext, propose_pose
-from asset2sim.refinement.bands import Evaluator, Pose, objective
 from asset2sim.refinement.context import info, warning
+from asset2sim.refinement.position_bands import Evaluator, Pose, objective
 from asset2sim.refinement.search_state import Search, seed_of
 from asset2sim.refinement.state_proposals import MOST, along, around, focus_joints, grid
 from schemas.features import JointFeatures

@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-from asset2sim.refinement.bands import Pose
 from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.collision.trim import Cut
 from asset2sim.refinement.context import Log, info, warning
+from asset2sim.refinement.position_bands import Pose
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 

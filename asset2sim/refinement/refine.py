@@ -12,13 +12,13 @@ from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
-from asset2sim.refinement.bands import moved_joints, reaches
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.context import Log, RefinementContext, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend
 from asset2sim.refinement.dynamics.remedies import mendable
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
 from asset2sim.refinement.notes import move_findings
+from asset2sim.refinement.position_bands import moved_joints, reaches
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import TriedProposal
-from asset2sim.refinement.bands import Band, Evaluator, Pose, moved_joints, objective
 from asset2sim.refinement.context import Log, trace_step
+from asset2sim.refinement.position_bands import Band, Evaluator, Pose, moved_joints, objective
 from asset2sim.refinement.state_proposals import along, around, focus_joints, grid, in_groups
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep

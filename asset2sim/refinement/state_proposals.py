@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.refinement.bands import Band, Pose
+from asset2sim.refinement.position_bands import Band, Pose
 from schemas.features import JointFeatures
 from schemas.measurement import ContactPair
 

@@ -7,7 +7,7 @@ from PIL import Image
 
 from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.assets.urdf.reach import AllowedFolders
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders
 from asset2sim.render import render_views
 from schemas.settings import ViewSettings
 

@@ -9,10 +9,10 @@ from asset2sim.catalog.text import NOTHING, number
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
 from asset2sim.report.exchanges import Exchange
+from asset2sim.report.hand_feel import felt, position
 from asset2sim.report.index_page import longest, method_of
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, SIZE
 from asset2sim.report.snapshot import Row
-from asset2sim.report.to_hand import felt, position
 from schemas.vocabulary import Source, Stage
 
 Rows = Mapping[str, Sequence[Row]]

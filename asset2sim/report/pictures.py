@@ -8,8 +8,8 @@ from pathlib import Path
 
 from PIL import Image
 
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders
 from asset2sim.assets.urdf.locate import find_source, outer_references
-from asset2sim.assets.urdf.reach import AllowedFolders
 from asset2sim.catalog.storage.objects import fetch_objects, list_objects
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.work import Work, in_child

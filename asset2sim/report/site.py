@@ -12,7 +12,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from asset2sim.assets.urdf.reach import AllowedFolders
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders
 from asset2sim.catalog.read_remote import PARTS, repair_history
 from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.catalog.storage.lock import lock_output

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-from asset2sim.assets.regular import path_problem, printable
+from asset2sim.assets.regular_files import path_problem, printable
 from asset2sim.assets.urdf.locate import MJCF_HEAD, NOT_MODELS, PREFERRED, SUFFIXES, is_mjcf
 from asset2sim.catalog.storage.tree import Tree
 from schemas.asset import AssetRef

@@ -4,7 +4,7 @@ import posixpath
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from asset2sim.assets.regular import NOT_THERE, folder_problem, path_problem, printable
+from asset2sim.assets.regular_files import NOT_THERE, folder_problem, path_problem, printable
 from asset2sim.catalog.storage.tree import Tree, local_tree, remote_tree
 from asset2sim.runs.asset_folders import MANIFEST as MANIFEST
 from asset2sim.runs.asset_folders import check_asset_id as check_asset_id

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from asset2sim.assets.regular import path_problem
+from asset2sim.assets.regular_files import path_problem
 from asset2sim.catalog.storage.tree import Tree
 from asset2sim.guidance.tables import materials
 from asset2sim.runs.table_file import MAX_TABLE_BYTES, Columns, read_rows

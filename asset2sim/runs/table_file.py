@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from asset2sim.assets.regular import printable
+from asset2sim.assets.regular_files import printable
 from schemas.errors import UsageError, shortened
 
 MAX_TABLE_BYTES = 256 * 1024 * 1024

@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia, tensor_of
-from asset2sim.physics.walls import between, wall_volume
+from asset2sim.physics.wall_material import between, wall_volume
 from schemas.features import LinkFeatures
 from schemas.overlay import Content, LinkProposal
 from schemas.settings import PhysicsSettings

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 import viser
 
+from asset2sim.viewer.live_object import Readings
 from asset2sim.viewer.nodes import Overlays
-from asset2sim.viewer.side import Readings
-from asset2sim.viewer.subject import Movable
+from asset2sim.viewer.viewed_object import Movable
 from asset2sim.viewer.walk import LatestReview, Show, Stop
 from asset2sim.viewer.words import choice, ends, labels, plain, shown, table, user_name
 from schemas.vocabulary import Engine

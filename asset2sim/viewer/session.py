@@ -7,8 +7,8 @@ from typing import Self
 
 from asset2sim.engines.child import captured_console
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.side import ExplodedError, LiveObject, open_live_object
-from asset2sim.viewer.subject import ViewedObject
+from asset2sim.viewer.live_object import ExplodedError, LiveObject, open_live_object
+from asset2sim.viewer.viewed_object import ViewedObject
 from schemas.errors import Asset2SimError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine

@@ -14,7 +14,7 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
-from asset2sim.assets.exports.looks import together
+from asset2sim.assets.exports.visuals import together
 from asset2sim.assets.surfaces.scene import pieces_of, shape_paint
 from asset2sim.assets.surfaces.surface import Paint, Surface, posed
 from asset2sim.assets.urdf.read import read_urdf

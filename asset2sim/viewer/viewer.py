@@ -12,12 +12,12 @@ import viser
 from asset2sim.catalog.reviews import Review, ReviewFile
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
+from asset2sim.viewer.drawn_objects import DrawnObjects
 from asset2sim.viewer.live import run_live, step_for
 from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
 from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line
-from asset2sim.viewer.stage import DrawnObjects
-from asset2sim.viewer.subject import ViewedObject
-from asset2sim.viewer.tried import why_not
+from asset2sim.viewer.trial_load import why_not
+from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings

@@ -4,8 +4,8 @@ import getpass
 import math
 from collections.abc import Mapping, Sequence
 
-from asset2sim.viewer.side import Readings
-from asset2sim.viewer.subject import Movable
+from asset2sim.viewer.live_object import Readings
+from asset2sim.viewer.viewed_object import Movable
 from asset2sim.viewer.walk import Stop
 
 FASTEST = 3

@@ -1,8 +1,8 @@
 """The defects of the bench: each a class seen in real assets, planted in one place of one clean object."""
 
-from lab.defects import left
 from lab.defects import plants_joints as joints
 from lab.defects import plants_links as links
+from lab.defects import remaining as left
 from lab.defects.planting import Defect, Target
 
 LID = Target("box_wooden", "link_0", "joint_0")

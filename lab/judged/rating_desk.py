@@ -11,11 +11,11 @@ import viser
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
+from asset2sim.viewer.drawn_objects import DrawnObjects
 from asset2sim.viewer.live import run_live, step_for
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.session import REFINED, ViewerSession
-from asset2sim.viewer.stage import DrawnObjects
-from asset2sim.viewer.subject import ViewedObject
+from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import refined_of
 from asset2sim.viewer.words import plain
 from lab.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, RatingPage, where_of

@@ -4,7 +4,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from lab.probes.seen import ACTION_WIDTH, ActionKind, Chunk
+from lab.probes.observation import ACTION_WIDTH, ActionKind, Chunk
 from schemas.errors import Asset2SimError, shortened
 
 LONGEST = 300

@@ -13,8 +13,8 @@ import numpy as np
 from asset2sim.gym.arm.franka import HAND
 from asset2sim.gym.arm.scene import TOOL, CompiledScene
 from asset2sim.physics.arrays import Array
-from lab.probes.looks import looks_of
-from lab.probes.seen import Picture
+from lab.probes.observation import Picture
+from lab.probes.visual_model import looks_of
 from schemas.errors import UsageError
 
 WIDTH, HEIGHT = 320, 180

@@ -14,7 +14,7 @@ from PIL import Image
 from asset2sim.physics.arrays import Array
 from lab.probes.episode import run_episode
 from lab.probes.experts import NOISE_RAD_S, NoWayError, scripted
-from lab.probes.seen import ACTION_WIDTH, JOINTS, OPEN_LOOP, Chunk, Observation, Picture, Policy
+from lab.probes.observation import ACTION_WIDTH, JOINTS, OPEN_LOOP, Chunk, Observation, Picture, Policy
 from lab.probes.tasks import PAPER11, ProbeTask
 from schemas.errors import UsageError
 

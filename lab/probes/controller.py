@@ -6,8 +6,8 @@ import numpy as np
 from asset2sim.gym.arm.franka import Arm
 from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.physics.arrays import Array
+from lab.probes.observation import ACTION_WIDTH, CONTROL_HZ, JOINTS, OPEN_LOOP, ActionKind, Chunk
 from lab.probes.scene import FLANGE
-from lab.probes.seen import ACTION_WIDTH, CONTROL_HZ, JOINTS, OPEN_LOOP, ActionKind, Chunk
 
 STEP_RAD = 0.2
 """Most that a joint is told to move in one step of 1/15 s, rad: DROID's ``max_joint_delta``. Its servos do less than

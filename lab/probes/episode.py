@@ -17,8 +17,8 @@ from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
 from lab.probes.cameras import HEIGHT, WIDTH, Cameras
 from lab.probes.controller import carried_out, commands_of, gripper_of
+from lab.probes.observation import CONTROL_HZ, JOINTS, Observation, Picture, Policy
 from lab.probes.scene import FLANGE, OPEN, DroidScene, build_scene
-from lab.probes.seen import CONTROL_HZ, JOINTS, Observation, Picture, Policy
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import write_mp4

@@ -17,8 +17,8 @@ from asset2sim.gym.arm.scene import place
 from asset2sim.physics.arrays import Array
 from lab.probes.controller import STEP_RAD
 from lab.probes.episode import NamedTask, probe_task
+from lab.probes.observation import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.scene import FLANGE, OPEN, START, DroidScene, build_scene
-from lab.probes.seen import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Observation, Policy
 from schemas.errors import Asset2SimError, UnknownChoiceError
 
 MOST_WAYS = 150

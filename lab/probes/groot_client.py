@@ -14,8 +14,8 @@ import numpy as np
 import zmq
 
 from lab.probes.answers import PolicyError, TrialEnding, checked_chunk, refused
+from lab.probes.observation import JOINTS, Chunk, Observation, Picture
 from lab.probes.openpi_wire import CLOSED, Camera, resized
-from lab.probes.seen import JOINTS, Chunk, Observation, Picture
 from lab.schemas.probe_settings import ProbeSettings
 
 HEIGHT_PX, WIDTH_PX = 180, 320

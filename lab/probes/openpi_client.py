@@ -9,8 +9,8 @@ from websockets.frames import CloseCode
 from websockets.sync.client import ClientConnection, connect
 
 from lab.probes.answers import PolicyError, TrialEnding, refused
+from lab.probes.observation import ActionKind, Chunk, Observation
 from lab.probes.openpi_wire import CONTINUOUS, SPACE, Camera, chunk_of, observation, pack, unpack
-from lab.probes.seen import ActionKind, Chunk, Observation
 from lab.schemas.probe_settings import ProbeSettings
 
 BACKOFF_S, LONGEST_BACKOFF_S = 0.1, 2.0

@@ -11,9 +11,9 @@ from urllib.parse import urlsplit
 from lab.probes.cameras import open_gl
 from lab.probes.cloning import Cloned
 from lab.probes.experts import make_probe as scripted_probe
+from lab.probes.observation import ActionKind, Policy
 from lab.probes.openpi_client import OpenPiPolicy
 from lab.probes.openpi_wire import Camera
-from lab.probes.seen import ActionKind, Policy
 from lab.probes.serving import HOST, served
 from lab.probes.tasks import ProbeTask
 from lab.schemas.probe_settings import ProbeSettings

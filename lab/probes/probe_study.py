@@ -12,9 +12,9 @@ from asset2sim.experiments.isolation import Ending as ChildEnding
 from asset2sim.experiments.study import Done, RunWork, Study, done_row, run_study
 from asset2sim.experiments.work import Work
 from lab.probes.answers import TrialEnding
+from lab.probes.observation import Policy
 from lab.probes.policies import PolicySpec
 from lab.probes.probe_trial import run_probe
-from lab.probes.seen import Policy
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS

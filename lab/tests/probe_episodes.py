@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from lab.probes.observation import OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.policies import PolicySpec
-from lab.probes.seen import OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.tasks import ProbeTask
 from lab.trials.trial import FILM
 from schemas.table import Row

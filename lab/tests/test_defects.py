@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from flows import PIPELINE
-from lab.defects import left
+from lab.defects import remaining as left
 from lab.defects.defect_results import (
     DefectResult,
     Symptom,

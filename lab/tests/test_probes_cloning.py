@@ -19,7 +19,7 @@ from lab.probes.cloning import (
     small,
     train,
 )
-from lab.probes.seen import OPEN_LOOP, Chunk, Observation
+from lab.probes.observation import OPEN_LOOP, Chunk, Observation
 from lab.probes.tasks import PAPER11
 from schemas.errors import UsageError
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from lab.probes.answers import PolicyError, TrialEnding
+from lab.probes.observation import Chunk, Observation, Policy
 from lab.probes.openpi_client import OpenPiPolicy
 from lab.probes.openpi_wire import SPEED_RAD_S, answer_of, chunk_of, pack, resized, unpack
-from lab.probes.seen import Chunk, Observation, Policy
 from lab.probes.serving import served
 from lab.schemas.probe_settings import ProbeSettings
 from lab.tests import policy_servers as does

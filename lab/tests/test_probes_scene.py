@@ -18,8 +18,8 @@ from lab.probes import cameras as module
 from lab.probes.cameras import CAMERAS, HEIGHT, WIDTH, Cameras, gl_works
 from lab.probes.episode import IDLE_AT_REST, EpisodeRun, outcome, run_episode
 from lab.probes.experts import Noisy, NoWayError, make_probe, scripted
+from lab.probes.observation import OPEN_LOOP, Chunk, Observation, Picture
 from lab.probes.scene import FLANGE, NEAREST_M, OPEN, START, build_scene
-from lab.probes.seen import OPEN_LOOP, Chunk, Observation, Picture
 from lab.probes.tasks import SHIFT_M, TURN_RAD, BowlAt, ProbeTask
 from lab.trials.trial import FILM, TRACK
 from schemas.errors import UnknownChoiceError, UsageError

@@ -14,8 +14,8 @@ from asset2sim.gym.arm.tasks import PAPER, Task, Verb
 from lab.probes.controller import FINGER_M, STEP_RAD, carried_out, commands_of, gripper_of
 from lab.probes.episode import probe_task
 from lab.probes.experts import DRIFT, KEPT, KICK, REACHED
+from lab.probes.observation import CONTROL_HZ, Chunk
 from lab.probes.scene import FLANGE, OPEN
-from lab.probes.seen import CONTROL_HZ, Chunk
 from lab.probes.tasks import PAPER11, ProbeTask
 from schemas.errors import UnknownChoiceError
 from tests.factories import make_joint

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from asset2sim.assets.regular import printable
+from asset2sim.assets.regular_files import printable
 from asset2sim.catalog.switch import find_catalog
 from schemas.errors import DONE, MISTAKE
 from schemas.tables import TABLES

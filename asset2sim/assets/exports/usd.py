@@ -24,12 +24,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from asset2sim.assets.exports.looks import looks_of
 from asset2sim.assets.exports.refined_object import ExportBody, ExportJoint, read_object, wxyz_of
 from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_shape
 from asset2sim.assets.exports.usd_hulls import LimitedHull
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
 from asset2sim.assets.exports.usd_mimic import write_mimic
+from asset2sim.assets.exports.visuals import looks_of
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay

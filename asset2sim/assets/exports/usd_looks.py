@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from asset2sim.assets.exports.looks import Look
 from asset2sim.assets.exports.refined_object import ExportObject
+from asset2sim.assets.exports.visuals import Look
 from asset2sim.assets.surfaces.surface import Paint, Texture
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from pathlib import Path, PurePosixPath
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.regular import file_problem
+from asset2sim.assets.regular_files import file_problem
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders, Refused, find_within, lies_outside
 from asset2sim.assets.urdf.locate import find_mesh, path_in
 from asset2sim.assets.urdf.mesh_files import convert, is_there, library_problem, material_files, without_materials
-from asset2sim.assets.urdf.reach import AllowedFolders, Refused, find_within, lies_outside
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 

@@ -13,9 +13,9 @@ from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.formats.converted import Converted, add, add_inertial, add_origin, unconvertible
+from asset2sim.assets.urdf.allowed_folders import ANYWHERE, AllowedFolders, lies_outside
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.locate import is_regular
-from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, lies_outside
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 

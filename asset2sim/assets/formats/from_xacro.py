@@ -13,8 +13,8 @@ from lxml import etree
 from xacro import substitution_args
 
 from asset2sim.assets.formats.converted import Converted, unconvertible
+from asset2sim.assets.urdf.allowed_folders import ANYWHERE, AllowedFolders, lies_outside
 from asset2sim.assets.urdf.locate import PARENTS_SEARCHED
-from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, lies_outside
 from schemas.errors import AssetError
 
 PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")

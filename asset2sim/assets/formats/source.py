@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.formats.confine import confine, rename
 from asset2sim.assets.formats.converted import Converted
+from asset2sim.assets.urdf.allowed_folders import ANYWHERE, AllowedFolders, Refused, check_within
 from asset2sim.assets.urdf.document import unreadable
 from asset2sim.assets.urdf.edit import serialised, turn_root
 from asset2sim.assets.urdf.locate import find_source, is_regular
-from asset2sim.assets.urdf.reach import ANYWHERE, AllowedFolders, Refused, check_within
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage, UpAxis
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePath, PurePosixPath
 
-from asset2sim.assets.regular import NOT_THERE, file_problem, folder_problem, path_problem, read_regular
+from asset2sim.assets.regular_files import NOT_THERE, file_problem, folder_problem, path_problem, read_regular
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 

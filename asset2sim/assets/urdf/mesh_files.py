@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
-from asset2sim.assets.regular import file_problem
+from asset2sim.assets.regular_files import file_problem
 from asset2sim.assets.urdf.locate import is_regular
 
 OUTSIDE = "outside"

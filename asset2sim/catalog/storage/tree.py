@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.assets.regular import link_problem, read_regular
+from asset2sim.assets.regular_files import link_problem, read_regular
 from asset2sim.catalog.storage.listing import listing_of, objects_below
 from asset2sim.catalog.storage.objects import StoreError, object_info, read_object, store_usage_error
 from schemas.errors import UsageError

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from asset2sim.checks.known_checks import check_of
 from asset2sim.checks.remedy import Case, Remedy
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.refinement.dynamics.lying import lie_back, lie_down, lie_flat_from_leaning
+from asset2sim.refinement.dynamics.turn_over import lie_back, lie_down, lie_flat_from_leaning
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source

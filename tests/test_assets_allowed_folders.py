@@ -10,8 +10,8 @@ import pytest
 from asset2sim.assets.extract import Extraction, extract
 from asset2sim.assets.formats.from_xacro import urdf_of_xacro
 from asset2sim.assets.formats.source import open_source
+from asset2sim.assets.urdf.allowed_folders import AllowedFolders, allowed_folders
 from asset2sim.assets.urdf.mesh_files import MAX_LIBRARY_BYTES, copy_meshes
-from asset2sim.assets.urdf.reach import AllowedFolders, allowed_folders
 from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state

@@ -13,7 +13,7 @@ from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.handles import GROUND, Handle, WorldContact, handle_of
-from asset2sim.viewer.subject import Movable, ViewedObject
+from asset2sim.viewer.viewed_object import Movable, ViewedObject
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 

@@ -7,11 +7,11 @@ import numpy as np
 import viser
 
 from asset2sim.physics.kinematics import link_to_root
+from asset2sim.viewer.live_object import LiveObject
 from asset2sim.viewer.nodes import Grabbed, ObjectNodes, Overlays
 from asset2sim.viewer.session import RAW, REFINED, ViewerSession
 from asset2sim.viewer.shapes import shapes_of
-from asset2sim.viewer.side import LiveObject
-from asset2sim.viewer.subject import ViewedObject
+from asset2sim.viewer.viewed_object import ViewedObject
 
 GAP = 0.35
 """Room between the two objects, as a share of the larger one."""

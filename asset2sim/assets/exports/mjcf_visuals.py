@@ -10,7 +10,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from PIL import Image
 
-from asset2sim.assets.exports.looks import Look
+from asset2sim.assets.exports.visuals import Look
 from asset2sim.assets.surfaces.surface import Paint, Surface, Texture
 
 FOLDER = "mjcf"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from asset2sim.report.to_hand import felt, position, stopping_time_s
+from asset2sim.report.hand_feel import felt, position, stopping_time_s
 
 JOINT = {
     "position_unit": "rad", "effective_inertia": 0.02, "armature": None, "damping": 0.01, "friction": 0.3,
