@@ -163,17 +163,17 @@ clone: $(INSTALLED) ## a network learns from the scripted expert what to do with
 	@$(BIN)/python -m lab.flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(if $(COUNT),--count "$(COUNT)")
 
 rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md
-	@$(BIN)/python -m lab.flows.compare_rules "$(DATA)" "$(OUT)" docs/measured.md
+	@$(BIN)/python -m lab.flows.compare rules "$(DATA)" "$(OUT)" docs/measured.md
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
-	@$(BIN)/python -m lab.flows.compare_withheld "$(DATA)" "$(OUT)" docs/measured.md
+	@$(BIN)/python -m lab.flows.compare withheld "$(DATA)" "$(OUT)" docs/measured.md
 
 proposers: $(INSTALLED) ## a search first, or a model at every step, on what overlaps: a table of docs/method.md; MODELS, ASSETS
-	@$(BIN)/python -m lab.flows.compare_proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" --page docs/method.md \
+	@$(BIN)/python -m lab.flows.compare proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" --page docs/method.md \
 		$(if $(MODELS),--models "$(MODELS)") $(if $(ASSETS),--assets "$(ASSETS)")
 
 corrections: $(INSTALLED) ## answers of MODELS over SUBSET as they are, corrected, asked again: a table of docs/measured.md
-	@$(BIN)/python -m lab.flows.compare_corrections "$(DATA)" "$(OUT)" $(if $(MODELS),--models "$(MODELS)") \
+	@$(BIN)/python -m lab.flows.compare corrections "$(DATA)" "$(OUT)" $(if $(MODELS),--models "$(MODELS)") \
 		$(if $(SUBSET),--subset "$(SUBSET)") --page docs/measured.md
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT

@@ -7,10 +7,12 @@ import pandas as pd
 import pytest
 import yaml
 
+from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.reviews import Review, ReviewFile
+from asset2sim.catalog.reviews import Review
 from asset2sim.catalog.write import write_run
 from schemas.tables import PUBLISHED
+from schemas.tables_reviews import REVIEWS
 from schemas.vocabulary import FailureMode
 from tests.factories import MODEL, make_expected, make_failure, make_record
 from tests.test_catalog_history import night
@@ -26,8 +28,8 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_run(folder, night(29), [make_record("a", expected=(make_expected(),)), make_record("b")])
     write_run(folder, night(30), [make_record("a"), make_failure("b", FailureMode.MISSING_MESH)])
     write_run(folder, night(1, 12), [make_record("b", expected=(make_expected(),))])
-    ReviewFile(folder).add(
-        Review("r", "b", "asset2sim", MODEL, datetime(2026, 12, 1, tzinfo=UTC), "ann", "bad", "sticks")
+    OwnFile(folder, REVIEWS).add(
+        [Review("r", "b", "asset2sim", MODEL, datetime(2026, 12, 1, tzinfo=UTC), "ann", "bad", "sticks").row]
     )
     return folder
 

@@ -23,6 +23,8 @@ from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.table import Row, Table
 
+EMPTY = "none.parquet"
+"""The file without rows, by which readers know the columns before anybody has written any."""
 RECORDED_AT = "recorded_at"
 """Column of the tables of experiments: when a row was made."""
 
@@ -30,6 +32,22 @@ RECORDED_AT = "recorded_at"
 def new_name() -> str:
     """A file name that no other writer has."""
     return f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}.parquet"
+
+
+def own_pattern(table: Table) -> str:
+    """The files of a table, relative to OUT."""
+    return f"{table.name}/*.parquet"
+
+
+def own_files(out: Path, table: Table) -> list[Path]:
+    """The files of a table in a folder."""
+    return sorted(out.glob(own_pattern(table)))
+
+
+def make_own_files(out: Path, table: Table) -> None:
+    """Write the table's file without rows, where there is none."""
+    if not (out / table.name / EMPTY).exists():
+        write_own_file(Location(out), table, EMPTY, table.schema.empty_table())
 
 
 class OwnFile:
@@ -78,7 +96,7 @@ def read_own_files(out: Path | str, table: Table) -> pd.DataFrame:
             pull(place, folder, (f"{table.name}/",))
         except StoreError as error:
             raise store_usage_error(error) from error
-    files = sorted(folder.glob(f"{table.name}/*.parquet"))
+    files = own_files(folder, table)
     found = [conform(table, pq.read_table(path, partitioning=None), str(path)) for path in files]
     whole = pa.concat_tables(found) if found else table.schema.empty_table()
     frame: pd.DataFrame = whole.to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.history import PATTERN, history_files
+from asset2sim.catalog.own_files import own_files, own_pattern
 from asset2sim.catalog.read_remote import local_tables
-from asset2sim.catalog.stored_reviews import REVIEWS_PATTERN, review_files
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.extensions import further_tables, missing
@@ -58,8 +58,7 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path)
             connection.register(table.name, table.schema.empty_table())
     for table, pattern, there in (
         (HISTORY, PATTERN, history_files(out)),
-        (REVIEWS, REVIEWS_PATTERN, review_files(out)),
-        *((table, f"{name}/*.parquet", sorted(out.glob(f"{name}/*.parquet"))) for name, table in added.items()),
+        *((table, own_pattern(table), own_files(out, table)) for table in (REVIEWS, *added.values())),
     ):
         if there:
             # Files of older versions may lack columns.

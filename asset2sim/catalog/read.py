@@ -13,9 +13,9 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform
 from asset2sim.catalog.history import history_files
+from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.query import make_views, query_error
 from asset2sim.catalog.read_remote import local_tables
-from asset2sim.catalog.stored_reviews import stored_reviews
 from asset2sim.catalog.stored_tables import ROWS_AT_ONCE
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
@@ -47,7 +47,8 @@ def read_table(out: Path | str, name: str) -> pd.DataFrame:
         raise UnknownChoiceError("table", name, PUBLISHED)
     out = local_tables(out)
     if name == REVIEWS.name:
-        return _read_consistent(out, lambda _: _pandas(stored_reviews(out)))
+        oldest = ["reviewed_at", "asset_id"]
+        return _read_consistent(out, lambda _: read_own_files(out, REVIEWS).sort_values(oldest, ignore_index=True))
     if name == HISTORY.name:
         return _read_consistent(out, lambda _: _history_frame(out))
     return _read_consistent(out, lambda folder: _frame(folder / TABLES[name].file))

@@ -12,13 +12,13 @@ from asset2sim.catalog.storage.cache import reading_folder
 from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.storage.mirror import pull
 from asset2sim.catalog.storage.objects import StoreError, store_usage_error
-from asset2sim.catalog.stored_reviews import REVIEWS_FOLDER
 from asset2sim.catalog.stored_tables import recorded_run_ids
 from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
 from schemas.location import Location
 from schemas.tables import TABLES
+from schemas.tables_reviews import REVIEWS
 
-PARTS = (f"{CATALOG}/", f"{HISTORY_FOLDER}/", f"{REVIEWS_FOLDER}/")
+PARTS = (f"{CATALOG}/", f"{HISTORY_FOLDER}/", f"{REVIEWS.name}/")
 UPLOAD_WAIT_S = 5.0
 """Longest wait for a run that is uploading its tables, s: they are a few MB."""
 UPLOAD_POLL_S = 0.5

@@ -1,8 +1,4 @@
-"""Reviews of assets by people: ``OUT/reviews/NAME.parquet``, a file of each viewer that wrote some.
-
-No run touches these files, and no two viewers write the same one: a review needs no lock, also while a run is going on,
-and also where OUT is a URL.
-"""
+"""Reviews of assets by people, a row each of the table ``reviews``, and the failures beside them."""
 
 from dataclasses import asdict, dataclass
 from datetime import datetime
@@ -12,21 +8,19 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
-from asset2sim.catalog.enforce import to_arrow
-from asset2sim.catalog.own_files import new_name, write_own_file
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query
 from asset2sim.catalog.text import NOTHING, cut, titled_table
 from schemas.errors import UsageError
-from schemas.location import Location
-from schemas.tables_reviews import REVIEWS
+from schemas.table import Row
 
 VERDICTS = ("good", "bad")
 
 
 @dataclass(frozen=True)
 class Review:
-    """What one person says of one asset as one run refined it; ``reviewed_at`` has a time zone."""
+    """What one person says of one asset as one run refined it; ``reviewed_at`` has a time zone. Raises UsageError for a
+    verdict that is none."""
 
     run_id: str
     asset_id: str
@@ -37,22 +31,14 @@ class Review:
     verdict: str
     note: str
 
+    def __post_init__(self) -> None:
+        if self.verdict not in VERDICTS:
+            raise UsageError(f"a verdict is {' or '.join(VERDICTS)}, not '{self.verdict}'")
 
-class ReviewFile:
-    """The file of one viewer's reviews in OUT, a folder or a URL; written anew, in one step, with each of them."""
-
-    def __init__(self, out: Path | str) -> None:
-        self.out, self.name = Location(out), new_name()
-        self.reviews: tuple[Review, ...] = ()
-
-    def add(self, review: Review) -> None:
-        """Store one more. Raises UsageError, and keeps none, for a verdict that is none or where OUT cannot be written
-        to."""
-        if review.verdict not in VERDICTS:
-            raise UsageError(f"a verdict is {' or '.join(VERDICTS)}, not '{review.verdict}'")
-        every = (*self.reviews, review)
-        write_own_file(self.out, REVIEWS, self.name, to_arrow(REVIEWS, [asdict(item) for item in every]))
-        self.reviews = every
+    @property
+    def row(self) -> Row:
+        """Its row."""
+        return asdict(self)
 
 
 def reviewed_failures(out: Path | str) -> pd.DataFrame:

@@ -10,16 +10,17 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
 from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
 from asset2sim.catalog.merge import merged, write_merged
+from asset2sim.catalog.own_files import make_own_files
 from asset2sim.catalog.parts import Parts, open_parts
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_reviews import make_reviews
 from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path
 from asset2sim.catalog.switch import recover, replace_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.summary import AssetSummary
 from schemas.table import ASSET_KEY, Table
 from schemas.tables import HISTORY, TABLES
+from schemas.tables_reviews import REVIEWS
 
 _KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
 
@@ -86,7 +87,7 @@ def write_parts(
             assets = stored_columns(out, TABLES["assets"], HISTORY.schema.names)
         stage_history(out, run, history_rows(run, assets, _is_of_run(assets, run, own, unchanged)))
     commit_history(out)
-    make_reviews(out)
+    make_own_files(out, REVIEWS)
     if compact:
         compact_history(out, run.started_at)
 

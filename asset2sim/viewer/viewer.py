@@ -9,7 +9,8 @@ from pathlib import Path
 
 import viser
 
-from asset2sim.catalog.reviews import Review, ReviewFile
+from asset2sim.catalog.own_files import OwnFile
+from asset2sim.catalog.reviews import Review
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.commands import Commands
 from asset2sim.viewer.drawn_objects import DrawnObjects
@@ -21,6 +22,7 @@ from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
+from schemas.tables_reviews import REVIEWS
 from schemas.vocabulary import Engine
 
 READ_S = 0.2
@@ -44,7 +46,7 @@ class Viewer:
         if asset_id is not None and asset_id not in self.by_id:
             raise UnknownChoiceError("asset", asset_id, self.by_id)
         self.said = reviews_of(out, self.stops)
-        self.reviews = ReviewFile(out)
+        self.reviews = OwnFile(out, REVIEWS)
         self.commands = Commands()
         self.session: ViewerSession | None = None
         self.stage = DrawnObjects(server, self.grabbed)
@@ -254,7 +256,7 @@ class Viewer:
 
     def _review(self, stop: Stop, verdict: str, note: str, who: str) -> None:
         review = Review(stop.run_id, stop.asset_id, stop.method, stop.model, datetime.now(UTC), who, verdict, note)
-        self.reviews.add(review)
+        self.reviews.add([review.row])
         self.said = reviews_of(self.out, self.stops)
         if self.panel.on.value and self.now is stop:
             self._walk(1)

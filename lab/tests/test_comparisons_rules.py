@@ -6,7 +6,7 @@ import pytest
 
 from asset2sim.catalog.text import percent
 from lab.comparisons.rules import OURS, PAPER, RAW, engine_results, rules_table, settings_of
-from lab.flows.compare_rules import main
+from lab.flows.compare import main
 from lab.pages.blocks import markers, with_block
 from schemas.errors import UsageError
 from schemas.settings import Settings, Thresholds
@@ -111,7 +111,7 @@ def test_the_table_goes_between_the_markers() -> None:
 
 
 def test_mistakes_end_with_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["raw"]) == 2 and "required: OUT" in capsys.readouterr().err
-    assert main([str(tmp_path), str(tmp_path / "out"), str(tmp_path / "README.md")]) == 2
+    assert main(["rules", "raw"]) == 2 and "required: OUT" in capsys.readouterr().err
+    assert main(["rules", str(tmp_path), str(tmp_path / "out"), str(tmp_path / "README.md")]) == 2
     assert "no page at" in capsys.readouterr().err
-    assert main([str(tmp_path), str(tmp_path / "out")]) == 2 and not (tmp_path / "out").exists()
+    assert main(["rules", str(tmp_path), str(tmp_path / "out")]) == 2 and not (tmp_path / "out").exists()

@@ -26,6 +26,7 @@ from datetime import datetime
 from pathlib import Path
 
 from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
+from asset2sim.catalog.own_files import EMPTY
 from asset2sim.catalog.read_remote import repair_history
 from asset2sim.catalog.storage.cache import reading_folder, working_folder
 from asset2sim.catalog.storage.lock import lock_output, lock_url
@@ -39,13 +40,13 @@ from asset2sim.catalog.storage.objects import (
     send_objects,
     store_usage_error,
 )
-from asset2sim.catalog.stored_reviews import EMPTY, REVIEWS_FOLDER
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
 from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
 from asset2sim.runs.plan.state import FILE as STATE
 from schemas.location import Location
 from schemas.tables import TABLES as CATALOG_TABLES
+from schemas.tables_reviews import REVIEWS
 
 TABLES = f"{CATALOG}/"
 RUNS = f"{CATALOG}/{CATALOG_TABLES['runs'].file}"
@@ -160,7 +161,7 @@ def send_rest(output: Output) -> None:
     if url is None:
         return
     output.check()
-    push(url, folder, local_names(folder, [STATE, f"{REVIEWS_FOLDER}/{EMPTY}"]))
+    push(url, folder, local_names(folder, [STATE, f"{REVIEWS.name}/{EMPTY}"]))
     _remove_gone(url, folder, [f"{RECORDS_FOLDER}/"])
 
 
