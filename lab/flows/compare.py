@@ -87,7 +87,9 @@ def compare_rules(options: CompareOptions) -> str:
     found = FoundAssets(load_dataset(options.data, None, (), None))
     refine_each(options.data, found, {folders[name]: settings for name, settings in ways.items()})
     tables = {name: latest_rows(out, "assets", "measurements", "interactions") for name, out in folders.items()}
-    return rules.rules_table({name: rules.engine_results(*own, limits=base.thresholds) for name, own in tables.items()})
+    return rules.rules_table(
+        {name: rules.engine_results(own[0], own[1], own[2], base.thresholds) for name, own in tables.items()}
+    )
 
 
 def compare_corrections(options: CorrectionsOptions) -> str:
