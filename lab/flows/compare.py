@@ -85,7 +85,7 @@ def compare_rules(options: CompareOptions) -> str:
     ways = rules.settings_of(base)
     folders = {name: options.out / name.split("'")[0] for name in ways}
     found = FoundAssets(load_dataset(options.data, None, (), None))
-    refine_each(options.data, found, {folders[name]: settings for name, settings in ways.items()})
+    refine_each(Location(options.data), found, {folders[name]: settings for name, settings in ways.items()})
     tables = {name: latest_rows(out, "assets", "measurements", "interactions") for name, out in folders.items()}
     return rules.rules_table(
         {name: rules.engine_results(own[0], own[1], own[2], base.thresholds) for name, own in tables.items()}
@@ -99,7 +99,7 @@ def compare_corrections(options: CorrectionsOptions) -> str:
     ways = {(m, way): own for m in options.models for way, own in corrections.ways_of(base, m).items()}
     folders = {(model, way): options.out / slug(model) / slug(way) for model, way in ways}
     found = FoundAssets(load_dataset(options.data, options.subset, (), None))
-    refine_each(options.data, found, {folders[name]: settings for name, settings in ways.items()})
+    refine_each(Location(options.data), found, {folders[name]: settings for name, settings in ways.items()})
     tables = {name: latest_rows(out, "assets", "expectations") for name, out in folders.items()}
     return corrections.corrections_table({name: (assets, said) for name, (assets, said) in tables.items()})
 
@@ -110,7 +110,7 @@ def compare_withheld(options: CompareOptions) -> str:
     refs = load_dataset(options.data, None, (), None)
     ways = {withheld.WHOLE: ("whole", base)}
     ways[withheld.UNLABELLED] = "unlabelled", base.model_copy(update={"method": Method.NO_SEMANTICS})
-    refine_each(options.data, FoundAssets(refs), {options.out / folder: own for folder, own in ways.values()})
+    refine_each(Location(options.data), FoundAssets(refs), {options.out / folder: own for folder, own in ways.values()})
     runs = [(name, *assets_and_joints(options.out / folder)) for name, (folder, _) in ways.items()]
     single: list[tuple[str, pd.DataFrame, pd.DataFrame]] = []
     for category in sorted({ref.category for ref in refs if ref.category}):
