@@ -57,7 +57,7 @@ help: ## list the targets
 
 install: $(INSTALLED) ## make .venv with the tested versions; needs Python 3.11 (or PYTHON=/path/to/python3.11)
 
-$(INSTALLED): pyproject.toml constraints.txt
+$(INSTALLED): pyproject.toml lab/pyproject.toml constraints.txt
 	@for candidate in $(if $(PYTHON),"$(PYTHON)",python3.11 python3 python); do \
 		if "$$candidate" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; then \
 			python="$$candidate"; break; \
@@ -68,7 +68,8 @@ $(INSTALLED): pyproject.toml constraints.txt
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,browser,engines,gym,judged,probe,usd,s3,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+		--editable '.[dev,browser,engines,gym,usd,s3,view]' --editable ./lab
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined)
@@ -116,7 +117,7 @@ learn: $(VENV)/.learn ## a robot learns to use OUT's objects, with PPO, into OUT
 $(VENV)/.learn: $(INSTALLED)
 	@echo "installing torch and stable-baselines3 into $(VENV) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-		$(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") --editable '.[learn]'
+		$(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") --editable . --editable './lab[learn]'
 	@touch $@
 
 views: $(INSTALLED) ## write the pictures that a run with VIEWS=later left out, into OUT

@@ -42,7 +42,7 @@ def sampled_frames(film: Path, count: int, side_px: int) -> tuple[FilmFrame, ...
     try:
         import av
     except ImportError:
-        raise UsageError("reading films needs the package av: pip install 'asset2sim[judged]'") from None
+        raise UsageError("reading films needs the package av: pip install ./lab") from None
     try:
         with av.open(str(film)) as container:
             found = list(container.decode(video=0))

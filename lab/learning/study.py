@@ -65,9 +65,9 @@ def check_libraries(*, warp: bool = False) -> None:
     """Raise UsageError where what learns, with ``warp`` also MuJoCo Warp, is not installed."""
     missing = [name for name in LIBRARIES if importlib.util.find_spec(name) is None]
     if missing:
-        raise UsageError(f"learning needs {', '.join(missing)}: pip install 'asset2sim[learn]' (make learn does it)")
+        raise UsageError(f"learning needs {', '.join(missing)}: pip install './lab[learn]' (make learn does it)")
     if warp and importlib.util.find_spec("mujoco_warp") is None:
-        raise UsageError("--warp needs MuJoCo Warp: pip install 'asset2sim[warp]'")
+        raise UsageError("--warp needs MuJoCo Warp: pip install './lab[warp]'")
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,7 @@ def torch_module() -> Any:
     try:
         torch = import_module("torch")
     except ImportError:
-        raise UsageError("a cloned policy needs PyTorch: pip install 'asset2sim[learn]'") from None
+        raise UsageError("a cloned policy needs PyTorch: pip install './lab[learn]'") from None
     torch.set_num_threads(1)  # the network is small, and other processes use the other processors
     return torch
 

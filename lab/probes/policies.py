@@ -109,9 +109,9 @@ def check_installed(spec: PolicySpec) -> None:
     """Raise UsageError where pictures cannot be drawn, or what the policy needs is not installed."""
     open_gl(16, 16).free()
     if spec.name == CLONED and find_spec("torch") is None:
-        raise UsageError("the cloned probe is a network and needs torch: pip install 'asset2sim[learn]'")
+        raise UsageError("the cloned probe is a network and needs torch: pip install './lab[learn]'")
     if spec.protocol == GROOT:
         try:
             import zmq  # noqa: F401
         except ImportError as error:
-            raise UsageError(f"{GROOT}:// needs pyzmq ({error}): pip install 'asset2sim[probe]'") from error
+            raise UsageError(f"{GROOT}:// needs pyzmq ({error}): pip install ./lab") from error

@@ -135,7 +135,7 @@ def write_mp4(frames: Iterator[Picture], to: Path, rate: float = RATE) -> int:
     try:
         import av
     except ImportError:
-        raise UsageError("writing MP4 files needs the package av: pip install 'asset2sim[judged]'") from None
+        raise UsageError("writing MP4 files needs the package av: pip install ./lab") from None
     count = 0
     with av.open(str(to), "w", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=Fraction(rate), options={"crf": "24", "preset": "fast"})
