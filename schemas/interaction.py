@@ -6,6 +6,7 @@ from pydantic import Field, JsonValue
 
 from schemas.base import Frozen, NonNegative, Positive, Vector3
 from schemas.measurement import ContactPair, Measurement
+from schemas.verdict import Judged
 from schemas.vocabulary import Engine, OverlapCause
 
 Record = TypeVar("Record", bound=Frozen)
@@ -234,3 +235,5 @@ class EngineReport(Frozen):
     died: bool = False
     refused: bool = False
     seconds: NonNegative = 0.0
+    judged: Judged | None = None
+    """The verdict, computed once, when the engine has measured."""

@@ -8,7 +8,6 @@ from pydantic import ValidationError
 from asset2sim.assets.authored import REFINED_NAME, authored_overlay, with_refined_state
 from asset2sim.assets.checksums import changed_files
 from asset2sim.assets.extract import Extraction
-from asset2sim.checks.check_verdict import Verdict
 from asset2sim.validation.support import carried, forced_support
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
@@ -16,6 +15,7 @@ from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings
+from schemas.verdict import Verdict
 from schemas.vocabulary import Severity, Source, Stage
 from tasks.extract import extract_asset
 from tasks.job import AssetJob

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.checks.check_verdict import Verdict
 from asset2sim.checks.findings import report_findings
 from asset2sim.checks.overlaps import overlap_pairs
 from asset2sim.checks.verdict import overall_verdict
@@ -12,6 +11,7 @@ from asset2sim.checks.verify import cause_for, engines_of, verify
 from schemas.errors import AssetError
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
+from schemas.verdict import Verdict
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 

@@ -13,12 +13,12 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
 from asset2sim.baselines.constant import without_model
 from asset2sim.baselines.no_semantics import unlabelled, without_semantics
-from asset2sim.checks.check_verdict import Verdict
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.extensions import further_check, named
 from schemas.request import ModelAsk
 from schemas.settings import Settings
+from schemas.verdict import Verdict
 from schemas.vocabulary import Method, Stage
 from tasks import synthesize
 from tasks.align import align_asset

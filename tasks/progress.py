@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
-from asset2sim.checks.check_verdict import Verdict
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.alignment import Alignment, Expected
 from schemas.asset import AssetRecord, AssetRef
@@ -18,6 +17,7 @@ from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelCall
 from schemas.settings import Settings
+from schemas.verdict import Verdict
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
 

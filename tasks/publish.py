@@ -46,7 +46,7 @@ def publish_folder(
         overlay, findings = bake(urdf, overlay, settings)
     (folder / "overlay.json").write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
     # Without the wall time: the same input gives the same bytes.
-    written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
+    written = [report.model_dump(mode="json", exclude={"seconds", "judged"}) for report in reports]
     (folder / "measurement.json").write_text(json.dumps(written, indent=1), encoding="utf-8")
     findings += write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
     if settings.base is BaseMode.WORLD and overlay.support.fixed:

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.sweep import hull_loss
 from schemas.interaction import Drop, Hold, Interaction, Nudge, Obstacle, Opening, Release, Reset, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import Engine, FailureMode, OverlapCause, Source
 from tests.factories import make_joint
 

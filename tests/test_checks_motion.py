@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.drop import drop, drop_verdict
 from asset2sim.checks.hold import hold_verdict, holds
 from asset2sim.checks.mechanism import span_of
@@ -17,6 +16,7 @@ from asset2sim.checks.set_down import set_down
 from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.engines.world import World
 from schemas.interaction import Interaction
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import Engine
 from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, bare, opened, solid, subject

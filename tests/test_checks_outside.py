@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 CHECK = '''
 """A toy check: how high the centre of the object's root stands above the plane."""
 
-from asset2sim.checks.check_verdict import CheckVerdict
+from schemas.verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.remedy import Remedy
 from schemas.base import Frozen

@@ -8,12 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
-from asset2sim.checks.check_verdict import Verdict
 from asset2sim.checks.rest import contacts_at, measure, observe
 from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
 from asset2sim.physics.arrays import Array
 from schemas.measurement import Measurement
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import Verdict
 from schemas.vocabulary import Engine, FailureMode
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, box, sphere, write_urdf
 from tests.engine_worlds import every_engine, held

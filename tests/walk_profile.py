@@ -15,14 +15,17 @@ from types import CodeType, FrameType, SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
+from lxml import etree
 from pydantic import BaseModel
 
+from asset2sim.assets.extract import Extraction
 from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.run import start_run
 from asset2sim.checks import verify as verification
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.engines.child import ChildOutcome
 from asset2sim.experiments.isolation.pipe_messages import Ending, Outcome
+from asset2sim.guidance.read import read_guidance
 from asset2sim.runs import asset_attempt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.remote.output import Output
@@ -35,11 +38,12 @@ from tasks.job import AssetJob
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = tuple(f"{ROOT}/{room}/" for room in ("asset2sim", "tasks", "flows", "schemas"))
-RECORDS = (AssetRecord, AssetRef, AssetJob)
+RECORDS = (AssetRecord, AssetRef, AssetJob, Extraction)
+"""What stands for an asset: its reference, its job, what was read of it, and what came of it."""
 LOOKED_AT = 50
 """Calls of a function whose arguments are looked at; one that was handed no record by then is handed none."""
-PARSERS = {"parse", "fromstring", "XML"}
-"""Functions of lxml and of the standard library that parse a document."""
+PARSERS = ("parse", "fromstring")
+"""Functions of lxml that parse a document; what engines' own loaders read does not count."""
 
 
 @dataclass
@@ -51,6 +55,7 @@ class Walk:
     handed: set[CodeType] = field(default_factory=set)
     judged: list[Any] = field(default_factory=list)
     parses: Counter[str] = field(default_factory=Counter)
+    sentences: int = 0
 
     @property
     def verdicts(self) -> dict[str, int]:
@@ -83,13 +88,11 @@ def profiler(walk: Walk) -> Callable[[FrameType, str, Any], None]:
     given: set[CodeType] = set()
 
     def see(frame: FrameType, event: str, argument: Any) -> None:
-        if event == "c_call":
-            if getattr(argument, "__name__", "") in PARSERS and "etree" in str(getattr(argument, "__module__", "")):
-                walk.parses[caller(frame)] += 1
-            return
         code = frame.f_code
         if event == "call" and code is interaction_verdicts.__code__:
             walk.judged.append(frame.f_locals[code.co_varnames[0]])
+        if event == "call" and code is read_guidance.__code__:
+            walk.sentences += 1
         if event != "call" or not code.co_filename.startswith(ROOMS) or code.co_name.startswith("<"):
             return
         before = project_frame(frame.f_back)
@@ -115,6 +118,16 @@ def caller(frame: FrameType) -> str:
     """File and function of the project from which this frame was called."""
     found = project_frame(frame)
     return f"{found.f_code.co_filename.removeprefix(f'{ROOT}/')}:{found.f_code.co_name}" if found else "elsewhere"
+
+
+def counted(walk: Walk, parse: Callable[..., Any]) -> Callable[..., Any]:
+    """The parsing function, which counts its caller."""
+
+    def parsed(*args: Any, **options: Any) -> Any:
+        walk.parses[caller(sys._getframe(1))] += 1
+        return parse(*args, **options)
+
+    return parsed
 
 
 @contextmanager
@@ -143,6 +156,8 @@ def in_this_process(walk: Walk) -> Iterator[None]:
             (steps, "prepare_mlflow", lambda out: None),
         ):
             patches.enter_context(patch.object(where, name, new))
+        for name in PARSERS:
+            patches.enter_context(patch.object(etree, name, counted(walk, getattr(etree, name))))
         yield
 
 
@@ -173,6 +188,7 @@ def main(asset: str) -> None:
     for code in sorted(walk.handed, key=lambda code: (code.co_filename, code.co_name)):
         print(f"  {code.co_filename.removeprefix(f'{ROOT}/')}:{code.co_name}")
     print("verdicts:", walk.verdicts)
+    print("sentence:", walk.sentences)
     print("parses:", walk.parses.total(), dict(walk.parses))
 
 

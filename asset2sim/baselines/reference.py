@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from asset2sim.checks.alignment.reference import FILE, Reference, read_references
+from asset2sim.checks.alignment.reference import FILE, read_references
+from schemas.alignment import Reference
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError
 from schemas.features import Features

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped, watch
@@ -11,6 +10,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Drop, Interaction
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import CheckVerdict, by_joint, unit_of
+from asset2sim.checks.check_verdict import by_joint, unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.checks.opening import openings as measured_openings
@@ -18,6 +18,7 @@ from schemas.interaction import Effort, Interaction, Opening
 from schemas.overlay import JointPhysics
 from schemas.settings import Thresholds
 from schemas.support import SupportKind
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 

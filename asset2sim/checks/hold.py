@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import CheckVerdict, by_joint, unit_of
+from asset2sim.checks.check_verdict import by_joint, unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
@@ -16,6 +16,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Hold, Interaction
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 TOUCHING_M = 1e-4

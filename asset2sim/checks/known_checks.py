@@ -3,7 +3,6 @@
 import functools
 from collections.abc import Mapping
 
-from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
 from schemas.declared import declared
 from schemas.errors import UnknownChoiceError
@@ -11,6 +10,7 @@ from schemas.failure_guide import FAILURE_GUIDE, Guide
 from schemas.interaction import Interaction
 from schemas.overlay import PhysicsOverlay
 from schemas.thresholds import Bound, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
@@ -13,6 +13,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Nudge
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 CROSSING_S = 0.25

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
@@ -17,6 +17,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Release, share_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 GRAVITY, SPRING = "gravity", "spring"

@@ -6,7 +6,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.hold import hold_bound
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
@@ -22,6 +21,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Reset
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping
 
-from asset2sim.checks.check_verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.rig import Rig
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Stand
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 

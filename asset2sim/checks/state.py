@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
@@ -12,6 +12,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, SettledJoint
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import CheckVerdict, unit_of
+from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.free_stretch import Stretch, cleared, depths, stretches
 from asset2sim.checks.joint_groups import apart_groups
@@ -15,6 +15,7 @@ from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Obstacle, Opening, Sweep
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
+from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode, OverlapCause
 
 BEYOND = 12

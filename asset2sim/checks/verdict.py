@@ -1,17 +1,16 @@
 """The verdict on an engine's report: pure functions of the record, the overlay and the thresholds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
-from asset2sim.checks.check_verdict import CheckVerdict, Verdict
 from asset2sim.checks.known_checks import interaction_verdicts
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
-from schemas.vocabulary import Engine, FailureMode, Severity, Stage
+from schemas.verdict import CheckVerdict, Failure, Judged, Verdict
+from schemas.vocabulary import FailureMode, Severity, Stage
 
 warning = partial(Finding, stage=Stage.MEASURE, severity=Severity.WARNING)
 error = partial(Finding, stage=Stage.MEASURE, severity=Severity.ERROR)
@@ -20,30 +19,27 @@ error = partial(Finding, stage=Stage.MEASURE, severity=Severity.ERROR)
 PASSED = Verdict(FailureMode.NONE, "interaction-ready")
 
 
+def judged(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Judged:
+    """The verdicts that are stored with an engine's report, or those on a report that has none yet."""
+    if report.judged is not None:
+        return report.judged
+    checks = () if report.interaction is None else interaction_verdicts(report.interaction, overlay, limits)
+    return Judged(checks, _failures(report, checks, overlay, limits))
+
+
 def check_verdicts(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[CheckVerdict, ...]:
     """The verdicts on the interaction checks of one engine."""
-    return () if report.interaction is None else interaction_verdicts(report.interaction, overlay, limits)
-
-
-@dataclass(frozen=True)
-class Failure:
-    """One failed check in one engine: the joint or start (``subject``), the value, and the limit that it exceeds."""
-
-    engine: Engine
-    mode: FailureMode
-    subject: str
-    reason: str
-    value: float | None
-    limit: float | None
-
-    @property
-    def key(self) -> tuple[Engine, FailureMode, str]:
-        """Engine, mode and subject: identify a failure across measurements."""
-        return self.engine, self.mode, self.subject
+    return judged(report, overlay, limits).checks
 
 
 def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[Failure, ...]:
     """All failures in one engine: the paper's checks first, then the interaction checks in their order."""
+    return judged(report, overlay, limits).failures
+
+
+def _failures(
+    report: EngineReport, checks: Sequence[CheckVerdict], overlay: PhysicsOverlay, limits: Thresholds
+) -> tuple[Failure, ...]:
     if report.problem is not None:
         return (Failure(report.engine, _mode_of_problem(report), "", report.problem, None, None),)
     failed: list[Failure] = []
@@ -56,7 +52,7 @@ def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Threshold
             failed.append(Failure(report.engine, verdict.mode, subject, verdict.reason, verdict.value, verdict.limit))
     failed += [
         Failure(report.engine, test.test, test.subject, test.reason, test.value, test.limit)
-        for test in check_verdicts(report, overlay, limits)
+        for test in checks
         if not test.passed
     ]
     return tuple(failed)

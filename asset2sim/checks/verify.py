@@ -16,6 +16,7 @@ from asset2sim.checks.interact import examine
 from asset2sim.checks.mechanism import know_points
 from asset2sim.checks.rest import measure
 from asset2sim.checks.rig import CauseOf
+from asset2sim.checks.verdict import judged
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
@@ -49,7 +50,7 @@ def verify_in(
     settings: Settings,
     only: FailureMode | None = None,
 ) -> EngineReport:
-    """One engine's report of every check, or ``only`` of the one that shows this failure."""
+    """One engine's report of every check, or ``only`` of the one that shows this failure, with the verdict on it."""
     start, own = perf_counter(), settings.engine
 
     def rest() -> Measurement:
@@ -68,7 +69,7 @@ def verify_in(
     if rested is None and (only is None or only in AT_REST.modes):
         # An engine that dies in an interaction check still leaves its measurement at rest.
         measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
-    return EngineReport(
+    report = EngineReport(
         engine=engine,
         engine_version=engine_version(engine),
         measurement=measured.value,
@@ -79,6 +80,7 @@ def verify_in(
         refused=measured.refused or touched.refused,
         seconds=perf_counter() - start,
     )
+    return report.model_copy(update={"judged": judged(report, overlay, settings.thresholds)})
 
 
 @dataclass

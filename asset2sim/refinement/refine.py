@@ -7,7 +7,6 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.assets.hulls import Hulls
-from asset2sim.checks.check_verdict import Verdict
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
@@ -24,6 +23,7 @@ from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import ModelAsk, ModelCall
 from schemas.settings import Settings
+from schemas.verdict import Verdict
 from schemas.vocabulary import NOT_MEASURED, CollisionMode, Engine, FailureMode, Proposer, Source, Stage
 
 DECOMPOSED = "collision_decomposed"

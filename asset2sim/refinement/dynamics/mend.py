@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from asset2sim.checks.remedy import Case, Remedy
-from asset2sim.checks.verdict import Failure, failures_of
+from asset2sim.checks.verdict import failures_of
 from asset2sim.refinement.dynamics.remedies import mendable, remedies_for
 from asset2sim.refinement.notes import changes
 from schemas.base import Vector3
@@ -13,6 +13,7 @@ from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
+from schemas.verdict import Failure
 from schemas.vocabulary import NOT_MEASURED, Engine, FailureMode
 
 MOVING_AMPLITUDE = 1e-4

@@ -1,0 +1,57 @@
+"""Verdicts: on one check of one subject in one engine, on an engine's report, and on an object."""
+
+from dataclasses import dataclass
+
+from schemas.vocabulary import Engine, FailureMode
+
+
+@dataclass(frozen=True)
+class CheckVerdict:
+    """One check of one subject (a joint, a drop or a start) in one engine: ``value`` against ``limit``, and why."""
+
+    test: FailureMode
+    subject: str
+    passed: bool
+    value: float | None
+    limit: float | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What failed, or ``none``; the ``reason`` with its numbers, and the ``value`` and ``limit`` that were compared."""
+
+    mode: FailureMode
+    reason: str
+    value: float | None = None
+    limit: float | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the asset is interaction-ready by these thresholds."""
+        return self.mode is FailureMode.NONE
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One failed check in one engine: the joint or start (``subject``), the value, and the limit that it exceeds."""
+
+    engine: Engine
+    mode: FailureMode
+    subject: str
+    reason: str
+    value: float | None
+    limit: float | None
+
+    @property
+    def key(self) -> tuple[Engine, FailureMode, str]:
+        """Engine, mode and subject: identify a failure across measurements."""
+        return self.engine, self.mode, self.subject
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The verdict on one engine's report: one for each check and subject, and all failures, the paper's first."""
+
+    checks: tuple[CheckVerdict, ...]
+    failures: tuple[Failure, ...]
