@@ -12,6 +12,7 @@ from lxml import etree
 
 from asset2sim.assets.meshes.load import known_points, mesh_points
 from asset2sim.assets.urdf.mimic import read_mimics
+from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
@@ -66,7 +67,7 @@ class Mechanism:
 
 def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
     """Read a URDF that this project has written: one tree, every link with an inertial."""
-    root_element = etree.parse(str(urdf)).getroot()
+    root_element = parsed(urdf)
     tree = ordered([element_joint(element) for element in root_element.findall("joint")])
     tree = with_mimics(tree, read_mimics(root_element))
     children = {joint.child for joint in tree}
@@ -189,7 +190,7 @@ def points_of(file: Path) -> Array:
 def know_points(urdf: Path) -> None:
     """Read the small collision meshes of a URDF: this process, and those forked from it, then know their points."""
     with suppress(etree.XMLSyntaxError, OSError):
-        for mesh in etree.parse(str(urdf)).getroot().iterfind("link/collision/geometry/mesh"):
+        for mesh in parsed(urdf).iterfind("link/collision/geometry/mesh"):
             file = urdf.parent / str(mesh.get("filename"))
             if file.suffix == ".obj":
                 known_points(file.read_bytes())

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from lxml import etree
 
+from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.checks.mechanism import Mechanism, collision_points, poses_at
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.support_polygon import SupportPolygon, standing_on
@@ -16,7 +16,7 @@ Clouds = Mapping[str, Array]
 
 def point_clouds(urdf: Path) -> dict[str, Array]:
     """Link → (n, 3) points that span its collision shapes, in the link's frame, m; none for a link without shapes."""
-    links = etree.parse(str(urdf)).getroot().findall("link")
+    links = parsed(urdf).findall("link")
     clouds = {str(element.get("name")): collision_points(element, urdf.parent) for element in links}
     return {name: points for name, points in clouds.items() if len(points)}
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import deepcopy
 from pathlib import Path
 
 import mujoco
@@ -23,6 +24,7 @@ from asset2sim.assets.mujoco_options import (
     solref,
 )
 from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -121,7 +123,7 @@ def rolling_friction(root: "etree._Element") -> float:
 def prepared(urdf: Path) -> "etree._Element":
     """The URDF's tree with MuJoCo's compiler set as ``object_spec`` wants, meshes by plain paths, visuals left out."""
     try:
-        root = etree.parse(str(urdf)).getroot()
+        root = deepcopy(parsed(urdf))
     except (etree.XMLSyntaxError, OSError) as error:
         raise refused(urdf, error) from error
     for link in root.findall("link"):

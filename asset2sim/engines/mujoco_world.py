@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.mujoco_options import body_name
 from asset2sim.assets.urdf.mimic import read_mimics
+from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.declared_engine import DeclaredEngine
@@ -40,7 +41,7 @@ def open_mujoco(
             model = spec.compile()
         except (ValueError, OSError) as error:
             raise refused(urdf, error) from error
-        world = MuJoCoWorld(model, plane, tuple(said), etree.parse(str(urdf)).getroot())
+        world = MuJoCoWorld(model, plane, tuple(said), parsed(urdf))
         world.place({})
         yield world
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pybullet
-from lxml import etree
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.urdf.mimic import read_mimics
+from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines.child import captured_console
 from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration
@@ -148,7 +148,7 @@ def loaded(
             said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
             message = f"PyBullet refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message)
-        yield prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(etree.parse(str(urdf)).getroot()))
+        yield prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(parsed(urdf)))
 
 
 def prepared(

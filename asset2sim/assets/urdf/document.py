@@ -1,5 +1,6 @@
 """The URDF document as every reader of ours sees it: what origins write differently is brought to one form."""
 
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from asset2sim.assets.urdf.numbers import (
     elements_of,
     name_files,
 )
+from asset2sim.assets.urdf.parsed import parsed
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
@@ -41,7 +43,7 @@ def read_document(path: Path) -> Document:
     """The document of a URDF. Raises AssetError: unreadable_asset where the file is not XML, not a URDF, or lacks a
     name, a parent or a child; invalid_joint_configuration for a joint type that is not simulated."""
     try:
-        robot = etree.parse(str(path), etree.XMLParser(remove_comments=False)).getroot()
+        robot = deepcopy(parsed(path))
     except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
         raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
     strip_namespace(robot)
