@@ -16,7 +16,7 @@ from schemas.base import Frozen
 from schemas.request import ModelCall
 from schemas.vocabulary import Redo
 
-_sets: dict[type[BaseModel], set[str]] = {}
+_sets: dict[tuple[type[BaseModel], frozenset[str]], set[str]] = {}
 
 
 def share_field_sets(value: object) -> None:
@@ -29,8 +29,8 @@ def share_field_sets(value: object) -> None:
             left += part
         elif isinstance(part, BaseModel):
             given = part.__pydantic_fields_set__
-            if (shared := _sets.setdefault(type(part), given)) == given:
-                object.__setattr__(part, "__pydantic_fields_set__", shared)
+            shared = _sets.setdefault((type(part), frozenset(given)), given)
+            object.__setattr__(part, "__pydantic_fields_set__", shared)
             left += part.__dict__.values()
 
 
