@@ -1,5 +1,6 @@
 """Set-up of every test: quiet libraries, no network beyond this machine, true ``system`` marks."""
 
+import os
 import signal
 import socket
 from collections.abc import Generator, Iterator
@@ -16,6 +17,8 @@ from tests.prefect_server import prefect_server
 
 __all__ = ["prefect_server", "store", "store_server"]
 
+# Hundreds of processes import our modules, and nearly all time of a short one is compiling them.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 quiet_environment()
 preload("tasks.pipeline:refine_asset")
 # A shell starts what it puts into the background with Ctrl-C ignored, which its children would inherit.
@@ -71,14 +74,15 @@ def network_attempts() -> Iterator[list[str]]:
 
 
 SLOWEST_FIRST = (
-    "test_project_walks", "test_flows_faults", "test_tasks_ask_again", "test_flows_serve_nightly",
-    "test_flows_refine_dataset", "test_runs_settings_file", "test_speed", "test_runs_plan",
-    "test_runs_remote_output", "test_flows_serving", "test_flows_remote", "test_runs_hostile_answers",
-    "test_catalog_history", "test_tasks_paper9", "test_hostile", "test_comparisons_method_runs",
-    "test_viewer_page", "test_assets_origins", "test_runs_refine_all", "test_runs_plan_records",
-    "test_runs_asset_attempt", "test_flows_scripted_model", "test_catalog_parts", "test_tasks_formats",
+    "test_project_walks", "test_flows_faults", "test_flows_serve_nightly", "test_tasks_ask_again",
+    "test_flows_refine_dataset", "test_speed", "test_runs_hostile_answers", "test_flows_remote", "test_tasks_paper9",
+    "test_flows_serving", "test_gym_learn", "test_runs_remote_output", "test_runs_plan", "test_assets_origins",
+    "test_runs_settings_file", "test_catalog_write", "test_models_gateway_secrets", "test_hostile",
+    "test_catalog_parts", "test_catalog_history", "test_flows_secrets", "test_probes_scene",
+    "test_comparisons_method_runs", "test_judged_video_judge", "test_viewer_page", "test_runs_plan_records",
+    "test_flows_scripted_model", "test_runs_refine_all", "test_flows_record_motion", "test_tasks_formats",
 )  # fmt: skip
-"""Files of tests that take longest, each half a minute or more on a busy machine."""
+"""Files of tests that take longest: 10 s of a core and more, in the order of what was measured."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -10,12 +10,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.assets import RAW, ROOT
 from tests.model_server import Reply
 from tests.processes import wait_until
 from tests.scripted_server import Asked, competent, scripted
 
-ROOT = Path(__file__).resolve().parents[1]
-SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 900.0
 """Time that each step may take, s: a busy machine starts Prefect's server in 30."""
 QUICK = ["--engines", "pybullet", "--no-interaction", "--no-views", "--workers", "2"]
@@ -79,7 +78,7 @@ class Nightly:
 def make_nightly(folder: Path, environment: dict[str, str], *options: str) -> Nightly:
     """A nightly of some samples into ``folder/out``, whose hook writes to ``folder/told``."""
     said = ":".join(f"$ASSET2SIM_{name}" for name in ("EXIT", "OK", "REPORT", "ERROR", "WARNINGS"))
-    words = [sys.executable, "-m", "flows.command", "nightly", str(SAMPLES), "--out", str(folder / "out"), *QUICK]
+    words = [sys.executable, "-m", "flows.command", "nightly", str(RAW), "--out", str(folder / "out"), *QUICK]
     return Nightly([*words, *options, "--hook", f"echo \"{said}\" >> '{folder}/told'"], environment, folder)
 
 

@@ -13,8 +13,8 @@ from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key, read_shapes, write_shapes
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
+from tests.assets import RAW
 
-RAW = Path(__file__).resolve().parents[1] / "data" / "raw"
 BIN = "trashcan_pedal"
 
 

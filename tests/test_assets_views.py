@@ -15,10 +15,10 @@ from asset2sim.render.batch import MAX_FACES, MAX_VERTICES, batches_of
 from schemas.errors import AssetError
 from schemas.settings import ViewSettings
 from schemas.vocabulary import FailureMode
+from tests.assets import SHARED
 
 pytestmark = pytest.mark.system
 
-SHARED = Path(__file__).resolve().parents[2] / "shared"
 SMALL = ViewSettings(width=64, height=64)
 SIDES = {
     "red": ((1, 0, 0), (1, 0, 0)),

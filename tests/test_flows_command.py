@@ -16,9 +16,8 @@ from flows.command import run_command
 from schemas.errors import Asset2SimError
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
+from tests.assets import ROOT
 from tests.factories import make_failure, make_record
-
-ROOT = Path(__file__).resolve().parents[1]
 
 MANIFEST = "asset_id,path,subset\na,Box/a,one\nb,Box/b,two\n"
 

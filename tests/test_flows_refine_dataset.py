@@ -13,12 +13,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from asset2sim.runs.plan.records import RECORDS_FOLDER
+from tests.assets import RAW, ROOT
 from tests.processes import alive, wait_until
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).resolve().parents[1]
-SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 900
 LEAST_QUICK = 4
 """Quick assets of six that are done when both workers sleep: what Dask is given at once it starts in any order."""
@@ -120,14 +119,14 @@ def test_a_killed_run_leaves_no_process(running: subprocess.Popen[str], tmp_path
     assert not (tmp_path / "out" / "catalog").exists()
 
 
-@pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
+@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_three_samples_and_a_missing_one_end_to_end(tmp_path: Path, environment: dict[str, str], mark: str) -> None:
-    rows = (SAMPLES / "manifest.csv").read_text(encoding="utf-8").splitlines()
+    rows = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
     data = tmp_path / "my data"
     chosen = rows[1:4]
     for row in chosen:
         folder = row.split(",")[2]
-        shutil.copytree(SAMPLES / folder, data / folder)
+        shutil.copytree(RAW / folder, data / folder)
     lost = "lost,Box,Box/lost,sample,A box."
     (data / "manifest.csv").write_text("\n".join([rows[0], *chosen, lost]) + "\n", encoding="utf-8")
     out = tmp_path / "my out"

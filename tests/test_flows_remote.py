@@ -1,7 +1,6 @@
 """The whole of it, through Prefect and Dask, from a bucket into a bucket: the tables are those of a local run."""
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -12,12 +11,12 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from schemas.tables import PUBLISHED
+from tests.assets import RAW, ROOT
 from tests.object_store import KEY, SECRET, Store
+from tests.prefect_server import using
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).resolve().parents[1]
-RAW = ROOT / "data" / "raw"
 IDS = ("planted_not_xml", "scissors_paper", "laptop_silver")
 LIMIT_S = 900
 
@@ -62,7 +61,9 @@ def comparable(out: Path | str, name: str) -> pd.DataFrame:
 
 
 @pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
-def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(store: Store, tmp_path: Path) -> None:
+def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(
+    store: Store, tmp_path: Path, prefect_server: str
+) -> None:
     lines = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
     chosen = {line.split(",")[0]: line for line in lines}
     data, here, there = tmp_path / "data", tmp_path / "out", f"{store.url}/refined"
@@ -78,7 +79,7 @@ def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(store: Stor
     ran = subprocess.run(
         [sys.executable, str(script), json.dumps(runs)],
         cwd=ROOT,
-        env={**os.environ, "PREFECT_HOME": str(tmp_path / "prefect"), "PYTHONPATH": str(ROOT)},
+        env=using(prefect_server, tmp_path / "prefect") | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         timeout=LIMIT_S,

@@ -32,12 +32,13 @@ from flows.server.deployment import find_deployment
 from flows.server.serving import deployment_name
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
-from tests.nightlies import LIMIT_S, ROOT, SAMPLES, Model, Nightly, make_nightly, model, served
+from tests.assets import RAW, ROOT
+from tests.nightlies import LIMIT_S, Model, Nightly, make_nightly, model, served
 from tests.processes import alive, wait_until
 
 pytestmark = [
     pytest.mark.system,
-    pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here"),
+    pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here"),
 ]
 TWO = ("--assets", "box_wooden,laptop_silver")
 COMMANDS_WORK = Version(fastapi.__version__) < Version("0.151")
@@ -139,7 +140,7 @@ def test_nights_that_overlap_are_interrupted_and_killed(
         first = trigger(name)
         assert wait_until(lambda: nightly.kept() == 1, LIMIT_S), nightly.log
         with pytest.raises(UsageError, match="is at work; wait until it ends"):
-            run_deployed_night(RefineRequest(data=SAMPLES, out=nightly.out))
+            run_deployed_night(RefineRequest(data=RAW, out=nightly.out))
         process.send_signal(signal.SIGTERM)
         assert process.wait(timeout=LIMIT_S) == 0
     assert wait_until(lambda: not alive(mark), 60.0), alive(mark)
@@ -181,7 +182,7 @@ def test_a_night_at_once_where_none_is_served_and_what_its_exit_code_says(
 
     hook = RunSettings(hook=nightly.words[-1])
     request = RefineRequest(
-        data=SAMPLES, out=nightly.out, asset_ids=("planted_not_xml",), settings=Settings(run=hook), strict=True
+        data=RAW, out=nightly.out, asset_ids=("planted_not_xml",), settings=Settings(run=hook), strict=True
     )
     capsys.readouterr()
     with lock_output(nightly.out):
@@ -199,7 +200,7 @@ def test_prefect_yaml_deploys_to_a_work_pool_whose_worker_leaves_the_report(
     environment: dict[str, str], address: str, tmp_path: Path
 ) -> None:
     content = yaml.safe_load((ROOT / "prefect.yaml").read_text(encoding="utf-8"))
-    mine = {"data": str(SAMPLES), "out": str(tmp_path / "out"), "asset_ids": ["box_wooden"]}
+    mine = {"data": str(RAW), "out": str(tmp_path / "out"), "asset_ids": ["box_wooden"]}
     parameters = content["deployments"][0]["parameters"]
     parameters |= mine
     parameters["settings"] |= {"views": {"write": False}, "engine": {"verify": ["pybullet"], "interact": False}}

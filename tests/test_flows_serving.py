@@ -11,7 +11,8 @@ import pytest
 from flows.night_text import moment
 from flows.server.serving import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
-from tests.nightlies import LIMIT_S, SAMPLES, make_nightly, served
+from tests.assets import RAW
+from tests.nightlies import LIMIT_S, make_nightly, served
 from tests.processes import alive, wait_until
 
 pytestmark = pytest.mark.system
@@ -49,7 +50,7 @@ def test_the_next_run_is_shown_with_how_far_off_it_is() -> None:
     assert "none is planned" in moment(None)
 
 
-@pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
+@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_a_nightly_with_a_server_of_its_own_is_served_triggered_and_stopped(home: Path, tmp_path: Path) -> None:
     mark = f"asset2sim-test-{uuid.uuid4().hex}"
     bare = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}

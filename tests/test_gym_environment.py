@@ -26,8 +26,8 @@ from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings
-from tests.assets import joint, link, robot, shape
-from tests.doc_blocks import ROOT, blocks
+from tests.assets import ROOT, joint, link, robot, shape
+from tests.doc_blocks import blocks
 from tests.factories import make_joint
 from tests.refined_things import OPEN_M, block, drawer, inertial, refined
 

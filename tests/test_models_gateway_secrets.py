@@ -19,11 +19,11 @@ from flows import PIPELINE
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, Status
+from tests.assets import ROOT
 from tests.model_server import Reply, serve
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).resolve().parents[1]
 KEY = "sk-proj-planted0123456789abcdef"
 LIMIT_S = 900
 

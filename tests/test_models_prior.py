@@ -17,9 +17,9 @@ from asset2sim.models.prior.link_proposals import link_mass
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay
 from tests import prior_objects as known
+from tests.assets import SHARED
 from tests.prior_objects import Json, ask, felt, hinged, link, prompt, thing
 
-SHARED = Path(__file__).resolve().parents[2] / "shared"
 MOBILITY = SHARED / "partnet_mobility"
 needs_objects = pytest.mark.skipif(not MOBILITY.is_dir(), reason="../shared/partnet_mobility is absent")
 PARTNET_MOBILITY = [

@@ -16,8 +16,8 @@ from lab.pages import reference
 from lab.pages.blocks import markers, with_block
 from lab.samples.bad_assets import bad_assets
 from schemas.vocabulary import FailureMode
+from tests.assets import ROOT
 
-ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
 TEXT = "\n".join([README, *PAGES.values()])

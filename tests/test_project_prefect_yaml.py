@@ -1,7 +1,6 @@
 """``prefect.yaml``: what it deploys exists, takes the parameters it gives, and keeps the schedule of the catalog."""
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,8 +12,7 @@ from prefect.flows import Flow, load_flow_from_entrypoint
 from flows.schedule import nightly_schedule
 from flows.server.deployment import ONE_AT_A_TIME
 from schemas.settings import Settings
-
-ROOT = Path(__file__).resolve().parents[1]
+from tests.assets import ROOT
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,9 @@ from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
 from lab.pages.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block
 from schemas.vocabulary import FailureMode
+from tests.assets import ROOT
 from tests.factories import make_failure, make_record
 from tests.test_catalog_history import night
-
-ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture(scope="module")

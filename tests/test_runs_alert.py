@@ -23,9 +23,9 @@ from schemas.asset import Unchanged
 from schemas.errors import Asset2SimError, UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
+from tests.assets import ROOT
 from tests.factories import make_failure, make_record
 
-ROOT = Path(__file__).resolve().parents[1]
 EVIL = "$(touch evil); `touch evil`; \" ' ; touch evil #\n touch evil"
 WRITE = f"{shlex.quote(sys.executable)} -c \"import json, os; json.dump(dict(os.environ), open('told.json', 'w'))\""
 

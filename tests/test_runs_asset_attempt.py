@@ -18,11 +18,10 @@ from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
 from tests import crashers
+from tests.assets import ROOT
 from tests.processes import gone, wait_until
 
 pytestmark = pytest.mark.system
-
-ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture(autouse=True)

@@ -23,8 +23,7 @@ from flows.steps import discover
 from schemas.errors import MISTAKE, AssetError, UnknownChoiceError, UsageError
 from schemas.location import Location
 from schemas.vocabulary import UpAxis
-
-SHARED = Path(__file__).resolve().parents[2] / "shared"
+from tests.assets import SHARED
 
 
 def write_manifest(folder: Path, text: str) -> Path:

@@ -29,9 +29,9 @@ from schemas.settings import (
     ViewSettings,
 )
 from schemas.vocabulary import Correction, Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
+from tests.assets import ROOT
 from tests.model_server import Reply, serve
 
-ROOT = Path(__file__).resolve().parents[1]
 OPTIONS = {
     "REFINEMENT_MODEL": ("--refinement-model", "openai/two"),
     "JUDGE_MODEL": ("--judge-model", "openai/three"),

@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,10 +17,10 @@ from flows.serve_nightly import parameters
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, RunSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, Export, Method
+from tests.assets import RAW, ROOT
+from tests.commands import one_after_the_other
 from tests.prefect_server import using
 
-ROOT = Path(__file__).resolve().parents[1]
-SAMPLES = ROOT / "data" / "raw"
 CHANGED = Settings(
     method=Method.RAW,
     exports=(Export.USD,),
@@ -160,33 +159,20 @@ def test_make_hands_the_file_on_and_states_no_model_over_it() -> None:
     assert len(lines) == 3 and all('--settings "my s.yaml"' in line and "--model" not in line for line in lines)
 
 
-@pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
+@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 @pytest.mark.system
 def test_a_real_run_by_a_file_then_by_none(tmp_path: Path, prefect_server: str) -> None:
-    file, out = tmp_path / "my settings.yaml", tmp_path / "out"
-    quick = "engine: {verify: [pybullet], interact: false, test_s: 0.5}\nviews: {write: false}\n"
-
-    def run(text: str | None, *words: str) -> str:
-        if text is not None:
-            words = (*words, "--settings", str(written(tmp_path, text, file.name)))
-        command = [sys.executable, "-m", "flows.command", "refine", str(SAMPLES), "--out", str(out)]
-        done = subprocess.run(
-            [*command, "--assets", "box_wooden", *words],
-            cwd=ROOT,
-            env=using(prefect_server, tmp_path / "prefect"),
-            text=True,
-            capture_output=True,
-            timeout=180,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    run(f"{quick}thresholds: {{drift_m: 1.0e-12, drift_rad: 1.0e-12}}\n")
-    runs = read_table(out, "runs")
-    stated = json.loads(runs["settings_json"].iloc[-1])
-    assert stated["thresholds"]["drift_m"] == 1e-12 and stated["engine"]["test_s"] == 0.5
-    (asset,) = read_table(out, "assets").itertuples()
-    assert asset.failure_mode == "drift", "what every object passes by the built-in 1 mm fails by the file's"
+    out, quick = tmp_path / "out", "engine: {verify: [pybullet], interact: false}\nviews: {write: false}\n"
+    strict = quick.replace("false}", "false, test_s: 0.5}", 1) + "thresholds: {drift_m: 1.0e-12, drift_rad: 1.0e-12}\n"
     options = ("--engines", "pybullet", "--no-interaction", "--no-views")
-    assert "1 of 1 ok" in run(quick.replace(", test_s: 0.5", ""))
-    assert "1 of 1 assets are unchanged" in run(None, *options)
+    refine = ("refine", str(RAW), "--out", str(out), "--assets", "box_wooden")
+    files = [written(tmp_path, text, name) for text, name in ((strict, "my settings.yaml"), (quick, "quick.yaml"))]
+    commands = [(*refine, "--settings", str(files[0])), (*refine, "--settings", str(files[1])), (*refine, *options)]
+    _, second, third = one_after_the_other(commands, using(prefect_server, tmp_path / "prefect"))
+    first = read_table(out, "runs").sort_values("started_at").iloc[0]
+    stated = json.loads(first["settings_json"])
+    assert stated["thresholds"]["drift_m"] == 1e-12 and stated["engine"]["test_s"] == 0.5
+    history = read_table(out, "asset_history")
+    modes = history[history["run_id"] == first["run_id"]]["failure_mode"].tolist()
+    assert modes == ["drift"], "what every object passes by the built-in 1 mm fails by the file's"
+    assert "1 of 1 ok" in second and "1 of 1 assets are unchanged" in third

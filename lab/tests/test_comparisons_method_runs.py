@@ -13,12 +13,11 @@ from lab.pages.blocks import markers
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
+from tests.assets import RAW, ROOT
 from tests.prefect_server import using
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).resolve().parents[2]
-SAMPLES = ROOT / "data" / "raw"
 LIMIT_S = 900
 
 
@@ -72,13 +71,13 @@ def test_the_command_line_says_what_to_run(tmp_path: Path) -> None:
 def test_mistakes_are_one_line_before_anything_runs(
     words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([str(SAMPLES), str(tmp_path / "out"), *words]) == 2
+    assert main([str(RAW), str(tmp_path / "out"), *words]) == 2
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.skipif(not (SAMPLES / "manifest.csv").exists(), reason="the sample dataset is not here")
+@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_two_objects_by_two_methods(tmp_path: Path, prefect_server: str) -> None:
     page = tmp_path / "README.md"
     page.write_text("\n".join(markers("compare")), encoding="utf-8")
@@ -87,7 +86,7 @@ def test_two_objects_by_two_methods(tmp_path: Path, prefect_server: str) -> None
         sys.executable,
         "-m",
         "lab.flows.compare_methods",
-        str(SAMPLES),
+        str(RAW),
         str(out),
         "--limit",
         "2",

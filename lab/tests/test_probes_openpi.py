@@ -19,8 +19,8 @@ from lab.probes.openpi_wire import SPEED_RAD_S, answer_of, chunk_of, pack, resiz
 from lab.probes.serving import served
 from lab.schemas.probe_settings import ProbeSettings
 from lab.tests import policy_servers as does
+from tests.assets import ROOT
 
-ROOT = Path(__file__).parents[2]
 QUICK = ProbeSettings(connect_s=10.0, reconnect_s=0.5, first_answer_s=20.0, answer_s=0.5)
 QUESTION = (
     "84ba6f62736572766174696f6e2f6a6f696e745f706f736974696f6e84c40b5f5f6e6461727261795f5fc3c40464617461c41000000000"

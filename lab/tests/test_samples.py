@@ -24,11 +24,10 @@ from lab.samples.layout import number_text
 from lab.samples.sample_dataset import blueprints, sample_files, write_samples
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode
+from tests.assets import RAW, ROOT
 
 pytestmark = pytest.mark.system
 
-ROOT = Path(__file__).resolve().parents[2]
-RAW = ROOT / "data" / "raw"
 DEPTH = 5e-4
 """Deepest self-contact allowed at the closed or authored state, object units."""
 

@@ -36,15 +36,12 @@ from lab.speed.measured import PARTS, BenchMeasurements, CheckerTimes, FlowTimes
 from lab.speed.process import BenchError, evenly_spaced, measure, one_core, peak_memory_mb, time_checker
 from lab.speed.synthetic import FILES, make_entries, publish_entries
 from schemas.asset import AssetRecord, AssetRef
-from schemas.settings import Settings, ViewSettings
 from schemas.tables import HISTORY
 from schemas.vocabulary import Grouping
+from tests.assets import NO_VIEWS, RAW
 from tests.factories import make_record
 
-ROOT = Path(__file__).resolve().parents[2]
-RAW = ROOT / "data" / "raw"
 STAPLER = RAW / "Stapler" / "stapler_desk"
-NO_VIEWS = Settings(views=ViewSettings(write=False))
 
 
 def flow(assets: int = 150, flow_s: float = 100.0, workers: int = 1, **changes: object) -> FlowTimes:

@@ -2,7 +2,6 @@
 
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -17,9 +16,8 @@ from lab.weights.compare import (
     weigh_datasets,
     weights_block,
 )
+from tests.assets import ROOT, SHARED
 
-ROOT = Path(__file__).resolve().parents[2]
-SHARED = ROOT.parent / "shared"
 needs_objects = pytest.mark.skipif(not SHARED.is_dir(), reason="../shared is absent")
 CATEGORIES = ("Dishwasher", "Microwave", "Refrigerator", "Toilet", "Keyboard", "Bottle", "TrashCan", "Bucket")
 
