@@ -19,7 +19,7 @@ from typing import Self
 
 GROUP = "asset2sim.declared"
 VARIABLE = "ASSET2SIM_DECLARED"
-HOMES = {"FailureMode": "asset2sim.checks"}
+HOMES = {"FailureMode": "asset2sim.checks", "Method": "asset2sim.baselines"}
 """Kind of values → package whose modules add to it as they are imported."""
 
 

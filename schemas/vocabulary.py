@@ -127,13 +127,7 @@ class MassRule(StrEnum):
 
 
 class Method(OpenValues):
-    """Where an asset's physics come from.
-
-    ``asset2sim`` is ours; ``direct`` one answer, taken as it is; ``ivw`` 25 answers, weighted by inverse variance;
-    ``reference`` an expert's scale and state, an engine's defaults for the rest; ``no-semantics`` ours with every name
-    and label withheld; ``agent`` a model with tools and no structure of ours; ``constant`` one scale and every joint a
-    tenth open for every object, with our rules; ``raw`` the asset unchanged.
-    """
+    """Where an asset's physics come from; each says what it is in ``asset2sim.baselines``."""
 
     ASSET2SIM = "asset2sim"
     DIRECT = "direct"

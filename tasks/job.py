@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.baselines.declared_method import known_methods
 from schemas.asset import AssetRef
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.model_names import is_prior
 from schemas.request import ModelAsk
 from schemas.settings import Settings
-from schemas.vocabulary import Method, Source
+from schemas.vocabulary import Source
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,5 @@ class AssetJob:
     @property
     def source(self) -> Source:
         """Source of the numbers that the method proposes: an expert, a rule, a prior or a model."""
-        if self.settings.method is Method.REFERENCE:
-            return Source.USER
-        if self.settings.method is Method.CONSTANT:
-            return Source.RULE
-        return Source.PRIOR if is_prior(self.settings.model.model) else Source.MODEL
+        stated = known_methods()[self.settings.method].source
+        return stated or (Source.PRIOR if is_prior(self.settings.model.model) else Source.MODEL)

@@ -1,25 +1,22 @@
 """One asset from folder to record, stage by stage; runs in a child process of its own.
 
-What a method does differently is which function stands at ``synthesize``, and whether our rules complete its answer and
-refine it.
+What a method does differently is what it proposes, and whether our rules complete its answer and refine it
+(``asset2sim.baselines``).
 """
 
-from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
-from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import staged_folder
-from asset2sim.baselines.constant import without_model
-from asset2sim.baselines.no_semantics import unlabelled, without_semantics
+from asset2sim.baselines.declared_method import known_methods
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.extensions import further_check, named
 from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.verdict import Verdict
-from schemas.vocabulary import Method, Stage
+from schemas.vocabulary import Stage
 from tasks import synthesize
 from tasks.align import align_asset
 from tasks.apply import apply_overlay
@@ -30,26 +27,6 @@ from tasks.progress import Progress
 from tasks.publish import publish_folder
 from tasks.refine import Refined, refine_written
 from tasks.validate import validate_overlay
-
-
-@dataclass(frozen=True)
-class MethodStages:
-    """How a method proposes, and whether our rules correct, complete, bound and refine what it proposes."""
-
-    synthesize: Callable[[AssetJob, Extraction], synthesize.Synthesized]
-    rules: bool = False
-
-
-METHODS: dict[Method, MethodStages] = {
-    Method.ASSET2SIM: MethodStages(synthesize.by_rules, rules=True),
-    Method.NO_SEMANTICS: MethodStages(synthesize.by_rules, rules=True),
-    Method.DIRECT: MethodStages(synthesize.direct),
-    Method.IVW: MethodStages(synthesize.ivw),
-    Method.REFERENCE: MethodStages(synthesize.reference),
-    Method.AGENT: MethodStages(synthesize.agent),
-    Method.CONSTANT: MethodStages(synthesize.constant, rules=True),
-    Method.RAW: MethodStages(synthesize.nothing),
-}
 
 
 def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
@@ -69,21 +46,19 @@ def refine_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) ->
 
 def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     """All stages in their order; raises AssetError where the asset cannot go on."""
-    run, method = progress.run, METHODS[job.settings.method]
+    run, method = progress.run, known_methods()[job.settings.method]
     extracted = run(Stage.EXTRACT, extract_asset, job, correct_joints=method.rules)
     job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
     given = job
-    if job.settings.method is Method.NO_SEMANTICS:
-        job = replace(job, ask=without_semantics(job.ask, extraction.features))
-        extraction = replace(extraction, features=unlabelled(extraction.features))
+    ask, known = method.given(job.ask, extraction)
+    if known is not extraction:
         # Rules read the words without labels, too; the score is by what they mean with them.
-        job = replace(job, guidance=guidance_of(job.ref, extraction.features))
-    if job.settings.method is Method.CONSTANT:
-        job = replace(job, ask=without_model)
+        job = replace(job, guidance=guidance_of(job.ref, known.features))
+    job, extraction = replace(job, ask=ask), known
     try:
         run(Stage.SYNTHESIZE, synthesize.check_users_numbers, job, extraction)
         propose = synthesize.with_users_numbers
-        proposal = run(Stage.SYNTHESIZE, propose, method.synthesize, job, extraction).proposal
+        proposal = run(Stage.SYNTHESIZE, propose, method.propose, job, extraction).proposal
         overlay = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules).overlay
         final = job.out / "assets" / job.ref.asset_id
         with nullcontext() if proposal is None else staged_folder(final) as folder:

@@ -21,6 +21,7 @@ from asset2sim.assets.exports.usd_hulls import (
     limited_hull,
     polygon_sizes,
 )
+from asset2sim.baselines.ours import by_rules
 from asset2sim.physics.arrays import Array
 from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRef
@@ -29,7 +30,6 @@ from schemas.vocabulary import Export
 from tasks.apply import apply_overlay
 from tasks.extract import extract_asset
 from tasks.job import AssetJob
-from tasks.synthesize import by_rules
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, RAW, SHARED, prior, sample
 from tests.builders import ORIGIN, UrdfLink, mesh
@@ -186,7 +186,8 @@ def exported(ref: AssetRef, out: Path) -> Path:
     job = AssetJob(ref, out, NO_VIEWS, prior)
     extracted = extract_asset(job, correct_joints=True)
     job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
-    proposal = by_rules(job, extraction).proposal
+    proposal, _, _ = by_rules(job, extraction)
+    assert proposal is not None
     overlay = validate_overlay(job, extraction, proposal, rules=True).overlay
     apply_overlay(job, extraction, proposal, overlay, out, rules=True)
     (out / "overlay.json").write_text(overlay.model_dump_json(), encoding="utf-8")

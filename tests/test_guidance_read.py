@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from types import FrameType
 
+from asset2sim.baselines.ours import by_rules
 from asset2sim.checks.alignment.align import align
 from asset2sim.guidance import lexicon, read
 from schemas.asset import AssetRef
@@ -11,7 +12,7 @@ from schemas.guidance import NOTHING_ASKED
 from schemas.settings import Settings
 from tasks.extract import extract_asset
 from tasks.job import AssetJob
-from tasks.synthesize import by_rules, check_users_numbers
+from tasks.synthesize import check_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, cabinet, saying, written
 from tests.factories import guidance_of, make_features, make_record
@@ -53,7 +54,7 @@ def test_from_extraction_to_the_score_the_sentence_is_read_once(tmp_path: Path) 
         extracted = extract_asset(job, correct_joints=True)
         job = AssetJob(ref, tmp_path, settings, ask, extracted.guidance)
         check_users_numbers(job, extracted.extraction)
-        proposal = by_rules(job, extracted.extraction).proposal
+        proposal, _, _ = by_rules(job, extracted.extraction)
         overlay = validate_overlay(job, extracted.extraction, proposal, rules=True).overlay
         features, guidance = extracted.features, extracted.guidance
         record = make_record("thing", ref=ref, overlay=overlay, features=features, guidance=guidance, measurement=None)

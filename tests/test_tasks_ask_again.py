@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction, extract
+from asset2sim.baselines.ours import by_rules
 from asset2sim.checks.alignment.expectations import Expectations, meet, read_expectations
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
@@ -26,7 +27,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage
 from schemas.settings import DoubtSettings, ModelSettings, Settings, ViewSettings
 from tasks.job import AssetJob
-from tasks.synthesize import by_rules, with_users_numbers
+from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import SHARED
 from tests.factories import guidance_of, make_record
@@ -125,7 +126,7 @@ def drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
             drawn[:] = [(extraction, names, question_pictures(extraction, settings, names))]
         return drawn[0][2]
 
-    monkeypatch.setattr("tasks.synthesize.question_pictures", pictures)
+    monkeypatch.setattr("asset2sim.baselines.ours.question_pictures", pictures)
 
 
 def test_asking_again_mends_half_of_the_measured_mistakes(tmp_path: Path) -> None:

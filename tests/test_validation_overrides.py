@@ -21,7 +21,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source
 from tasks.job import AssetJob
 from tasks.pipeline import refine_asset
-from tasks.synthesize import Synthesized, check_users_numbers, with_users_numbers
+from tasks.synthesize import check_users_numbers, with_users_numbers
 from tests.assets import cabinet, joint, link, read, robot, saying, shape, written
 from tests.factories import guidance_of
 
@@ -205,9 +205,7 @@ def test_a_wrong_name_costs_no_model_call_and_a_failing_model_no_finding(thing: 
 
 
 def test_raw_measures_the_asset_as_it_came_and_says_so(thing: Extraction) -> None:
-    done = with_users_numbers(
-        lambda job, extraction: Synthesized(proposal=None), job(thing, Method.RAW, scale="1"), thing
-    )
+    done = with_users_numbers(lambda job, extraction: (None, (), ()), job(thing, Method.RAW, scale="1"), thing)
     assert done.proposal is None and [item.code for item in done.findings] == ["overrides_unused"]
 
 

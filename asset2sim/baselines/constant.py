@@ -3,9 +3,12 @@
 It shows what a score of meaning is worth: our rules and checks complete it as they do a model's answer.
 """
 
+from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.declared_method import DOTTED, DeclaredMethod, ProposalJob, Proposed
 from schemas.features import Features
 from schemas.overlay import Overlay
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer, ModelAsk, ModelRequest
+from schemas.vocabulary import Method, Source
 
 SCALE = 0.2
 """The scale that GenSim2's experts give most often, so that the baseline is as strong as a constant can be."""
@@ -27,3 +30,28 @@ def propose_constant(features: Features) -> Overlay:
 def without_model(request: ModelRequest) -> ModelAnswer:
     """No answer: this method asks no model, not even for a step of the state."""
     return ModelAnswer(content=None, calls=(), error=f"no model is asked for {request.purpose}")
+
+
+def propose(job: ProposalJob, extraction: Extraction) -> Proposed:
+    """The same scale and share open for every object."""
+    return propose_constant(extraction.features), (), ()
+
+
+def unasked(ask: ModelAsk, extraction: Extraction) -> tuple[ModelAsk, Extraction]:
+    """No model, and all of the asset."""
+    return without_model, extraction
+
+
+METHOD = DeclaredMethod(
+    Method.CONSTANT,
+    "one constant scale, a tenth open",
+    "one scale and every joint a tenth open for every object, with our rules",
+    propose,
+    place=70,
+    rules=True,
+    asks=False,
+    source=Source.RULE,
+    given=unasked,
+    colour="#000000",
+    dashes=DOTTED,
+)

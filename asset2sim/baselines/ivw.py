@@ -5,18 +5,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.declared_method import DASHED, DeclaredMethod, ProposalJob, Proposed
 from asset2sim.baselines.fusion import fuse
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid
 from asset2sim.models.prompts import IVW, overlay_request
 from asset2sim.render import VIEW_NAMES
+from asset2sim.render.canonical import labelled_views
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import MethodSettings
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode, Method, Severity, Stage
 
 LEAST_SHARE = 0.5
 """Least share of the answers that must be valid: fewer would fuse a minority."""
@@ -137,3 +139,20 @@ def listed(got: Answers) -> str:
     different = list(dict.fromkeys(got.reasons))
     more = len(different) - MAX_REASONS
     return "; ".join(different[:MAX_REASONS]) + (f"; and {more} more" if more > 0 else "")
+
+
+def propose(job: ProposalJob, extraction: Extraction) -> Proposed:
+    """Several answers to each view, fused. Raises SynthesisError."""
+    images = labelled_views(extraction, job.settings)
+    return ask_fused(extraction, job.ref.prompt, job.ask, images, job.settings.methods)
+
+
+METHOD = DeclaredMethod(
+    Method.IVW,
+    "VLM-IVW",
+    "25 answers, weighted by inverse variance",
+    propose,
+    place=20,
+    colour="#E69F00",
+    dashes=DASHED,
+)

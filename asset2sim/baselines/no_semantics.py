@@ -8,14 +8,18 @@ which comes from the user and not from the asset.
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.declared_method import DASHED, DeclaredMethod, ProposalJob, Proposed
+from asset2sim.baselines.ours import by_rules
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompts import data_block
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn
+from schemas.vocabulary import Method
 
 WITHHELD = (
     *("asset_id", "category", "label", "labels", "label_a", "label_b", "joint_kind", "material", "materials", "mesh"),
@@ -155,3 +159,27 @@ def named_value(value: Any, alias_map: NameAliases) -> Any:
     if isinstance(value, str):
         return alias_map.any_alias.sub(lambda match: alias_map.names[match.group(0)], value)
     return value
+
+
+def withheld(ask: ModelAsk, extraction: Extraction) -> tuple[ModelAsk, Extraction]:
+    """Requests and features without names and labels."""
+    features = extraction.features
+    return without_semantics(ask, features), replace(extraction, features=unlabelled(features))
+
+
+def propose(job: ProposalJob, extraction: Extraction) -> Proposed:
+    """Ours, pictures labelled by aliases. Raises SynthesisError."""
+    return by_rules(job, extraction, name_aliases(extraction.features).aliases, semantics=False)
+
+
+METHOD = DeclaredMethod(
+    Method.NO_SEMANTICS,
+    "ours, no semantics",
+    "ours with every name and label withheld",
+    propose,
+    place=60,
+    rules=True,
+    given=withheld,
+    colour="#56B4E9",
+    dashes=DASHED,
+)

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.declared_method import DOTTED, DeclaredMethod, ProposalJob, Proposed
 from asset2sim.checks.alignment.reference import FILE, read_references
 from schemas.alignment import Reference
 from schemas.asset import AssetRef
@@ -9,7 +11,7 @@ from schemas.errors import AssetError, UsageError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage
 
 LEVELS = 3
 """Parent folders searched for the dataset's reference file: category, dataset, and one more."""
@@ -64,3 +66,22 @@ def reference_file(folder: Path) -> Path | None:
 def no_estimate(message: str) -> AssetError:
     """The error for an asset without a usable reference."""
     return AssetError(FailureMode.NO_VALID_ESTIMATE, "no_reference", message)
+
+
+def propose(job: ProposalJob, extraction: Extraction) -> Proposed:
+    """An expert's scale and state. Raises AssetError."""
+    proposal, findings = propose_reference(job.ref, extraction.features)
+    return proposal, (), findings
+
+
+METHOD = DeclaredMethod(
+    Method.REFERENCE,
+    "human reference",
+    "an expert's scale and state, an engine's defaults for the rest",
+    propose,
+    place=10,
+    asks=False,
+    source=Source.USER,
+    colour="#009E73",
+    dashes=DOTTED,
+)

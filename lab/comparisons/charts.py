@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from asset2sim.baselines.declared_method import known_methods
 from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES, Row
 from lab.comparisons.markdown import name_of
 from lab.comparisons.method_runs import METHODS, WITHOUT_MODEL
@@ -16,17 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DASHED, DOTTED = (0, (5, 1)), (0, (1, 1))
-METHOD_LINES: dict[Method, tuple[str, str | tuple[int, tuple[int, ...]]]] = {
-    Method.ASSET2SIM: ("#0072B2", "-"),
-    Method.NO_SEMANTICS: ("#56B4E9", DASHED),
-    Method.DIRECT: ("#D55E00", "-"),
-    Method.IVW: ("#E69F00", DASHED),
-    Method.AGENT: ("#CC79A7", (0, (3, 1, 1, 1))),
-    Method.REFERENCE: ("#009E73", DOTTED),
-    Method.CONSTANT: ("#000000", DOTTED),
-    Method.RAW: ("#7F7F7F", DOTTED),
-}
+METHOD_LINES = {method: (item.colour, item.dashes) for method, item in known_methods().items()}
 """Colour and dashes of each method's curve, in Okabe and Ito's palette; ours is the darkest blue."""
 OUTCOME_COLOURS = ("#0072B2", "#F0E442", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#7F7F7F")
 """Colours of the outcomes in their order, ok first."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from asset2sim.baselines.declared_method import known_methods
 from asset2sim.catalog.text import NOTHING, markdown_table
 from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES, Row, array_of
 from lab.comparisons.figure_specs import NINE_SUBSET, STABILITY, SUCCESS, FigureSpec
@@ -16,16 +17,7 @@ from schemas.vocabulary import Method
 MINUS = "−"
 MIN_SIGNIFICANT_OBJECTS = 5
 """Least objects for marking a difference as significant: a bootstrap over fewer is unreliable."""
-NAMES: dict[Method, str] = {
-    Method.REFERENCE: "human reference",
-    Method.IVW: "VLM-IVW",
-    Method.DIRECT: "direct VLM",
-    Method.ASSET2SIM: "ours",
-    Method.AGENT: "coding agent",
-    Method.NO_SEMANTICS: "ours, no semantics",
-    Method.CONSTANT: "one constant scale, a tenth open",
-    Method.RAW: "as it came",
-}
+NAMES = {method: item.name for method, item in known_methods().items()}
 """What the tables and charts call each method."""
 SCRIPTED = "scripted agent"
 """What they call the agent whose policy is a program of ours, since no model was asked."""

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_settings import CliPositionalArg
 from typing_extensions import TypeAliasType
 
+from asset2sim.baselines.declared_method import known_methods
 from asset2sim.runs.command_line import parse
 from asset2sim.runs.option_groups import FileOptions, Selection
 from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, nothing
@@ -21,12 +22,9 @@ from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
 
-METHODS = (
-    *(Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM, Method.AGENT, Method.NO_SEMANTICS),
-    *(Method.CONSTANT, Method.RAW),
-)
+METHODS = tuple(known_methods())
 """Every method, in the order of the tables: the paper's, the trivial baseline, and the raw asset."""
-WITHOUT_MODEL = (Method.REFERENCE, Method.CONSTANT, Method.RAW)
+WITHOUT_MODEL = tuple(method for method, item in known_methods().items() if not item.asks)
 """Methods without model calls: each is run once, however many models are compared."""
 NO_MODEL = "none"
 """Model name of those methods in the tables."""

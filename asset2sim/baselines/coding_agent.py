@@ -1,0 +1,23 @@
+"""Coding agent: a model with tools, without our structure (paper, baselines)."""
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.declared_method import DeclaredMethod, ProposalJob, Proposed
+from schemas.vocabulary import Method
+
+
+def by_agent(job: ProposalJob, extraction: Extraction) -> Proposed:
+    """What the agent submits last. Raises SynthesisError."""
+    from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
+
+    return run_agent(job.ref, extraction, job.settings, job.ask, job.source, job.guidance)
+
+
+METHOD = DeclaredMethod(
+    Method.AGENT,
+    "coding agent",
+    "a model with tools and no structure of ours",
+    by_agent,
+    place=50,
+    colour="#CC79A7",
+    dashes=(0, (3, 1, 1, 1)),
+)
