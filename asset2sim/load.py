@@ -83,7 +83,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Description:
-    """What a user must know of a refined object. ``support`` is freestanding, fixed or handheld; ``mount`` what a fixed
+    """Description of a refined object. ``support`` is freestanding, fixed or handheld; ``mount`` what a fixed
     one is fixed to, if known; ``height_m`` how far its root's origin is over its lowest point in the initial state;
     ``urdf`` its URDF's tree with absolute paths."""
 
@@ -162,7 +162,8 @@ def module(name: str) -> Any:
 
 
 def describe(folder: str | Path) -> Description:
-    """What a refined folder holds: joints with range, unit, initial position, whether they hold and where to pull; what
+    """Description of a refined folder: joints with range, unit, initial position, whether they hold and where to pull;
+    what
     carries the object; its mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there."""
     place = Path(folder).resolve()
     missing = [name for name in ("mobility.urdf", "overlay.json") if not (place / name).is_file()]

@@ -51,7 +51,7 @@ def unchanged_lines(told: Forecast) -> list[str]:
 
 
 def expected_lines(found: ForecastCost, settings: Settings, assets: int) -> list[str]:
-    """What the run would take, in words."""
+    """Cost of the run, in words."""
     if assets == 0:
         return ["expected: no model calls, and only the time to look"]
     model = described(settings.model.model)

@@ -1,1 +1,1 @@
-"""What is measured about the project itself: experiments, comparisons, judges, and the pages of the documentation."""
+"""Measurements of the project itself: experiments, comparisons, judges, and the pages of the documentation."""

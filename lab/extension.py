@@ -1,4 +1,4 @@
-"""What the laboratory adds to ``asset2sim``: its commands, tables, check and model (``schemas.extensions``)."""
+"""Extension of the laboratory to ``asset2sim``: its commands, tables, check and model (``schemas.extensions``)."""
 
 from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
 from schemas.extensions import Command, Extension, FurtherCheck, LocalModel

@@ -40,7 +40,7 @@ UNSTATED_SCALE = 1.0
 
 @dataclass(frozen=True)
 class Reference:
-    """What an expert chose for one object: scale, and the position of the joint of interest (rad or m at scale 1)."""
+    """Choices of an expert for one object: scale, and the position of the joint of interest (rad or m at scale 1)."""
 
     scale: float
     joint: str
@@ -57,7 +57,8 @@ SIZE, NOTHING = "size", "none"
 
 
 class Expectation(Frozen):
-    """What a careful reader of an object's prompt and pictures accepts of one thing, written before any result.
+    """Expectation of a careful reader of an object's prompt and pictures accepts of one thing, written before any
+    result.
 
     ``what`` is ``size`` (longest edge with all closed, cm), a joint (position at scale 1, rad or m), or ``none`` (the
     prompt asks no state that could be told). Any of the ``ranges`` will do. ``swings``: it may end anywhere.

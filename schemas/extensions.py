@@ -70,7 +70,7 @@ class LocalModel:
 
 @dataclass(frozen=True)
 class Extension:
-    """What a distribution adds."""
+    """Additions of a distribution."""
 
     commands: tuple[Command, ...] = ()
     checks: tuple[FurtherCheck, ...] = ()

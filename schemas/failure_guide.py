@@ -1,4 +1,4 @@
-"""What each failure mode means and what people do about it: for the documentation and for readers of the catalog."""
+"""Meaning of each failure mode and what people do about it: for the documentation and for readers of the catalog."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a user's sentence asks of one object, each wish with its words: read once, and never parsed again."""
+"""Requests of a user's sentence of one object, each wish with its words: read once, and never parsed again."""
 
 from typing import Literal
 
@@ -142,7 +142,8 @@ class UnmetNumber(Wish):
 
 
 class Guidance(Frozen):
-    """What a sentence asks of one object. ``category`` is a row of the table of sizes, "*" where nothing names one, and
+    """Requests of a sentence for one object. ``category`` is a row of the table of sizes, "*" where nothing names one,
+    and
     ``category_from`` says what named it; ``called`` is what the first phrase calls the object, by the name that the
     table of supports has for it. ``free``: something is to move freely, so that gravity may take it from its state."""
 

@@ -37,7 +37,7 @@ class Nudge(Frozen):
 
 
 class Obstacle(Frozen):
-    """What stops a joint at ``position`` (rad or m): the two links that overlap there, by how much, and why."""
+    """Obstacle to a joint at ``position`` (rad or m): the two links that overlap there, by how much, and why."""
 
     position: float
     link_a: str
@@ -145,7 +145,7 @@ class SettledJoint(Frozen):
 
 
 class Effort(Frozen):
-    """What a hand needs to move a joint at its part's edge, as the object stands on the plane.
+    """Effort that a hand needs to move a joint at its part's edge, as the object stands on the plane.
 
     ``effort`` (N·m or N) is the least that moves it ``way``, "opening" or "closing". A hinge's edge is at ``lever_m``
     from its axis; a slider's is 1. Pushed there in the direction of its motion, the object tips at ``tips_at_n`` and

@@ -39,7 +39,7 @@ class Content(Frozen):
 
 
 class LinkProposal(Frozen):
-    """What a model proposes for one link. Either ``mass_kg``, or ``density_kg_m3`` with ``wall_m`` (for a shell) or
+    """A model's proposal for one link. Either ``mass_kg``, or ``density_kg_m3`` with ``wall_m`` (for a shell) or
     ``hollow_factor`` (for what is solid), and ``contents`` beside.
 
     ``wall_m`` is the thickness of the wall over the link's outer area, m at the final scale; it counts before
@@ -61,7 +61,7 @@ class LinkProposal(Frozen):
 
 
 class JointProposal(Frozen):
-    """What a model proposes for one joint: absolute terms, or what a person feels, from which the terms are derived.
+    """A model's proposal for one joint: absolute terms, or what a person feels, from which the terms are derived.
 
     Absolute: ``damping`` (N·m·s/rad or N·s/m), ``friction`` (N·m or N), ``stiffness`` (N·m/rad or N/m).
     Felt: ``coast_s`` is the time in which a free joint loses 63 % of its speed, ``spring_hz`` the frequency at which a
@@ -94,7 +94,7 @@ class JointProposal(Frozen):
 
 
 class SupportProposal(Frozen):
-    """What a model says carries the object; ``mount`` is what a fixed one is fixed to, ``confidence`` 0 to 1."""
+    """A model's answer on what carries the object; ``mount`` is what a fixed one is fixed to, ``confidence`` 0 to 1."""
 
     kind: SupportKind
     mount: Mount | None = None

@@ -18,7 +18,7 @@ class StatedPosition(Frozen):
 
 
 class Overrides(Frozen):
-    """What a user states of one asset; it wins over any model and any prior, and its source is ``user``.
+    """A user's statements on one asset; it wins over any model and any prior, and its source is ``user``.
 
     ``size_m`` is the longest edge of the closed object, ``mass_kg`` the whole object's mass; ``joints`` maps joint →
     initial position, ``materials`` link → material of the table. ``where`` says of each column the file and the line.

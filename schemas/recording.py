@@ -22,7 +22,7 @@ class AnswerOrigin(Frozen):
 
 
 class Recording(Frozen):
-    """What ``recording.json`` says: ``model`` and ``prompt`` of the answers that do not say it themselves, the methods
+    """Content of ``recording.json``: ``model`` and ``prompt`` of the answers that do not say it themselves, the methods
     that asked, when the folder was made and by which version, and file name → origin. Every field may be left out."""
 
     model: str | None = None

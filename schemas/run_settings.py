@@ -36,7 +36,7 @@ class RunSettings(Frozen):
     max_new_failures: int | None = Field(None, ge=0)
     """Gate: most assets that may fail that did not fail before the run; None: any number."""
     gate: Gate = Gate.ERROR
-    """What a run does that misses a gate: an exit code of its own, or a warning."""
+    """Action of a run that misses a gate: an exit code of its own, or a warning."""
     hook: Secret | None = None
     """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.runs.alert``."""
     hook_time_limit_s: Positive = 60.0

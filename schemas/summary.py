@@ -1,4 +1,5 @@
-"""What a run keeps in memory of each asset's record, about a hundredth of it: verdict, cost, and what reports show."""
+"""Summary that a run keeps in memory of each asset's record, about a hundredth of it: verdict, cost, and what reports
+show."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What an object stands on, hangs from or is held by, where that was read, and how sure it is."""
+"""Support that an object stands on, hangs from or is held by, where that was read, and how sure it is."""
 
 from enum import StrEnum
 
@@ -7,7 +7,7 @@ from schemas.vocabulary import Source
 
 
 class SupportKind(StrEnum):
-    """What carries an object in the world."""
+    """Kinds of support of an object in the world."""
 
     FREESTANDING = "freestanding"
     """It stands or lies on a floor or a table by its own weight."""
@@ -18,7 +18,7 @@ class SupportKind(StrEnum):
 
 
 class Mount(StrEnum):
-    """What a fixed object is fixed to."""
+    """Mounts of a fixed object."""
 
     FLOOR = "floor"
     WALL = "wall"
@@ -29,7 +29,7 @@ class Mount(StrEnum):
 
 
 class Support(Frozen):
-    """What carries an object, with where that was read (``source``), how sure it is (0 to 1), and why in words.
+    """Support of an object, with where that was read (``source``), how sure it is (0 to 1), and why in words.
 
     ``mount`` is None unless the object is fixed, and may be None where it is: what it is fixed to is then not known.
     """

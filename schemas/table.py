@@ -1,4 +1,4 @@
-"""What a published table is: an Arrow schema with units and a description in every field, its grain and its key."""
+"""A published table: an Arrow schema with units and a description in every field, its grain and its key."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -19,7 +19,8 @@ class CheckVerdict:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What failed, or ``none``; the ``reason`` with its numbers, and the ``value`` and ``limit`` that were compared."""
+    """The mode that failed, or ``none``; the ``reason`` with its numbers, and the ``value`` and ``limit`` that were
+    compared."""
 
     mode: FailureMode
     reason: str

@@ -173,7 +173,8 @@ class DynamicsRule(StrEnum):
 
 
 class Proposer(StrEnum):
-    """What lowers Φ by joint positions: a ``search``, which asks a model only where overlap is left, or the ``model``
+    """Proposer of joint positions that lower Φ: a ``search``, which asks a model only where overlap is left, or the
+    ``model``
     at every step (the paper's loop)."""
 
     SEARCH = "search"
@@ -200,7 +201,7 @@ class Grouping(StrEnum):
 
 
 class Gate(StrEnum):
-    """What a run does that misses a gate: ``error`` exits with 3, ``warn`` says so and exits as without a gate."""
+    """Action of a run that misses a gate: ``error`` exits with 3, ``warn`` says so and exits as without a gate."""
 
     WARN = "warn"
     ERROR = "error"

@@ -55,7 +55,8 @@ def compare_with_checksums(folder: Path) -> StageResult:
 
 
 def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
-    """What the URDF states, in the state, with the friction and on the support that a refined folder's ``overlay.json``
+    """Overlay of what the URDF states, in the state, with the friction and on the support that a refined folder's
+    ``overlay.json``
     adds; without one, joints at zero or their nearest limit, and the support that is found."""
     overlay = authored_overlay(extraction, job.settings.physics)
     told = list[Finding]()

@@ -42,7 +42,7 @@ def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
 
 
 def guidance_of(ref: AssetRef, features: Features) -> Guidance:
-    """What the asset's prompt asks of an object with these features: the sentence is read here and nowhere else."""
+    """Guidance of the asset's prompt of an object with these features: the sentence is read here and nowhere else."""
     return read_guidance(ref.prompt or "", rounded_object_info(features))
 
 

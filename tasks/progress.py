@@ -23,7 +23,7 @@ from schemas.vocabulary import FailureMode, Severity, Stage, Status
 
 @dataclass(frozen=True, kw_only=True)
 class StageResult:
-    """What every stage may leave behind; what a stage makes is in the fields that its own result adds.
+    """Result that every stage may leave behind; what a stage makes is in the fields that its own result adds.
 
     A field that is None says nothing: what an earlier stage said of it stands.
     """
@@ -69,7 +69,7 @@ def internal_error(stage: Stage, error: Exception) -> AssetError:
 
 @dataclass
 class Progress:
-    """What one asset's stages have left behind so far: if a later one fails, this still reaches the record."""
+    """Results of one asset's stages so far: if a later one fails, this still reaches the record."""
 
     features: Features | None = None
     guidance: Guidance | None = None

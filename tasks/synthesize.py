@@ -15,7 +15,7 @@ from tasks.progress import StageResult
 
 @dataclass(frozen=True, kw_only=True)
 class Synthesized(StageResult):
-    """What the method proposes; None for an asset that is measured as it came."""
+    """The method's proposal; None for an asset that is measured as it came."""
 
     proposal: Overlay | None
 
@@ -31,7 +31,7 @@ def check_users_numbers(job: AssetJob, extraction: Extraction) -> StageResult:
 def with_users_numbers(
     propose: Callable[[ProposalJob, Extraction], Proposed], job: AssetJob, extraction: Extraction
 ) -> Synthesized:
-    """What the method proposes, with the user's own numbers, which are checked, in place of its own. Raises what the
+    """The method's proposal, with the user's own numbers, which are checked, in place of its own. Raises what the
     method raises."""
     stated, features = job.ref.overrides, extraction.features
     told = job if stated is None else guided_by_scale(job, stated_scale(features, stated))

@@ -47,7 +47,7 @@ def link_problem(path: Path) -> str | None:
 
 
 def path_problem(path: Path, error: OSError | RuntimeError | ValueError) -> str:
-    """What an error says of a path, in words that follow its name."""
+    """The text of an error about a path, in words that follow its name."""
     code = error.errno if isinstance(error, OSError) else None
     try:
         if code == errno.ENOENT:

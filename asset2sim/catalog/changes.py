@@ -110,7 +110,8 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 
 
 def compared(runs: pd.DataFrame) -> pd.DataFrame:
-    """What two runs must have in common to be compared, a column each; "" for a subset or a selection of all."""
+    """Columns that two runs must have in common to be compared, a column each; "" for a subset or a selection of
+    all."""
     names = ["dataset", "method", "model", "subset", "selection"]
     # A catalog that an earlier version wrote has no selection.
     return runs.reindex(columns=names).astype(object).fillna("")

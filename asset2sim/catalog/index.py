@@ -89,7 +89,8 @@ def entry(row: Mapping[str, Any], names: Collection[str], folder: Path) -> dict[
 
 
 def support_of(folder: Path) -> str | None:
-    """What carries a refined object, from its overlay: freestanding, fixed or handheld; None where that is not here."""
+    """The support of a refined object, from its overlay: freestanding, fixed or handheld; None where that is not
+    here."""
     try:
         overlay = json.loads((folder / OVERLAY_NAME).read_text(encoding="utf-8"))
     except OSError:

@@ -29,7 +29,7 @@ Filters = list[tuple[str, str, object]]
 
 
 class TableSlice(NamedTuple):
-    """What is read of a table: the columns of these names, and the rows that pass; None for all."""
+    """Part of a table to read: the columns of these names, and the rows that pass; None for all."""
 
     columns: Sequence[str] | None = None
     filters: Filters | None = None

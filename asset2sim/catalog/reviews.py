@@ -19,7 +19,7 @@ VERDICTS = ("good", "bad")
 
 @dataclass(frozen=True)
 class Review:
-    """What one person says of one asset as one run refined it; ``reviewed_at`` has a time zone. Raises UsageError for a
+    """One person's review of one asset as one run refined it; ``reviewed_at`` has a time zone. Raises UsageError for a
     verdict that is none."""
 
     run_id: str

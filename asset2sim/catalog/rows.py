@@ -229,7 +229,7 @@ def _support_columns(overlay: PhysicsOverlay | None) -> Row:
 
 
 def _measured_columns(measured: Measurement | None) -> Row:
-    """What only ``assets`` holds of the measurement."""
+    """Columns that only ``assets`` holds of the measurement."""
     return {
         "deepest_contact_mm": 1000.0 * max((p.depth_m for p in measured.pairs), default=0.0) if measured else None,
         "penetrating_pairs": len(measured.pairs) if measured else None,

@@ -56,7 +56,8 @@ class RunRow(Frozen):
 
 
 def selection_of(asset_ids: Sequence[str], limit: int | None) -> str | None:
-    """What ``--assets`` and ``--limit`` leave of a dataset, as text; None for all of it. Runs of different selections
+    """Assets that ``--assets`` and ``--limit`` leave of a dataset, as text; None for all of it. Runs of different
+    selections
     cannot be compared."""
     digest = hashlib.sha256("\0".join(sorted(asset_ids)).encode(errors="surrogateescape")).hexdigest()
     listed = ",".join(sorted(asset_ids))

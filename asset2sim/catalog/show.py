@@ -24,7 +24,8 @@ _SEVERITY_STYLES = {"error": "bold red", "warning": "yellow", "info": "dim"}
 
 
 def describe_asset(out: Path | str, asset_id: str) -> RenderableType:
-    """What the catalog in OUT holds on one asset, for every method and model that refined it, as a rich renderable.
+    """Everything that the catalog in OUT holds on one asset, for every method and model that refined it, as a rich
+    renderable.
     Raises UnknownChoiceError naming the closest ids for an unknown asset, UsageError where OUT has no catalog."""
     frames = read_asset(out, asset_id)
     parts: list[RenderableType] = []
@@ -72,7 +73,7 @@ def _overlay(asset: FrameRow) -> RenderableType:
 
 
 def _support(asset: FrameRow) -> str:
-    """What carries the object, where it comes from and how sure that is; "" where an older run did not say."""
+    """Line on the object's support, where it comes from and how sure that is; "" where an older run did not say."""
     kind, mount = asset.get("support"), asset.get("support_mount")
     if not isinstance(kind, str):
         return ""

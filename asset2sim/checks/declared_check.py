@@ -1,4 +1,4 @@
-"""What a check declares of itself, in the module that measures it: ``CHECK``.
+"""Declaration of a check, in the module that measures it: ``CHECK``.
 
 Everything that is to be known of a check goes over these: the run in each engine, verdicts, tables, the report, what
 is mended, the documentation and the bench of planted defects.

@@ -39,7 +39,8 @@ def efforts(
     limits: Thresholds,
     carried: SupportKind = SupportKind.FREESTANDING,
 ) -> tuple[Effort, ...]:
-    """What a hand needs at the edge of every joint's part, each way that it has room, from the least efforts that were
+    """Forces that a hand needs at the edge of every joint's part, each way that it has room, from the least efforts
+    that were
     measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing tips, nor
     where the object is ``carried`` by a hand. A light object whose button is pressed sideways or from below is held in
     the other hand."""
@@ -133,7 +134,7 @@ def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdi
 
 
 def stronger(joint: JointPhysics) -> str:
-    """What a person would do about a spring that is too weak to feel."""
+    """The remedy of a person for a spring that is too weak to feel."""
     if joint.armature <= 0.0 or joint.lower is None or joint.upper is None:
         return "give it a stronger spring"
     travel, unit = joint.upper - joint.lower, unit_of(joint)

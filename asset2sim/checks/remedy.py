@@ -1,4 +1,4 @@
-"""What a remedy is given, and what a remedy is: a pure function from an overlay to a changed one."""
+"""Case and type of a remedy: a pure function from an overlay to a changed one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -93,7 +93,7 @@ def observe(
 
 
 def record(world: World, peak: float, settings: EngineSettings) -> RestMotion:
-    """What an object that has settled does for ``test_s`` untouched; ``peak`` is its fastest link's speed until now."""
+    """Motion of an object that has settled for ``test_s`` untouched; ``peak`` is its fastest link's speed until now."""
     stride = reading_stride(world)
     root_positions, root_orientations, joint_positions = [], [], []
     for index in range(round(settings.test_s / settings.timestep_s) + 1):

@@ -1,4 +1,4 @@
-"""What a check measures with: the object in one engine, loaded on a plane and with its root held."""
+"""The rig of a check: the object in one engine, loaded on a plane and with its root held."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager

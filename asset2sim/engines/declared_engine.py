@@ -1,4 +1,4 @@
-"""What an engine declares of itself, in the module that opens it: ``ENGINE``."""
+"""Declaration of an engine, in the module that opens it: ``ENGINE``."""
 
 from dataclasses import dataclass
 

@@ -40,7 +40,7 @@ def known_engines() -> tuple[Engine, ...]:
 
 
 def declared_engine(engine: Engine) -> DeclaredEngine:
-    """What an engine declares; its package is imported. Raises ImportError where that is not installed."""
+    """The declaration of an engine; its package is imported. Raises ImportError where that is not installed."""
     if engine in further():
         return further()[engine]
     found: DeclaredEngine = import_module(f"{PACKAGE}.{engine}{ENDING}").ENGINE

@@ -42,7 +42,7 @@ RunWork = Callable[[Work], Outcome]
 
 @dataclass(frozen=True)
 class Done:
-    """What a job comes to: its row, and rows of further tables by name, all without the columns that were known."""
+    """Result of a job: its row, and rows of further tables by name, all without the columns that were known."""
 
     row: Row
     more: Mapping[str, Sequence[Row]] = field(default_factory=dict)

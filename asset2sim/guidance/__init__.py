@@ -1,1 +1,1 @@
-"""What words mean: prompts and labels read into sizes, states, parts and materials, from tables."""
+"""Meaning of words: prompts and labels read into sizes, states, parts and materials, from tables."""

@@ -1,4 +1,4 @@
-"""What parts are to be made of, and which are to be heavy or light."""
+"""Materials that parts are to be made of, and which are to be heavy or light."""
 
 from collections.abc import Sequence
 

@@ -93,7 +93,7 @@ class JointInfo:
 
 @dataclass(frozen=True)
 class ObjectInfo:
-    """What the prompt says of one object, at authored scale. ``edges``: (parent, child) of all joints, fixed too."""
+    """Facts of the prompt on one object, at authored scale. ``edges``: (parent, child) of all joints, fixed too."""
 
     asset_id: str
     category: str

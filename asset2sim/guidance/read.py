@@ -14,7 +14,7 @@ from schemas.guidance import Guidance
 
 
 def read_guidance(words: str, info: ObjectInfo) -> Guidance:
-    """What the words ask of an object. Which parts they mean depends on its joints, labels and shape."""
+    """The requests of the words for an object. Which parts they mean depends on its joints, labels and shape."""
     tokens = tokenize(words)
     category, category_from = identify(info, tokens)
     statements, parts = segments(tokens, category), parts_of(info, category)

@@ -1,4 +1,4 @@
-"""What a sentence says of an object's size, and the scale that gives it its usual or asked size."""
+"""An object's size in a sentence, and the scale that gives it its usual or asked size."""
 
 import math
 import re

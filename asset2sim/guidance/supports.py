@@ -1,4 +1,4 @@
-"""What carries an object, from words: what the guidance says of it, else what such things usually are."""
+"""Support of an object, from words: what the guidance says of it, else what such things usually are."""
 
 import re
 from functools import lru_cache
@@ -22,7 +22,7 @@ NAMED_SHARE = 0.7
 
 
 def said_support(tokens: Phrase) -> SupportProposal | None:
-    """What the guidance says carries the object: a phrase such as "wall-mounted", or else what its first phrase calls
+    """The support that the guidance names: a phrase such as "wall-mounted", or else what its first phrase calls
     the object ("a wall clock"); None where it says nothing."""
     for start, _, phrase in longest_spans(tokens, _phrases("said")):
         if not _DENIALS & set(tokens[max(0, start - DENIED_WITHIN) : start]):
@@ -32,12 +32,12 @@ def said_support(tokens: Phrase) -> SupportProposal | None:
 
 
 def called_by(tokens: Phrase) -> str | None:
-    """What the guidance's first phrase calls the object, by the name that the table of supports has for it."""
+    """The name that the guidance's first phrase gives the object, by the name that the table of supports has for it."""
     return _last_noun(head_of(tokens))
 
 
 def usual_support(info: ObjectInfo, called: str | None) -> SupportProposal | None:
-    """What usually carries such an object: by its category, else by what the guidance calls it, else by the last noun
+    """The usual support of such an object: by its category, else by what the guidance calls it, else by the last noun
     of the asset's name, with less confidence; None where the tables do not know it, or leave it to its shape."""
     places = [("the guidance calls it", called, 1.0), ("its name says", _last_noun(_words(info.asset_id)), NAMED_SHARE)]
     if info.category and not is_generic(info.category):

@@ -39,7 +39,7 @@ class Material:
 
 @dataclass(frozen=True)
 class PartMaterial:
-    """What a part is made of: a wall, or the share of its hull's volume that is material. ``wall_m`` (0 for a solid) is
+    """Material of a part: a wall, or the share of its hull's volume that is material. ``wall_m`` (0 for a solid) is
     the wall's thickness over the part's outer area: as built, times the share of that area that has such a wall."""
 
     material: str
@@ -89,7 +89,7 @@ class PartEffort:
 
 @dataclass(frozen=True)
 class MotionWord:
-    """What a word about motion stands for: seconds to fall shut from half open, metres (slider) or radians (hinge)
+    """Meaning of a word about motion: seconds to fall shut from half open, metres (slider) or radians (hinge)
     that it glides when let go, seconds in which a spring brings it back."""
 
     closes_s: float | None
@@ -100,7 +100,7 @@ class MotionWord:
 
 @dataclass(frozen=True)
 class Word:
-    """What a phrase of the guidance means."""
+    """Meaning of a phrase of the guidance."""
 
     kind: str
     value: str
@@ -212,7 +212,7 @@ def part_material(category: str, part: str) -> PartMaterial:
 
 @lru_cache
 def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
-    """What is inside that part of an object of that category, "" being its body."""
+    """Contents of that part of an object of that category, "" being its body."""
     return tuple(
         PartContent(
             name=row["content"],

@@ -1,4 +1,4 @@
-"""What the tool does to the object at this moment, as cheaply as an environment needs it, 500 times a second."""
+"""Contacts of the tool with the object at this moment, as cheaply as an environment needs it, 500 times a second."""
 
 import mujoco
 import numpy as np

@@ -253,7 +253,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         return float(terms.reward[0]), info
 
     def ending(self) -> dict[str, Any]:
-        """What the last step's info says besides: success and guards."""
+        """Further entries of the last step's info: success and guards."""
         found = self.guards()
         limits = self.settings.guards
         pressed = self.subject.task.verb is Verb.PRESS
@@ -261,11 +261,11 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         return {"is_success": done and not found.degenerate, "S_best": self.best, **found.info()}
 
     def guards(self) -> Guards:
-        """What the guards find in the episode so far."""
+        """Findings of the guards in the episode so far."""
         return guard(self.rollout(), self.settings.guards)
 
     def rollout(self) -> Rollout:
-        """What the episode recorded so far, a sample every 4 ms."""
+        """Recording of the episode so far, a sample every 4 ms."""
         joint = self.subject.joint
         return Rollout(
             np.array(self.positions), np.array(self.touched), np.array(self.works), np.array(self.heights),

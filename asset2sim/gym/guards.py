@@ -11,7 +11,7 @@ from schemas.learning_settings import GuardSettings
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """What an episode recorded, (n,) samples, the start first: ``positions`` of the part's joint, rad or m; whether the
+    """Recording of an episode, (n,) samples, the start first: ``positions`` of the part's joint, rad or m; whether the
     arm ``touched`` the object; ``tool_work_j``, its work on the object since the sample before; ``heights`` of the
     part's centre of mass, m. Beside them the joint's limits as loaded, its target, and its spring (N·m/rad or N/m; rad
     or m)."""
@@ -29,7 +29,8 @@ class Rollout:
 
 @dataclass(frozen=True)
 class Guards:
-    """What was found. Shares of the way to the target: ``drift_share`` was gone before anything touched the object,
+    """Findings of the guards. Shares of the way to the target: ``drift_share`` was gone before anything touched the
+    object,
     ``fallen_share`` untouched after that but downwards, as a lid falls that was pushed over, ``untouched_share`` all
     that was gone untouched but for the fall; ``spring_share`` is the spring's share of the spring's and the arm's work.
     ``moved_untouched``, ``drifted`` and ``spring_did_it`` are these shares over their bounds."""
@@ -60,7 +61,8 @@ def solved_at_start(start: float, target: float, lower: float, upper: float, set
 
 
 def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
-    """What a rollout shows. A sample's motion is untouched where neither its end nor its start was touched."""
+    """Findings of the guards in a rollout. A sample's motion is untouched where neither its end nor its start was
+    touched."""
     start, way = float(rollout.positions[0]), rollout.target - float(rollout.positions[0])
     forward = np.diff(rollout.positions) * np.sign(way)
     touched = rollout.touched

@@ -1,4 +1,4 @@
-"""What the environments of one object and task share: the compiled world, the task's numbers, and the starts."""
+"""State that the environments of one object and task share: the compiled world, the task's numbers, and the starts."""
 
 import math
 from collections.abc import Iterator

@@ -28,7 +28,7 @@ warp.config.quiet = True
 
 @dataclass(frozen=True, eq=False)
 class Read:
-    """What is read of n worlds after an action, NumPy: positions and speeds (n, nq) and (n, nv), the arm's joint axes
+    """Readings of n worlds after an action, NumPy: positions and speeds (n, nq) and (n, nv), the arm's joint axes
     and anchors (n, 7, 3), the tool's point (n, 3) and hand's axes (n, 3, 3), world; ``to_part`` (n, 3), m; ``touched``
     (n,) in the last 4 ms."""
 

@@ -25,7 +25,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Replies(Generic[Value]):
-    """What came of one question: the value of the answer that fits (None without one), every answer, every model call
+    """Result of one question: the value of the answer that fits (None without one), every answer, every model call
     with those of refused answers marked, and why answers were refused."""
 
     value: Value | None

@@ -1,4 +1,4 @@
-"""What a model remarks on its answer, as findings of the asset."""
+"""A model's remarks on its answer, as findings of the asset."""
 
 from schemas.features import Features
 from schemas.finding import Finding

@@ -30,7 +30,7 @@ SURE = PhysicsSettings().sure_of_closed
 
 @dataclass(frozen=True)
 class Motion:
-    """What is said of one joint: where its axis is at rest, (3,) in the root frame, m, how its part ``opens``, and what
+    """Facts told of one joint: where its axis is at rest, (3,) in the root frame, m, how its part ``opens``, and what
     ``gravity`` does to it."""
 
     origin: Array
@@ -164,7 +164,7 @@ def carried_source(features: Features, tree: Sequence[TreeJoint], joint: JointFe
 
 
 def gravity_words(joint: JointFeatures, pull: tuple[Pull, float], other: tuple[Pull, float]) -> str:
-    """What its weight alone does to a part at its ends, half way and at rest, neither friction nor spring holding it,
+    """Effect of its weight alone on a part at its ends, half way and at rest, neither friction nor spring holding it,
     and where that turns round. ``other`` is the pull for another place of its centre of mass: where the two do not
     agree, it is unclear."""
     own, most = pull
@@ -189,7 +189,7 @@ def gravity_words(joint: JointFeatures, pull: tuple[Pull, float], other: tuple[P
 
 
 def fate(at: float, joint: JointFeatures, pull: tuple[Pull, float], other: tuple[Pull, float]) -> str:
-    """What becomes of a part that is left at a position, rad or m."""
+    """Fate of a part that is left at a position, rad or m."""
     closed, opened = joint.closed or 0.0, joint.open or 0.0
     way = math.copysign(1.0, opened - closed)
     shares = [way * float(item.at(at)) / most if most > 0.0 else 0.0 for item, most in (pull, other)]

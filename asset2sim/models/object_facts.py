@@ -1,4 +1,4 @@
-"""What is told about an object: one mapping from its features, for the prompts, the prior and the checks."""
+"""Facts told about an object: one mapping from its features, for the prompts, the prior and the checks."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,5 @@
-"""What the synthesis is told about an object beyond ``object_facts``: directions, sizes in centimetres, what each link
+"""Facts that the synthesis is told about an object beyond ``object_facts``: directions, sizes in centimetres, what
+each link
 would weigh, how each part moves and falls, and where parts overlap as drawn."""
 
 from collections.abc import Sequence
@@ -78,7 +79,7 @@ def sizes(features: Features) -> list[dict[str, object]]:
 
 
 def more_of_link(link: LinkFeatures, color: str | None, pose: Array, longest_m: float) -> dict[str, object]:
-    """What is told of a link besides; ``pose`` is its (4, 4) link-to-root transform at rest."""
+    """Further facts of a link; ``pose`` is its (4, 4) link-to-root transform at rest."""
     if not link.has_geometry or longest_m <= 0.0:
         return dict.fromkeys(SHAPE)
     center = link.center if link.volume_source is VolumeSource.SIGNED else link.shell_center
@@ -96,7 +97,7 @@ def more_of_link(link: LinkFeatures, color: str | None, pose: Array, longest_m: 
 
 
 def volume_means(link: LinkFeatures) -> str:
-    """What a link's volume is the volume of."""
+    """The solid whose volume a link's volume is."""
     filled = link.volume_m3 / link.hull_volume_m3 if link.hull_volume_m3 > 0.0 else 0.0
     if link.volume_source is VolumeSource.SIGNED:
         return "block" if filled >= FILLED else "material"

@@ -63,7 +63,7 @@ def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJo
 
 
 def scaled_mimic(mimic: Mimic, name: str, sliders: Collection[str], scale: float) -> Mimic:
-    """What the named joint follows, with every length multiplied by ``scale``; ``sliders`` have positions in m."""
+    """The mimic of the named joint, with every length multiplied by ``scale``; ``sliders`` have positions in m."""
     own, leader = (scale if joint in sliders else 1.0 for joint in (name, mimic.joint))
     return mimic.model_copy(update={"multiplier": mimic.multiplier * own / leader, "offset": mimic.offset * own})
 

@@ -1,4 +1,5 @@
-"""What an object stands on: its centre of mass over the edges of its feet, and what it takes to tip it over them."""
+"""Support polygon of an object: its centre of mass over the edges of its feet, and what it takes to tip it over
+them."""
 
 import math
 from dataclasses import dataclass

@@ -142,7 +142,7 @@ def next_pose(
 def propose_pose(
     scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None
 ) -> ProposedPose:
-    """What the model proposes for the focus joints. ``shown`` is the pose to render, by default the present one."""
+    """The model's proposal for the focus joints. ``shown`` is the pose to render, by default the present one."""
     present = situation.positions
     reach = {name: (scene.reach[name].low, scene.reach[name].high) for name in focus}
     views = pictures(scene, shown or present)

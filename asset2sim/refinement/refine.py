@@ -192,7 +192,7 @@ def in_mode(job: RefinementJob, mode: CollisionMode) -> RefinementJob:
 
 
 def context_of(job: RefinementJob, hulls: Hulls) -> RefinementContext:
-    """What the steps of one attempt share, with an empty log."""
+    """Context that the steps of one attempt share, with an empty log."""
     return RefinementContext(
         job.extraction, job.proposal, job.overlay, job.source, hulls, job.settings, Log(), job.guidance
     )

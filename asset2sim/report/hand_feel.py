@@ -1,4 +1,4 @@
-"""What a joint's damping, friction and stiffness mean to a hand: how soon it stops, what opens it, what it holds."""
+"""A joint's damping, friction and stiffness as a hand feels them: how soon it stops, what opens it, what it holds."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ def stopping_time_s(speed: float, inertia: float, damping: float, friction: floa
 
 
 def felt(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
-    """What a hand feels at a joint, as (what, words): its coasting, its opening force, its hold, its return.
+    """Sensations at a joint, as (what, words): its coasting, its opening force, its hold, its return.
     ``checks`` are the joint's rows of the table ``interactions``."""
     opened = _opening(joint, checks)
     held, returned = _hold(joint), _return(checks)

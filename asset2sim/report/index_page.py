@@ -1,4 +1,4 @@
-"""What the index of the report shows: a run beside the one before it, failures, distributions, and all objects."""
+"""Contents of the report's index: a run beside the one before it, failures, distributions, and all objects."""
 
 import json
 from collections import Counter, defaultdict

@@ -1,4 +1,4 @@
-"""What an object's page shows: its row and all that belongs to it, in the words of people who handle objects."""
+"""Contents of an object's page: its row and all that belongs to it, in the words of people who handle objects."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -141,7 +141,7 @@ def loops(asset: Row, files: Collection[str]) -> list[Picture]:
 
 
 def asked(asset: Row, own: Rows) -> list[tuple[str, str, bool | None]]:
-    """What was asked or expected of the object, what came of it, and whether that meets it."""
+    """Requests and expectations of the object, what came of it, and whether that meets it."""
     found: list[tuple[str, str, bool | None]] = []
     for joint in own["joints"]:
         if joint["asked_position"] is None:

@@ -165,12 +165,12 @@ def _here(place: str) -> Path:
 
 
 def _picture_key(asset: Row, out: Path | None) -> str:
-    """What an object's pictures are made of: its row, and where OUT is a folder the view that was drawn of it."""
+    """Key of an object's pictures: its row, and where OUT is a folder the view that was drawn of it."""
     return _digest(_identity(asset), _stamp(out and out / "assets" / asset["asset_id"] / VIEW))
 
 
 def _page_key(asset: Row, folder: Path | None) -> str:
-    """What an object's page is made of, the pictures that are there among it; behind a URL they may be on another
+    """Key of an object's page, the pictures that are there among it; behind a URL they may be on another
     machine, and do not count."""
     place = folder and _object_folder(folder, asset["asset_id"])
     shown = [name for name in (*PICTURES, *LOOPS, SIZE) if place and place.joinpath(name).is_file()]

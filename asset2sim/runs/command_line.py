@@ -40,7 +40,7 @@ class Options(BaseSettings):
     def settings_customise_sources(
         cls, settings_cls: type[BaseSettings], init_settings: PydanticBaseSettingsSource, *_: Any, **__: Any
     ) -> tuple[PydanticBaseSettingsSource, ...]:
-        """What the command line states, and nothing else."""
+        """Settings that the command line states, and nothing else."""
         return (init_settings,)
 
 

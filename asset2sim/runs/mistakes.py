@@ -1,4 +1,4 @@
-"""What a model refuses, as one line that says what would be right; for command lines and settings files."""
+"""Refusals of a settings model, as one line that says what would be right; for command lines and settings files."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -25,7 +25,7 @@ def first_mistake(error: ValidationError, model: type[BaseModel]) -> tuple[tuple
 
 
 def described(schema: Schema) -> str:
-    """What a value must be, in words: "a number above 0"."""
+    """Condition of a value, in words: "a number above 0"."""
     kinds = {"integer": "a whole number", "number": "a number", "boolean": "true or false", "string": "a text"}
     kind = kinds.get(schema.get("type", ""))
     if kind is None:

@@ -1,4 +1,4 @@
-"""What ``asset2sim refine`` and ``asset2sim nightly`` are asked to do."""
+"""Requests of ``asset2sim refine`` and ``asset2sim nightly`` are asked to do."""
 
 import os
 from collections.abc import Mapping, Sequence

@@ -84,7 +84,7 @@ def _content(file: Path) -> object:
 
 
 def _unknown(place: tuple[int | str, ...]) -> str:
-    """What to say of a field that there is not: the nearest name beside it, or where a field of its name stands."""
+    """Advice on a field that there is not: the nearest name beside it, or where a field of its name stands."""
     *above, name = map(str, place)
     beside = list(schema_at(Settings, above)["properties"])
     elsewhere = [f"{section}.{name}" for section, value in DEFAULTS if hasattr(value, name) and section != name]

@@ -1,4 +1,4 @@
-"""What a dataset's assets are held against: experts' choices and readers' expectations, on each asset's reference."""
+"""Yardsticks of a dataset's assets: experts' choices and readers' expectations, on each asset's reference."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What is unexpected in an answer (size, state, what falls shut), measured, as sentences for the model that gave it.
+"""Doubts about an answer (size, state, what falls shut), measured, as sentences for the model that gave it.
 Rules do not change these values.
 
 The expectation is the offline prior's. It is told without its numbers, so that a model decides by what it sees; what
@@ -41,7 +41,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class AnswerOutcome:
-    """What an answer comes to: its doubts, where its joints start and where gravity leaves them, rad or m at the
+    """Consequences of an answer: its doubts, where its joints start and where gravity leaves them, rad or m at the
     authored scale; no places where the answer makes no object."""
 
     doubts: tuple[Doubt, ...]
@@ -51,7 +51,8 @@ class AnswerOutcome:
 
 @dataclass(frozen=True)
 class ObjectQuestion:
-    """What a model is asked about: the object, what the user's words ask of it, whose answers these are, what carries
+    """Subject of a question to a model: the object, what the user's words ask of it, whose answers these are, what
+    carries
     the object if that is stated, and which of ``scale`` and the joints the user states as numbers."""
 
     extraction: Extraction
@@ -63,7 +64,7 @@ class ObjectQuestion:
 
 
 def outcome(question: ObjectQuestion, answer: Overlay) -> AnswerOutcome:
-    """What an answer comes to, its units corrected, with every doubt of it."""
+    """The consequences of an answer, its units corrected, with every doubt of it."""
     features, settings = question.extraction.features, question.settings
     info = rounded_object_info(features)
     made = completed(question, answer)

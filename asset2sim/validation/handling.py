@@ -1,4 +1,5 @@
-"""What a hand may need at each part: the range of forces for its kind, and what the object bears before it tips."""
+"""Forces that a hand may need at each part: the range of forces for its kind, and what the object bears before it
+tips."""
 
 import math
 from collections.abc import Mapping, Sequence

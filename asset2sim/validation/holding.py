@@ -44,7 +44,7 @@ NO_BALANCE = Balance()
 
 @dataclass(frozen=True)
 class Holding:
-    """What holds a joint: the friction (N·m or N) and the spring that carries part of its weight; ``cut`` says that a
+    """Holding of a joint: the friction (N·m or N) and the spring that carries part of its weight; ``cut`` says that a
     hand, or the object's stand, allows less friction than a bump would need, ``wanted``."""
 
     friction: float = 0.0

@@ -58,7 +58,7 @@ HELD_STATE = 0.05
 
 @dataclass(frozen=True)
 class JointInputs:
-    """What joint physics are derived from, at the final scale: the kinematic ``tree`` and its ``bodies``, where joints
+    """Inputs of joint physics, at the final scale: the kinematic ``tree`` and its ``bodies``, where joints
     start, what is proposed for them, how people handle their parts, the paths that the user states (``asked``), and who
     proposes the rest (``source``). On a held base joints move what they move on it; what bounds damping and stiffness
     stays that of a free one, which is less, since the base may be freed."""
@@ -77,7 +77,8 @@ class JointInputs:
 
 @dataclass(frozen=True)
 class JointMechanics:
-    """What one joint moves (kg·m² or kg) at the start: ``inertia`` as it accelerates, ``held`` with all else still, and
+    """Inertia that one joint moves (kg·m² or kg) at the start: ``inertia`` as it accelerates, ``held`` with all else
+    still, and
     ``least`` over all poses; gravity's ``pull`` there, and the largest in any direction. ``bears_most``: it carries
     more than half of the object."""
 
@@ -202,7 +203,7 @@ def spring_rest(proposal: JointProposal, start: Start, scale: float) -> float:
 
 
 def joint_load(start: Start, mechanics: JointMechanics, rest: float, hold_friction: float, lever: float) -> JointLoad:
-    """What a joint moves within its range, for the terms that are derived from it."""
+    """Load of a joint within its range, for the terms that are derived from it."""
     span = start.range
     return JointLoad(
         prismatic=span.joint.prismatic,
@@ -252,7 +253,7 @@ def held_where_left(
     holds: bool,
     settings: PhysicsSettings,
 ) -> Holding:
-    """What holds a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
+    """Holding of a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
     freely: there the friction that this takes is small."""
     springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
     sprung = any(value is not None for value in springs)

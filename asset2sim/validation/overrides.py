@@ -73,7 +73,7 @@ def check_overrides(features: Features, stated: Overrides) -> tuple[Finding, ...
 
 
 def stated_things(stated: Overrides) -> tuple[str, ...]:
-    """What the user states as a number: ``scale``, and joints."""
+    """Things that the user states as a number: ``scale``, and joints."""
     sized = stated.scale is not None or stated.size_m is not None
     return (*(("scale",) if sized else ()), *stated.joints)
 

@@ -91,7 +91,7 @@ def unsure(question: ObjectQuestion, answers: Sequence[Overlay]) -> bool:
 
 
 def differences(before: Overlay, after: Overlay) -> list[str]:
-    """What of scale, positions and holding another answer says otherwise, in words."""
+    """Differences of another answer in scale, positions and holding, in words."""
     found = []
     if not math.isclose(before.scale, after.scale, rel_tol=1e-3):
         found.append(f"scale {before.scale:.4g} → {after.scale:.4g}")

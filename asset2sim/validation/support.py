@@ -1,4 +1,4 @@
-"""What carries an object: forced, else the user's words, the model's answer, what such things are, or the shape."""
+"""Support of an object: forced, else the user's words, the model's answer, what such things are, or the shape."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -68,7 +68,7 @@ def is_hung(extraction: Extraction) -> bool:
 def closed_polygon(
     features: Features, points: Mapping[str, Array], tree: Sequence[TreeJoint], bodies: Mapping[str, Body], scale: float
 ) -> tuple[SupportPolygon, Array]:
-    """What the object stands on with every joint closed, and its (n, 3) points there in the root's frame; ``points``
+    """The support polygon with every joint closed, and its (n, 3) points there in the root's frame; ``points``
     maps links to points in their frame, all at the final scale."""
     ends = {
         joint.name: (joint.closed or 0.0) * (scale if joint.prismatic else 1.0) for joint in features.movable_joints
@@ -91,7 +91,7 @@ def support_of(
     *,
     hung: bool = False,
 ) -> Support:
-    """What carries the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
+    """The support of the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
     the proposal (of ``source``), the tables, the shape. ``polygon`` and ``points`` are of ``closed_polygon``."""
     # Of the asset's name models are told; rules take no more from it than from the shape.
     usual = usual_support(replace(object_info(features), asset_id=""), guidance.called)
@@ -130,7 +130,8 @@ def doubted(said: SupportProposal, polygon: SupportPolygon) -> SupportProposal:
 
 
 def by_shape(polygon: SupportPolygon, points: Array) -> Support:
-    """What the shape alone says: what stands is freestanding; of what does not, small things are held in a hand, and
+    """The support by the shape alone: what stands is freestanding; of what does not, small things are held in a hand,
+    and
     the rest is fixed, to a wall where it has a flat back."""
     size = np.ptp(points, axis=0)
     margin = f"closed, it tips over at {np.degrees(polygon.margin_rad):.2g}°"

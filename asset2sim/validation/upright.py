@@ -105,7 +105,7 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
 
 
 def gain(found: dict[str, float], usual: dict[str, float]) -> dict[str, float]:
-    """What each kind of evidence for one axis adds over that for z, in log odds; that of the shape is limited."""
+    """Evidence that each kind adds for one axis over that for z, in log odds; that of the shape is limited."""
     terms = {name: weight * (found[name] - usual[name]) for name, weight in WEIGHTS.items()}
     shape = sum(terms[name] for name in SHAPE)
     if shape > MOST_SHAPE:
@@ -115,7 +115,8 @@ def gain(found: dict[str, float], usual: dict[str, float]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class MovedPart:
-    """What one joint moves: its (n, 3) points at rest in the root's frame, its words, and where its axis passes."""
+    """Part that one joint moves: its (n, 3) points at rest in the root's frame, its words, and where its axis
+    passes."""
 
     joint: JointFeatures
     points: Array
@@ -137,7 +138,7 @@ class RestingShape:
 
     @classmethod
     def of(cls, extraction: Extraction) -> "RestingShape":
-        """What an extraction shows."""
+        """The resting shape of an extraction."""
         features = extraction.features
         tree = tree_of(features.joints)
         rest = link_to_root(tree, features.root, {})
@@ -196,7 +197,7 @@ def likeness(points: Array, middle: Array, diagonal: float) -> Array:
 
 
 def evidence(seen: RestingShape, up: Array) -> dict[str, float]:
-    """What speaks for the (3,) axis pointing up, by name; each is a number of the order of one."""
+    """Evidence for the (3,) axis pointing up, by name; each is a number of the order of one."""
     heights = seen.points @ up
     floor, high = float(heights.min()), float(heights.max())
     across = np.eye(3)[np.abs(up) < 0.5]
@@ -222,7 +223,7 @@ def evidence(seen: RestingShape, up: Array) -> dict[str, float]:
 
 
 def joint_evidence(seen: RestingShape, up: Array) -> dict[str, float]:
-    """What the joints say: doors turn about upright axes, lids about level ones, drawers slide level."""
+    """Evidence of the joints: doors turn about upright axes, lids about level ones, drawers slide level."""
     count = dict.fromkeys(("upright", "level", "above", "drawers", "lids"), 0.0)
     for part in seen.parts:
         axis, extent = np.array(part.joint.axis_in_root), np.ptp(part.points, axis=0)

@@ -1,4 +1,5 @@
-"""What the viewer needs of a world beyond ``World``: poses of links, a force on one, gravity, contacts, energy."""
+"""Access that the viewer needs to a world beyond ``World``: poses of links, a force on one, gravity, contacts,
+energy."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

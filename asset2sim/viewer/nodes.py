@@ -30,7 +30,7 @@ Grabbed = Callable[[str, str, str, Array, Array], None]
 
 @dataclass(frozen=True)
 class Overlays:
-    """What is drawn beside the looks."""
+    """Overlays beside the visuals."""
 
     pieces: bool = False
     centers: bool = False

@@ -40,7 +40,7 @@ GOOD, BAD = "Good", "Bad"
 
 
 class Wishes(Protocol):
-    """What a person can want; each may be called in any thread, and is done in the simulation's."""
+    """Requests of a person; each may be called in any thread, and is done in the simulation's."""
 
     def go(self, asset_id: str) -> None:
         """Open an asset."""
@@ -166,7 +166,7 @@ class Panel:
 
     @property
     def overlays(self) -> Overlays:
-        """What is to be drawn."""
+        """Overlays to draw."""
         return Overlays(self.pieces.value, self.centers.value, self.boxes.value, self.contacts.value)
 
     def tell(self, problems: Sequence[str]) -> None:

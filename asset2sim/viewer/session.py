@@ -116,7 +116,7 @@ class ViewerSession(AbstractContextManager["ViewerSession"]):
 
 
 def one_line(error: Exception) -> str:
-    """What went wrong, in a line."""
+    """An error in a line."""
     if isinstance(error, ExplodedError | Asset2SimError):
         return str(error).splitlines()[0]
     return f"{type(error).__name__}: {error}".splitlines()[0]

@@ -1,4 +1,5 @@
-"""What the page draws of a URDF, in its links' frames: looks and collision pieces as GLB, centres of mass, boxes."""
+"""Shapes of a URDF that the page draws, in its links' frames: looks and collision pieces as GLB, centres of mass,
+boxes."""
 
 import io
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What is simulated: a refined object, or a raw one as it came, with the state in which it starts."""
+"""Simulated objects: a refined object, or a raw one as it came, with the state in which it starts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

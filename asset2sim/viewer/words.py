@@ -1,4 +1,4 @@
-"""What the page says of joints, assets and live numbers, in the units and words of people."""
+"""Text of the page on joints, assets and live numbers, in the units and words of people."""
 
 import getpass
 import math

@@ -123,7 +123,8 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
 
 
 def meaning_section(found: Comparison, model: str) -> list[str]:
-    """What readers expect and what came of it, and where experts part from them; empty without expectations."""
+    """Section on readers' expectations and what came of them, and where experts part from them; empty without
+    expectations."""
     table = meaning_table(found.objects, model)
     if not table:
         return []

@@ -24,7 +24,7 @@ SCRIPTED = "scripted agent"
 
 
 def name_of(method: Method, model: str) -> str:
-    """What the tables and charts of a model call a method."""
+    """Name of a method in the tables and charts of a model."""
     return SCRIPTED if method is Method.AGENT and is_prior(model) else NAMES[method]
 
 

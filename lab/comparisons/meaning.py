@@ -1,4 +1,4 @@
-"""What was asked and what came of it, by readers' expectations; and where experts do otherwise, object by object."""
+"""Requests and what came of them, by readers' expectations; and where experts do otherwise, object by object."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ def met_cells(own: pd.DataFrame) -> list[str]:
 
 
 def experts_apart(runs: Sequence[MethodRun]) -> list[dict[str, object]]:
-    """What experts chose that readers of the same words do not accept, from the run of the experts' choices: a row for
+    """Choices of experts that readers of the same words do not accept, from the run of the experts' choices: a row for
     each scale or joint of interest. Empty without such a run, or without expectations."""
     run = next((run for run in runs if run.method is Method.REFERENCE), None)
     if run is None:

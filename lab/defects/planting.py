@@ -25,7 +25,7 @@ class Target:
 
 @dataclass(frozen=True)
 class PlantedChange:
-    """What was changed, in words, and the links and joints that it concerns."""
+    """The planted change, in words, and the links and joints that it concerns."""
 
     what: str
     links: tuple[str, ...] = ()

@@ -65,7 +65,7 @@ class ProposerOptions(Options):
 
 
 def base_settings() -> Settings:
-    """What all runs share."""
+    """Settings that all runs share."""
     return Settings(views=ViewSettings(write=False), run=RunSettings(workers=usable_cores()))
 
 

@@ -12,6 +12,6 @@ Result = TypeVar("Result")
 
 
 def in_flow(name: str, work: Callable[[], Result]) -> Result:
-    """What the work returns, done as a flow of this name."""
+    """The work's result, done as a flow of this name."""
     with temporary_server() as address, use_server(address):
         return flow(name=name, persist_result=False, validate_parameters=False)(work)()

@@ -28,7 +28,7 @@ NAMELESS = "A name or a code is needed: ratings are told apart by it."
 
 
 class RaterWishes(Protocol):
-    """What a rater can want; each may be called in any thread, and is done in the simulation's."""
+    """Requests of a rater; each may be called in any thread, and is done in the simulation's."""
 
     def begin(self, rater: str) -> None:
         """Start or go on rating as this rater."""

@@ -117,7 +117,7 @@ def new_keys(plan: RatingPlan, known: pd.DataFrame) -> list[Row]:
 
 
 def unrated(plan: RatingPlan, ratings: pd.DataFrame) -> list[Shown]:
-    """What the rater has not rated yet, in order."""
+    """Variants that the rater has not rated yet, in order."""
     mine = ratings[ratings["rater"] == plan.rater]
     done = set(zip(mine["asset_id"], mine["label"], strict=True))
     return [item for item in plan.shown if (item.asset_id, item.label) not in done]

@@ -1,4 +1,4 @@
-"""What policies say of methods, for people: rates, correlations with reality, agreement, and what went wrong."""
+"""Policies' results by method, for people: rates, correlations with reality, agreement, and what went wrong."""
 
 import math
 from collections.abc import Sequence

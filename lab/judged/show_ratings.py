@@ -1,4 +1,4 @@
-"""What ``asset2sim ratings`` prints: figures per method, agreement, order, and where people and numbers disagree."""
+"""Output of ``asset2sim ratings``: figures per method, agreement, order, and where people and numbers disagree."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""What is judged: the films of the same task with the same asset by several methods, and the orders of their trials."""
+"""Candidates of video judges: the films of the same task with the same asset by several methods, and the orders of
+their trials."""
 
 import hashlib
 import itertools

@@ -57,7 +57,7 @@ class JudgeTrial:
 
 @dataclass(frozen=True)
 class TrialJudgement:
-    """What came of a trial: its rows of ``video_scores``, and what the judge was asked and answered."""
+    """Judgement of a trial: its rows of ``video_scores``, and what the judge was asked and answered."""
 
     look: JudgeTrial
     rows: list[Row]
@@ -93,7 +93,7 @@ def judge_settings(settings: ModelSettings, judges: Sequence[str], judge: str) -
 
 
 def judged(run: JudgingRun, about: Sequence[TaskComparison], told: Callable[[str], None]) -> Iterator[TrialJudgement]:
-    """What came of each trial, as they end; ``told`` hears what is shown of each task, and what has
+    """Judgement of each trial, as they end; ``told`` hears what is shown of each task, and what has
     no film. An interruption ends every wait."""
     stopped = threading.Event()
     pool = ThreadPoolExecutor(run.settings.concurrent_requests, thread_name_prefix="judge")

@@ -25,7 +25,7 @@ DONE = {
 
 
 class CandidateAnswer(Frozen):
-    """What a judge says of one candidate."""
+    """A judge's answer on one candidate."""
 
     index: int
     description: str
@@ -72,7 +72,7 @@ def video_request(task: str, verb: str, candidates: Sequence[Sequence[FilmFrame]
 
 
 def parse_video_answer(text: str, count: int) -> tuple[CandidateAnswer, ...]:
-    """What a judge says of each of ``count`` candidates, in their order. Raises InvalidAnswerError for what does not
+    """A judge's answers on each of ``count`` candidates, in their order. Raises InvalidAnswerError for what does not
     fit."""
     answer = strict_fit(VideoAnswer, parse_json(text))
     found = sorted(answer.candidates, key=lambda item: item.index)

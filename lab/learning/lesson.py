@@ -1,4 +1,4 @@
-"""What is to be learnt in one training, and how long it may take."""
+"""Lesson of one training, and how long it may take."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ class Lesson:
 
     @property
     def key(self) -> str:
-        """What it is of."""
+        """Key of the training."""
         return key_of(self.folder, self.task, self.seed, self.learning, self.ppo)
 
     def finished(self, progress: TrainingProgress) -> bool:

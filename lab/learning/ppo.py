@@ -75,14 +75,14 @@ def restore(checkpoint: Path, make: Callable[[], ObjectEnv], settings: PpoSettin
 
 
 def acting(model: PPO) -> Act:
-    """What a policy in training does, without noise."""
+    """Actions of a policy in training, without noise."""
     scaling = model.get_vec_normalize_env()
     assert scaling is not None
     return without_noise(model, scaling)
 
 
 def load_policy(checkpoint: str | Path) -> Act:
-    """What the policy in a checkpoint's folder does: (n, 38) observations → (n, 7) actions. The files are pickled:
+    """The policy in a checkpoint's folder: (n, 38) observations → (n, 7) actions. The files are pickled:
     load only what you or somebody whom you trust has trained."""
     with (Path(checkpoint) / SCALING).open("rb") as file:
         scaling = pickle.load(file)

@@ -1,4 +1,4 @@
-"""What is kept of a training beside its checkpoints, so that it can go on: a file that is replaced in one step."""
+"""State kept of a training beside its checkpoints, so that it can go on: a file that is replaced in one step."""
 
 import hashlib
 import os
@@ -58,7 +58,7 @@ class TrainingProgress(Frozen):
 
 
 def key_of(folder: Path, task: Task, seed: int, learning: LearningSettings, ppo: PpoSettings) -> str:
-    """What a training is of: another asset, task, seed or setting makes another one, another budget does not."""
+    """Key of a training: another asset, task, seed or setting makes another one, another budget does not."""
     found = hashlib.sha256()
     for name in DECIDING:
         file = folder / name

@@ -23,7 +23,7 @@ PHASE = "policy"
 
 @dataclass(frozen=True)
 class Rolled:
-    """What became of one rollout: its ``seed`` and ``start``, S at its end (a press: the largest), the sum of its
+    """Result of one rollout: its ``seed`` and ``start``, S at its end (a press: the largest), the sum of its
     rewards, whether it is a success, and what the guards found. ``diverged`` is whether the simulation did."""
 
     seed: int
@@ -45,7 +45,7 @@ def rollout_seeds(training_seed: int, count: int) -> range:
 
 
 def roll(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[Rolled]:
-    """What becomes of a rollout from each of these seeds, as many at a time as there are environments."""
+    """Results of a rollout from each of these seeds, as many at a time as there are environments."""
     found: list[Rolled] = []
     for first in range(0, len(seeds), len(envs)):
         some = seeds[first : first + len(envs)]

@@ -1,4 +1,4 @@
-"""What was learnt, for people: tables for the terminal and for the documentation, and a picture of the curves."""
+"""Results of learning, for people: tables for the terminal and for the documentation, and a picture of the curves."""
 
 import math
 from collections.abc import Sequence
@@ -87,7 +87,7 @@ def cell(some: pd.DataFrame) -> str:
 
 
 def paper(published: pd.DataFrame, asset_id: str, method: str) -> float:
-    """What the paper publishes, %; NaN for nothing."""
+    """Published success, %; NaN for nothing."""
     found = published[(published["asset_id"] == asset_id) & (published["method"] == method)]["success_percent"]
     return float(found.iloc[0]) if len(found) else math.nan
 

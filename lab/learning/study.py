@@ -72,7 +72,7 @@ def check_libraries(*, warp: bool = False) -> None:
 
 @dataclass(frozen=True)
 class Chosen:
-    """What of an output's objects is trained, and how: empty names choose all; ``seeds`` is how many."""
+    """Choice of an output's objects to train, and how: empty names choose all; ``seeds`` is how many."""
 
     tasks: Collection[str] = ()
     assets: Collection[str] = ()

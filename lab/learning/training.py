@@ -96,7 +96,7 @@ def made(lesson: Lesson) -> ObjectEnv:
 
 
 def numbers(model: PPO) -> dict[str, float]:
-    """What the library says of the last update."""
+    """Figures of the library on the last update."""
     known = model.logger.name_to_value
     return {name: float(known[name]) for name in NUMBERS if name in known}
 

@@ -1,1 +1,2 @@
-"""What each engine's own loader makes of a refined URDF: measured by behaviour, for a table of the documentation."""
+"""Objects that each engine's own loader makes of a refined URDF: measured by behaviour, for a table of the
+documentation."""

@@ -18,7 +18,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Setting:
-    """What stands around the object: gravity (m/s²), a floor at z = 0, a free ball (its centre, m). ``timestep_s``: the
+    """Surroundings of the object: gravity (m/s²), a floor at z = 0, a free ball (its centre, m). ``timestep_s``: the
     engine's or file's own where it is None. ``held``: the root is fixed, or free, or (None) as the loader leaves it; it
     starts at ``height_m``. ``loose``: what the engine itself holds joints with (a hidden motor, a default friction) is
     taken away, so that what the file states can be seen."""

@@ -164,7 +164,7 @@ def free_root(loader: Loader, samples: SampleObjects) -> Cell:
 
 
 def holding(loader: Loader, samples: SampleObjects) -> Cell:
-    """What follows: the lid in its state, left alone."""
+    """Section on holding: the lid in its state, left alone."""
     one = samples.lid
     moved = probes.creep(loader, one.folder, one.joint, one.item.initial)
     return Cell(YES if moved <= CREEP else NO, f"{moved:.2g} rad")

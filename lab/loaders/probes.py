@@ -1,4 +1,5 @@
-"""What a loaded object does, as numbers: each probe opens it anew, acts on one joint or on the whole, and watches."""
+"""Behaviour of a loaded object, as numbers: each probe opens it anew, acts on one joint or on the whole, and
+watches."""
 
 import math
 from collections.abc import Mapping
@@ -46,7 +47,8 @@ def wait(loaded: LoadedObject, seconds: float, efforts: Mapping[str, float] | No
 
 
 def stated_inertia(item: ExportObject, joint: ExportJoint, *, own: bool = True) -> float:
-    """What a torque on the joint accelerates while the root is held, by the URDF, kg·m² or kg; without ``own``, as if
+    """Inertia that a torque on the joint accelerates while the root is held, by the URDF, kg·m² or kg; without
+    ``own``, as if
     every link were a point mass."""
     kept = 1.0 if own else 0.0
     bodies = {body.name: Body(body.mass_kg, body.com, kept * body.inertia) for body in item.bodies.values()}

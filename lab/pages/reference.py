@@ -96,7 +96,7 @@ def failures_page() -> str:
 
 
 def checks_table() -> str:
-    """What every check does and what must hold, as they declare it, in Markdown."""
+    """Table of every check and what must hold, as they declare it, in Markdown."""
     rows = [(check.name, check.done, check.holds) for check in known_checks()]
     return markdown_table(("test", "what is done", "what must hold"), rows)
 

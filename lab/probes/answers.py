@@ -1,4 +1,4 @@
-"""What may be wrong with a policy's answer, and the answer that may be acted upon."""
+"""Faults of a policy's answer, and the answer that may be acted upon."""
 
 from enum import StrEnum
 

@@ -33,7 +33,7 @@ Small = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Demonstrations:
-    """What an expert saw and did: (n, 2, HEIGHT, WIDTH, 3) ``pictures`` from the left and at the wrist, (n, 8)
+    """Demonstrations of an expert: (n, 2, HEIGHT, WIDTH, 3) ``pictures`` from the left and at the wrist, (n, 8)
     ``joints``, rad, and the gripper, (n,) ``task``, the instruction's place among the tasks', and (n, OPEN_LOOP, 8)
     ``actions``, rad/s and the gripper."""
 
@@ -66,7 +66,7 @@ class Demonstrator:
 
 
 def inputs_of(seen: Observation) -> tuple[Small, Array, int]:
-    """What the network sees: two small pictures, joints and gripper, and which instruction it is. Raises UsageError for
+    """Inputs of the network: two small pictures, joints and gripper, and which instruction it is. Raises UsageError for
     one that it was not taught."""
     prompts = [task.instruction for task in PAPER11.values()]
     if seen.prompt not in prompts:
@@ -200,7 +200,7 @@ class Cloned:
         self.net.eval()
 
     def __call__(self, seen: Observation) -> Chunk:
-        """What the expert would have done."""
+        """The expert's answer as the network predicts it."""
         pictures, joints, task = inputs_of(seen)
         scaled = ((joints - self.scales["joints_mean"]) / self.scales["joints_std"]).astype(np.float32)
         shown = self.torch.from_numpy(pictures[None].transpose(0, 1, 4, 2, 3).astype(np.float32) / 255.0)

@@ -95,7 +95,7 @@ class EpisodeRun:
         return np.asarray(self.stage.data.qpos[self.stage.tool_places]).copy()
 
     def state(self) -> Array:
-        """What has to be still for everything to be at rest, in units of what counts as still."""
+        """Speeds that have to be still for everything to be at rest, in units of what counts as still."""
         places = np.concatenate([pose[:3, 3] for pose in self.samples.poses[-1]])
         joints = list(self.stage.positions().values())
         return np.concatenate([self.tool()[:JOINTS] / REST_RAD, places / REST_M, np.array(joints) / REST_RAD])
@@ -165,7 +165,7 @@ def at_rest(states: list[Array], run: EpisodeRun) -> bool:
 
 
 def seen_of(run: EpisodeRun, cameras: Cameras) -> Observation:
-    """What the policy sees now; its last joint is told as DROID's are."""
+    """Observation of the policy now; its last joint is told as DROID's are."""
     cameras.follow()
     left, right, wrist = (cameras.picture(name) for name in ("exterior_left", "exterior_right", "wrist"))
     tool = run.tool()

@@ -75,7 +75,7 @@ class Noisy:
 
 
 def servo_terms() -> tuple[Array, Array, Array, Array]:
-    """What a servo of critical damping does in one step: the share of a commanded change that it reaches, the speed
+    """Motion of a servo of critical damping in one step: the share of a commanded change that it reaches, the speed
     that this leaves (1/s), and of the speed at the start the way that it goes (s) and the share that is kept."""
     rate = 2.0 * np.array(STIFFNESS) / np.array(DAMPING)
     took = 1.0 / CONTROL_HZ

@@ -29,7 +29,7 @@ PING_S = 2.0
 
 
 def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]:
-    """What GR00T N1.6's DROID policy is sent: uint8 pictures (1, 1, 180, 320, 3), float32 positions (1, 1, 7) in rad
+    """Message to GR00T N1.6's DROID policy: uint8 pictures (1, 1, 180, 320, 3), float32 positions (1, 1, 7) in rad
     and gripper (1, 1, 1), 0 open … 1 closed, and a list of one instruction: batch, time, and the rest."""
     outside = seen.exterior_left if camera == "left" else seen.exterior_right
 
@@ -71,7 +71,7 @@ class GrootPolicy:
         self._context.term()
 
     def __call__(self, seen: Observation) -> Chunk:
-        """What the policy answers. Raises PolicyError."""
+        """The policy's answer. Raises PolicyError."""
         limit = self.settings.answer_s if self._asked else self.settings.first_answer_s
         data = {"observation": observation(seen, self.camera), "options": None}
         said = self._call("get_action", data, limit, TrialEnding.TIMED_OUT)

@@ -1,4 +1,4 @@
-"""What a policy sees and what it answers, as the DROID set-up has them: three cameras, seven joints, a gripper."""
+"""Observation and answer of a policy, as the DROID set-up has them: three cameras, seven joints, a gripper."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ ActionKind = Literal["joint_velocity", "joint_position"]
 
 @dataclass(frozen=True)
 class Observation:
-    """What a policy sees at one moment. Pictures are (height, width, 3), RGB, of any size."""
+    """A policy's observation at one moment. Pictures are (height, width, 3), RGB, of any size."""
 
     exterior_left: Picture
     exterior_right: Picture

@@ -45,7 +45,7 @@ class OpenPiPolicy:
         self._close()
 
     def __call__(self, seen: Observation) -> Chunk:
-        """What the policy answers. Raises PolicyError."""
+        """The policy's answer. Raises PolicyError."""
         answer = unpack(self._answer(pack(observation(seen, self.camera))))
         return chunk_of(answer, self.kind, self.settings.most_actions, bool(self.metadata.get(CONTINUOUS)))
 

@@ -37,7 +37,7 @@ def pack(message: Mapping[str, object]) -> bytes:
 
 
 def unpack(frame: bytes) -> dict[str, Any]:
-    """What a frame says. Raises PolicyError for one that is no msgpack, no mapping, or holds an array that is none."""
+    """Content of a frame. Raises PolicyError for one that is no msgpack, no mapping, or holds an array that is none."""
     try:
         found = msgpack.unpackb(frame, object_hook=_unpacked)
     # msgpack's own errors are ValueErrors, but for a few.
@@ -73,7 +73,7 @@ def _unpacked(value: dict[Any, Any]) -> object:
 
 
 def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]:
-    """What a DROID policy of openpi is sent: uint8 pictures (224, 224, 3), float64 positions (7,) in rad and gripper
+    """Message to a DROID policy of openpi: uint8 pictures (224, 224, 3), float64 positions (7,) in rad and gripper
     (1,), 0 open … 1 closed, and the instruction. ``camera`` is the outside one that it sees."""
     outside = seen.exterior_left if camera == "left" else seen.exterior_right
     return {
@@ -86,7 +86,8 @@ def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]
 
 
 def seen_of(said: Mapping[str, Any]) -> Observation:
-    """What a policy of ours sees of an observation; the right camera is black. Raises PolicyError, which names the key,
+    """Observation that a policy of ours has of an observation; the right camera is black. Raises PolicyError, which
+    names the key,
     for one that openpi's DROID policies would not take."""
     for key, kind, shape in (
         (EXTERIOR, "u1", (None, None, 3)), (WRIST, "u1", (None, None, 3)), (POSITIONS, "f", (JOINTS,)),

@@ -56,7 +56,7 @@ class ProbeJob:
 
     @property
     def known(self) -> Row:
-        """What is known of it before it is done: columns of its row."""
+        """Columns known of it before it is done: columns of its row."""
         return {
             "task": self.task.name, "asset_id": self.folder.name, "method": self.method, "model": self.model,
             "policy": self.spec.name, "trial": self.trial, "seed": self.seed, "protocol": self.spec.protocol,

@@ -30,7 +30,7 @@ class Timed:
         self.latencies: list[float] = []
 
     def __call__(self, seen: Observation) -> Chunk:
-        """What the policy answers."""
+        """The policy's answer."""
         if sum(self.latencies) > self.most_s:
             raise PolicyError(TrialEnding.TIMED_OUT, f"{len(self.latencies)} answers took more than {self.most_s:g} s")
         began = time.monotonic()

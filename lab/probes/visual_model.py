@@ -1,4 +1,4 @@
-"""What the cameras look at: object, arm, bowl, table and room as a MuJoCo model of looks alone, which nothing moves by
+"""Visual model of the scene: object, arm, bowl, table and room as a MuJoCo model of looks alone, which nothing moves by
 itself. Its world is the arm's base: z = 0 is the table's top."""
 
 from collections.abc import Mapping

@@ -1,10 +1,10 @@
-"""What a scripted arm did with a refined object, where a run asks for that check."""
+"""Result of a scripted arm with a refined object, where a run asks for that check."""
 
 from schemas.base import Fraction, Frozen
 
 
 class Reached(Frozen):
-    """What a scripted arm did with an object. ``share``: of the way of its task, 0 to 1, on which it moved the joint;
+    """Result of a scripted arm with an object. ``share``: of the way of its task, 0 to 1, on which it moved the joint;
     None where nothing was moved, of which ``reason`` says why; else it says what is amiss, and is empty if nothing."""
 
     task: str = ""

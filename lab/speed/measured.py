@@ -1,4 +1,4 @@
-"""What the bench is asked to measure, and the records that its processes exchange as JSON."""
+"""Requests to the bench, and the records that its processes exchange as JSON."""
 
 from collections.abc import Sequence
 from pathlib import Path

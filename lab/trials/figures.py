@@ -1,4 +1,4 @@
-"""What many trials say of each method: tasks done, faults, the physical judge's score."""
+"""Figures of many trials for each method: tasks done, faults, the physical judge's score."""
 
 from dataclasses import dataclass
 

@@ -18,7 +18,7 @@ from schemas.settings import Thresholds
 
 
 def reach(folder: Path, limits: Thresholds) -> Reached:
-    """What the arm did with the refined object in ``folder``: its first task that moves a joint, or where it has none,
+    """Result of the arm with the refined object in ``folder``: its first task that moves a joint, or where it has none,
     opening the part that is furthest closed. Whatever stands against it is the reason."""
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
     moving = (task for task in tasks_of(overlay) if task.verb is not Verb.GRASP)

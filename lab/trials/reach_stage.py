@@ -11,7 +11,7 @@ from tasks.progress import StageResult
 
 
 def measure_reach(job: AssetJob, folder: Path | None) -> StageResult:
-    """What a scripted arm did with the object in ``folder``, in a child of its own that may crash or hang, and a
+    """Result of a scripted arm with the object in ``folder``, in a child of its own that may crash or hang, and a
     warning of what is amiss; nothing where nothing was written."""
     if folder is None:
         return StageResult()

@@ -69,7 +69,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
 
 
 def missing(track: Track, task: Task, joint: JointPhysics | None, bowl: Bowl | None) -> str:
-    """What is missing for the task to be done; empty if nothing is."""
+    """Parts missing for the task to be done; empty if nothing is."""
     if not track.finite:
         return "it flew away"
     if joint is not None:

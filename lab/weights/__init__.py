@@ -1,1 +1,1 @@
-"""What our objects and their parts weigh beside published weights."""
+"""Weights of our objects and their parts beside published weights."""

@@ -127,7 +127,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
 
 
 def summary_data(export: UsdExport) -> dict[str, float | int]:
-    """What the root layer says of all hulls that were made smaller."""
+    """Custom data of the root layer on all hulls that were made smaller."""
     return {
         "hulls_limited": len(export.limited),
         "largest_distance_m": round(export.distance_m, 9),

@@ -76,7 +76,7 @@ def place(xform: "UsdGeom.Xformable", to_parent: Array) -> None:
 
 
 def hull_data(hull: LimitedHull) -> dict[str, float | int]:
-    """What a collision prim says of the hull that it stands for."""
+    """Custom data of a collision prim on the hull that it stands for."""
     return {
         "vertices_before": hull.vertices_before,
         "distance_m": round(hull.distance_m, 9),

@@ -1,4 +1,4 @@
-"""What a converter gives, and the small pieces of URDF that converters write."""
+"""A converter's result, and the small pieces of URDF that converters write."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

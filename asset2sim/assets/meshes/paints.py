@@ -1,4 +1,4 @@
-"""What covers a link, in words: the materials of its OBJ files (MTL) and of its URDF, by the area they cover."""
+"""A link's covering in words: the materials of its OBJ files (MTL) and of its URDF, by the area they cover."""
 
 import colorsys
 import re

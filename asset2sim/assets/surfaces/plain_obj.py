@@ -35,7 +35,7 @@ class MaterialMesh:
 
 @dataclass(frozen=True, eq=False)
 class ObjContent:
-    """What an OBJ says: its ``tables`` of vertices, normals and texture coordinates, material → runs of (m, 3, k)
+    """Content of an OBJ: its ``tables`` of vertices, normals and texture coordinates, material → runs of (m, 3, k)
     corners and the table of each of the k, and the file of the materials, which may be empty."""
 
     tables: tuple[list[Floats], ...]

@@ -113,7 +113,7 @@ def why_missing(reference: str, folder: Path, reach: AllowedFolders) -> str:
 
 
 def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
-    """What keeps one candidate from being a file that can be read; None where there is nothing of its name."""
+    """The reason why one candidate is not a file that can be read; None where there is nothing of its name."""
     try:
         mode = os.stat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):

@@ -119,12 +119,12 @@ def _material_files(file: Path, within: Counts, counts: Counts) -> list[Path]:
 
 
 def collada_names(file: Path) -> list[str]:
-    """What a COLLADA file takes its pictures from."""
+    """Names of the pictures of a COLLADA file."""
     return [name.decode(errors="replace") for name in COLLADA_PICTURE.findall(file.read_bytes())]
 
 
 def gltf_names(file: Path) -> list[str]:
-    """What a glTF file takes its buffers and pictures from, without those that it holds; none where it is broken."""
+    """Names of the buffers and pictures of a glTF file, without those that it holds; none where it is broken."""
     content = file.read_bytes()
     if content[:4] == b"glTF":
         content = content[20 : 20 + int.from_bytes(content[12:16], "little")]

@@ -27,7 +27,7 @@ def read_mimics(robot: Element) -> dict[str, Mimic]:
 
 
 def resolved(name: str, joints: Mapping[str, Element]) -> Mimic | str:
-    """What the named joint follows in the end, or why it cannot."""
+    """The joint that the named one follows in the end, or why it cannot."""
     multiplier, offset, at, seen = 1.0, 0.0, name, [name]
     while (mimic := joints[at].find("mimic")) is not None:
         leader = str(mimic.get("joint"))

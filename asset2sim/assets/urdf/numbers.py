@@ -101,7 +101,7 @@ def drop_unusable_shapes(path: Path, robot: Element) -> list[Finding]:
 
 
 def problem_of_shape(shape: Element) -> str | None:
-    """What is wrong with the size of a shape or the scale of a mesh, with the remedy; None where they can be used."""
+    """The fault in the size of a shape or the scale of a mesh, with the remedy; None where they can be used."""
     if shape.tag == "mesh":
         text = shape.get("scale")
         if not text or not text.strip() or is_scale(text):

@@ -11,7 +11,8 @@ from schemas.features import Features, JointFeatures
 
 
 class Rubric(Frozen):
-    """What counts as met, and what as near. Sizes are compared by their ratio, states by the share of a joint's range.
+    """Bounds of what is met, and of what is near. Sizes are compared by their ratio, states by the share of a joint's
+    range.
     Chosen before any methods were compared, by what a person tells apart by eye; ``slightly_share`` was widened once,
     after seeing what experts call slightly open, and narrowed again to what the words say."""
 

@@ -64,7 +64,7 @@ class Request:
 
 
 def read_request(features: Features, guidance: Guidance, scale: float) -> Request:
-    """What the guidance asks of this object; ``scale`` is the final one, by which metres become authored ones."""
+    """The request of the guidance for this object; ``scale`` is the final one, by which metres become authored ones."""
     info = object_info(features)
     parts = parts_of(info, guidance.category)
     by_joint = {part.joint.name: part for part in parts}

@@ -1,4 +1,4 @@
-"""What work leaves behind in its process, which decides whether the process may be given more."""
+"""Traces that work leaves in its process, which decides whether the process may be given more."""
 
 import os
 import threading

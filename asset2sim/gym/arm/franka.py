@@ -36,7 +36,7 @@ STEPS, STEP_RAD, DAMPED = 60, 0.25, 0.05
 
 
 def waiting(gripper: Gripper = PANDA) -> Array:
-    """What the servos of arm and gripper are told while the arm waits, the fingers closed."""
+    """Commands to the servos of arm and gripper while the arm waits, the fingers closed."""
     return np.concatenate([HOME, gripper.servos(np.zeros(1))[0]])
 
 

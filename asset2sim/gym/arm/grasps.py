@@ -91,7 +91,7 @@ def first_hit_m(stage: CompiledScene, source: Array, towards: Array) -> float:
 def between(
     stage: CompiledScene, hold: Array, across: Array, firmly: frozenset[int], back: Array
 ) -> tuple[float, float, bool] | None:
-    """What is between the fingers about a place, from and to, m along ``across``, and whether it is of the bodies
+    """Material between the fingers about a place, from and to, m along ``across``, and whether it is of the bodies
     ``firmly`` alone; None where nothing is, or where a finger that comes against ``back`` runs into something."""
     side, most, pad = np.cross(back, across), stage.gripper.opening_m, stage.gripper.pad_m
     ends, firm = [], True

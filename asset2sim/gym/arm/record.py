@@ -21,7 +21,7 @@ CONTACT_ROWS = (mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS, mujoco.mjtCon
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What a trial recorded, (n,) samples. ``links`` names the object's links, whose poses in the world are
+    """Recording of a trial, (n,) samples. ``links`` names the object's links, whose poses in the world are
     (n, links, 4, 4); ``joints`` its joints, with (n, joints) ``positions`` and ``speeds`` (rad, m, and per second);
     ``tool`` (n, k) are the tool's. ``force_n`` is what the tool exerts on the object, ``depth_m`` how deep it is in it,
     ``touched`` whether it touches it; ``given_j`` the energy that the other contacts and the joints' stops have put
@@ -105,7 +105,7 @@ def powers(stage: CompiledScene) -> tuple[float, float]:
 
 
 class TrackSamples:
-    """What has been recorded so far."""
+    """Samples recorded so far."""
 
     def __init__(self, stage: CompiledScene) -> None:
         self.stage = stage

@@ -1,4 +1,4 @@
-"""What the arm is to do with an object: the paper's eleven tasks, and one for any other object."""
+"""Tasks of the arm with an object: the paper's eleven tasks, and one for any other object."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ task and publishes none; this is what looks closed in a picture of 512 pixels.""
 
 
 class Verb(StrEnum):
-    """What is done: push a part shut, press it down and let go, push it open, or lift the object into a bowl."""
+    """Action of a task: push a part shut, press it down and let go, push it open, or lift the object into a bowl."""
 
     CLOSE = "close"
     PRESS = "press"

@@ -29,7 +29,7 @@ _CLOSED_SCHEMA_NAME = "claude"
 
 @dataclass(frozen=True)
 class ModelAbilities:
-    """What a model supports, by LiteLLM's list. A model that is not listed is taken to accept images."""
+    """Abilities of a model, by LiteLLM's list. A model that is not listed is taken to accept images."""
 
     images: bool
     answer_format: str
@@ -52,7 +52,7 @@ _lock = threading.Lock()
 
 @functools.lru_cache(maxsize=64)
 def model_abilities(model: str) -> ModelAbilities:
-    """What a model supports, looked up once in LiteLLM, which for some providers (Ollama) asks the model's server."""
+    """Abilities of a model, looked up once in LiteLLM, which for some providers (Ollama) asks the model's server."""
     litellm = load_litellm()
     if is_prior(model):
         return ModelAbilities(images=False, answer_format="prompt", max_output_tokens=None)

@@ -74,7 +74,7 @@ def _amount(request: ModelRequest, settings: ModelSettings, with_images: bool, a
 
 
 def cost_usd(response: Any, model: str) -> float:
-    """What a call cost by LiteLLM's price list, USD; 0 where the price is unknown."""
+    """Cost of a call by LiteLLM's price list, USD; 0 where the price is unknown."""
     if is_prior(model):
         return 0.0
     try:

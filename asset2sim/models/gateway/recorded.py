@@ -127,7 +127,7 @@ def _recording(file: Path, _mtime_ns: int, _size: int) -> Recording:
 
 
 def check_recorded(model: str) -> str:
-    """What a recorded model holds, in words. Raises ``UsageError`` for a folder without answers or with a
+    """Contents of a recorded model, in words. Raises ``UsageError`` for a folder without answers or with a
     ``recording.json`` that cannot be read."""
     folder = Path(recorded_folder(model))
     if not recorded_folder(model) or not folder.is_dir():

@@ -27,7 +27,8 @@ class Stance:
 
 @dataclass(frozen=True)
 class Drive:
-    """What one joint moves: ``links``, ``ratio`` as far (rad or m) as the joint that travels. ``lever`` is a hinge's
+    """Links that one joint moves: ``links``, ``ratio`` as far (rad or m) as the joint that travels. ``lever`` is a
+    hinge's
     point and unit axis in the root's frame, None for a slider."""
 
     links: tuple[str, ...]

@@ -130,7 +130,7 @@ def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 
 def laid_flat(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """What leans laid flat, and the part held there: lying, gravity has another lever on it."""
+    """A leaning object laid flat, and the part held there: lying, gravity has another lever on it."""
     lying = lie_flat_from_leaning(case, overlay)
     return None if lying is None else firmer_hold(case, lying) or lying
 

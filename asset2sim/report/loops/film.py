@@ -47,7 +47,7 @@ Drawn = dict[int, list[tuple[Singles, Picture]]]
 
 @dataclass(frozen=True, eq=False)
 class Act:
-    """What one of the two pictures of a loop shows: a figure at (frames, links, 3, 4) transforms to the world that is
+    """One of the two pictures of a loop: a figure at (frames, links, 3, 4) transforms to the world that is
     drawn, and a word if something ended it."""
 
     figure: LoopFigure

@@ -172,7 +172,7 @@ def raw_acts(
     starts: Starts,
     settings: EngineSettings,
 ) -> dict[str, Act]:
-    """What the raw object shows in the loops of the refined one: let fall as it came, let go of where the refined one
+    """Acts of the raw object in the loops of the refined one: let fall as it came, let go of where the refined one
     is. Where the engine refuses it, dies or hangs, it stands still, and a word says so."""
     go = None if starts.go is None else unscaled(starts.go, overlay)
     own = Starts(None if starts.fall is None else {}, go, unscaled(starts.speeds, overlay))
@@ -196,7 +196,7 @@ def raw_acts(
 
 
 def act(figure: LoopFigure, name: str, recording: LoopMotion) -> Act:
-    """What a recording shows."""
+    """The act of a recording."""
     motions = figure.normalised(figure.placed(recording), floor=name != DROP)
     return Act(figure, motions, "" if recording.finite else "explodes")
 

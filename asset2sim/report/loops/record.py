@@ -1,4 +1,4 @@
-"""What an object does in PyBullet, for the loops: let fall, and its parts let go, as poses at even times."""
+"""Motion of an object in PyBullet, for the loops: let fall, and its parts let go, as poses at even times."""
 
 import re
 from collections.abc import Mapping, Sequence

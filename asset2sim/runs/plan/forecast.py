@@ -1,4 +1,4 @@
-"""What a run would do and take, without doing it: the plan, each asset's reason, and calls, tokens, cost and time by
+"""Forecast of a run, without doing it: the plan, each asset's reason, and calls, tokens, cost and time by
 what they were before."""
 
 import json
@@ -31,7 +31,7 @@ MAX_FILES = 3
 
 @dataclass(frozen=True)
 class ForecastCost:
-    """What a run would take: model calls at most (those that the cache answers among them), their tokens and cost, work
+    """Cost of a run: model calls at most (those that the cache answers among them), their tokens and cost, work
     on assets and wall time, s. None: nothing is known. ``assets`` is how many refinements this is read from, ``others``
     whether of another model."""
 
@@ -59,7 +59,7 @@ class Forecast:
 def forecast(
     refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str, there: Mapping[str, str] | None = None
 ) -> Forecast:
-    """What a run over these assets would do to ``out``, a folder with OUT's tables; writes nothing."""
+    """Forecast of what a run over these assets would do to ``out``, a folder with OUT's tables; writes nothing."""
     plan = make_plan(refs, out, settings, pipeline, there, dry=True)
     reasons: dict[str, list[str]] = defaultdict(list)
     changed = [ref for ref in plan.todo if plan.why[ref.asset_id] is Why.CHANGED]
@@ -97,7 +97,7 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
 
 
 def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]:
-    """What all assets of an earlier run share and is another now: settings and packages."""
+    """Inputs that all assets of an earlier run share and is another now: settings and packages."""
     then, now = json.loads(run["settings_json"]), _recorded(settings)
     parts = []
     if names := sorted(name for name in then.keys() | now.keys() if then.get(name) != now.get(name)):
@@ -110,7 +110,7 @@ def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]
 
 
 def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> ForecastCost:
-    """What refining these assets would take, by what their refinements took, else those of their category, else all."""
+    """Cost of refining these assets, by what their refinements took, else those of their category, else all."""
     if not todo or find_catalog(out) is None:
         return ForecastCost(0)
     rows = query(out, packaged_sql("forecast"), (settings.method.value,))

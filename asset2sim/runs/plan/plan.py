@@ -113,7 +113,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Past:
-    """What is known of earlier runs. ``hashes``: asset id → its content hash today; ``reusable``: ids of assets whose
+    """Knowledge of earlier runs. ``hashes``: asset id → its content hash today; ``reusable``: ids of assets whose
     record a killed run left and which holds; ``stale``: asset id → the content hashes of records that do not;
     ``folders``: asset id → the refinement that lies in its folder; ``lies``: whether an asset has such a folder;
     ``by_hand``: what was changed in it; ``rows``: what the catalog says; ``late``: who took too long, and how often."""
@@ -183,7 +183,7 @@ def read_past(
     *,
     clean: bool,
 ) -> Past:
-    """What earlier runs left of these assets; ``clean``: records that were published are deleted."""
+    """Results of earlier runs for these assets; ``clean``: records that were published are deleted."""
     lies = partial(_has_folder, out, settings) if there is None else there.__contains__
     known = {ref.asset_id: ref for ref in refs}
     reusable, stale = set[str](), defaultdict[str, list[str]](list)
@@ -236,7 +236,7 @@ def why_done(asset_id: str, past: Past, settings: Settings) -> Why | None:
 
 
 def _look(out: Path, asset_id: str, there: Mapping[str, str] | None) -> Stamp | str | None:
-    """What tells a refined folder from a new one: its stamp, or its digest ``there``; None where there is none."""
+    """Mark that tells a refined folder from a new one: its stamp, or its digest ``there``; None where there is none."""
     return stamp(out / "assets" / asset_id) if there is None else there.get(asset_id)
 
 

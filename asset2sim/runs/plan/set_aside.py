@@ -1,4 +1,5 @@
-"""What an earlier run refined, where a later one failed: it does not stay under the failed row, and is not lost."""
+"""Setting aside what an earlier run refined, where a later one failed: it does not stay under the failed row, and is
+not lost."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""What an earlier run refined behind a URL, where a later one failed: ``plan.set_aside`` for a store."""
+"""Setting aside what an earlier run refined behind a URL, where a later one failed: ``plan.set_aside`` for a store."""
 
 from asset2sim.catalog.storage.objects import copy_objects, list_objects, remove_objects
 from asset2sim.runs.plan.set_aside import FOLDER, Stamp, with_finding

@@ -20,7 +20,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode
 
 Kept = TypeVar("Kept")
-"""What a run keeps in memory of a record."""
+"""Summary that a run keeps in memory of a record."""
 
 
 def second_attempt_jobs(

@@ -24,7 +24,7 @@ MAX_NAMED = 4
 
 @dataclass
 class Report:
-    """What a run has done so far: call it with each last record. ``show`` is told of every record."""
+    """Progress of a run: call it with each last record. ``show`` is told of every record."""
 
     total: int
     show: Callable[["Report"], None] = lambda _: None

@@ -47,7 +47,7 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class RunRecords(Generic[Kept]):
-    """What is kept of the finished assets' records, in the dataset's order; ``stopped`` says why some are missing or
+    """Summaries of the finished assets' records, in the dataset's order; ``stopped`` says why some are missing or
     were not tried, ``unchanged`` which assets needed no refinement."""
 
     records: tuple[Kept, ...]
