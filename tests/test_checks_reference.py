@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.alignment.reference import Reference, read_references
+from asset2sim.checks.alignment.reference import read_references
+from schemas.alignment import Reference
 from schemas.errors import UsageError
 
 HEADER = "asset_id,category,gensim2_task,scale,joint,joint_position\n"

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.overlaps import overlap_pairs
-from asset2sim.checks.sweep import CauseOf, sweep_verdict, sweeps
+from asset2sim.checks.rig import CauseOf
+from asset2sim.checks.sweep import sweep_verdict, sweeps
 from schemas.interaction import Sweep
 from schemas.vocabulary import Engine, OverlapCause
 from tests.builders import UrdfJoint

@@ -6,7 +6,7 @@ from schemas.vocabulary import Method
 
 
 def by_agent(job: ProposalJob, extraction: Extraction) -> Proposed:
-    """What the agent submits last. Raises SynthesisError."""
+    """The agent's last submission. Raises SynthesisError."""
     from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
 
     return run_agent(job.ref, extraction, job.settings, job.ask, job.source, job.guidance)

@@ -1,4 +1,4 @@
-"""What a method declares of itself, in its module: ``METHOD``."""
+"""Declaration of a method, in its module: ``METHOD``."""
 
 import functools
 from collections.abc import Callable
@@ -23,7 +23,7 @@ DASHED, DOTTED = (0, (5, 1)), (0, (1, 1))
 
 
 class ProposalJob(Protocol):
-    """What a method is asked for: one asset, its words, the run's settings and the one way to ask a model."""
+    """A request to a method: one asset, its words, the run's settings and the one way to ask a model."""
 
     @property
     def ref(self) -> AssetRef:
@@ -39,7 +39,7 @@ class ProposalJob(Protocol):
 
     @property
     def guidance(self) -> Guidance:
-        """What the asset's prompt asks of it."""
+        """Guidance of the asset's prompt."""
 
     @property
     def source(self) -> Source:
