@@ -183,10 +183,10 @@ def refine(request: RefineRequest) -> "RunResult":
 def ready(request: RefineRequest) -> Iterator[Refine]:
     """The flow, to be called within the block, with a server and the libraries that the run will need loading."""
     from asset2sim.catalog.mlflow_store import load_mlflow
-    from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.experiments.isolation.children import warm_up
     from asset2sim.models.gateway.lite import load_litellm
+    from asset2sim.storage.cache import working_folder
     from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -245,9 +245,9 @@ def _night_now(request: RefineRequest) -> int:
             raise UsageError(f"the nightly (process {found.process}) is just starting; try again in a few seconds")
         return code
     with temporary_server() as address:
-        from asset2sim.catalog.storage.cache import working_folder
         from asset2sim.catalog.switch import find_catalog
         from asset2sim.experiments.isolation.children import warm_up
+        from asset2sim.storage.cache import working_folder
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up(PIPELINE)

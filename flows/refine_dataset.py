@@ -4,13 +4,13 @@ from prefect import flow
 
 from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.run import finish_run, remove_run_marker, selection_of, start_run, write_run_marker
-from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.disk import raise_disk_full
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.runs.plan.hand_changes import changes_text
 from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.runs.workers import bounded_by_memory
+from asset2sim.storage.cache import working_folder
+from asset2sim.storage.disk import raise_disk_full
 from flows import PIPELINE
 from flows.night_text import complain
 from flows.steps import (

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rich.text import Text
 
-from asset2sim.catalog.storage.objects import open_store
 from asset2sim.catalog.text import output
+from asset2sim.storage.objects import open_store
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
@@ -68,8 +68,8 @@ def _check_port(name: str, port: int) -> None:
 
 def report_folder(out: Path | str) -> Path:
     """The folder of this machine in which the report of ``out`` lies, where there is one."""
-    from asset2sim.catalog.storage.cache import working_folder
     from asset2sim.report.page_files import FOLDER
+    from asset2sim.storage.cache import working_folder
 
     return working_folder(out) / FOLDER
 
@@ -80,7 +80,7 @@ def commands(
     """Name → command line of each server; all listen on 127.0.0.1 only. MLflow shows the runs of this machine; the
     report is served where there is one."""
     from asset2sim.catalog.mlflow_store import tracking_uri
-    from asset2sim.catalog.storage.cache import working_folder
+    from asset2sim.storage.cache import working_folder
 
     programs, folder = Path(sys.executable).parent, report_folder(out)
     served = [sys.executable, "-m", "http.server", "--bind", "127.0.0.1", "--directory", str(folder), str(report_port)]

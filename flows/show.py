@@ -158,7 +158,7 @@ def print_questions(
     data: Path | str, folder: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
 ) -> bool:
     """Write the questions about a dataset's assets, and print what was written; returns whether any was."""
-    from asset2sim.runs.dataset import load_dataset
+    from asset2sim.intake.dataset import load_dataset
     from asset2sim.runs.write_questions import FOLDER, write_questions
 
     written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)

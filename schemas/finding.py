@@ -1,4 +1,6 @@
-"""A finding: something a stage noticed or changed, as a row."""
+"""Findings, what a stage noticed or changed, as rows, and steps of a search."""
+
+from dataclasses import dataclass, field
 
 from schemas.base import Frozen
 from schemas.vocabulary import Severity, Stage
@@ -16,6 +18,25 @@ class Finding(Frozen):
     joint: str | None = None
     value: float | None = None
     limit: float | None = None
+
+
+@dataclass
+class Notes:
+    """The findings of one validation, in the order in which they were made."""
+
+    findings: list[Finding] = field(default_factory=list)
+
+    def info(self, code: str, message: str, **where: object) -> None:
+        """Add a finding: a value was completed; no value of the model was changed."""
+        self._add(Severity.INFO, code, message, where)
+
+    def warn(self, code: str, message: str, **where: object) -> None:
+        """Add a warning: a value of the model or the asset is implausible, or was changed."""
+        self._add(Severity.WARNING, code, message, where)
+
+    def _add(self, severity: Severity, code: str, message: str, where: dict[str, object]) -> None:
+        finding = {"stage": Stage.VALIDATE, "severity": severity, "code": code, "message": message, **where}
+        self.findings.append(Finding.model_validate(finding))
 
 
 class TraceStep(Frozen):

@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass, replace
 
-from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes.shape_cache import SHAPE_CACHE
 from asset2sim.guidance.read import read_guidance
+from asset2sim.intake.authored_numbers import stated_findings
+from asset2sim.intake.blocked_joints import find_blocked_joints
+from asset2sim.intake.origin import extract
+from asset2sim.intake.up_axis import find_up
 from asset2sim.models.object_facts import rounded_object_info
-from asset2sim.validation.passage import find_blocked_joints
-from asset2sim.validation.stated import stated_findings
-from asset2sim.validation.upright import find_up
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.features import Features

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.extract import Extraction
+from asset2sim.intake.origin import extract
 from asset2sim.models.prior.answer import answer
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest

@@ -9,7 +9,7 @@ import pandas as pd
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.runs.dataset import load_dataset
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import KeptRecord, keep_record
 from schemas.asset import AssetRecord, AssetRef

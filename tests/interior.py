@@ -13,12 +13,13 @@ import pybullet
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from asset2sim.assets.extract import extract
 from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, MOST_CELLS, OUTER_CELLS, samples
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.urdf.locate import find_mesh, find_source
 from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines.pybullet_object import loaded
+from asset2sim.intake.locate import find_source
+from asset2sim.intake.origin import extract
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.asset import AssetRef

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.urdf.locate import find_mesh, find_source, outer_references
+from asset2sim.assets.urdf.references import find_mesh, outer_references
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.write import write_run
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.locate import find_source
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import read_record
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.extract import extract
+from asset2sim.intake.origin import extract
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode, Severity, VolumeSource

@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.link_colors import PALETTE, mark_names
 from asset2sim.assets.surfaces.scene import load_scene
+from asset2sim.guidance.link_colors import PALETTE, mark_names
 from asset2sim.render.marked import marked, question_pictures
 from asset2sim.render.name_tags import with_names
 from schemas.settings import Settings

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes import triangles
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key, read_shapes, write_shapes
+from asset2sim.intake.origin import extract
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from tests.assets import RAW

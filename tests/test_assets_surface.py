@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.assets.extract import extract
 from asset2sim.assets.meshes.surface import SheetSurface, joined_surfaces, surface_of
+from asset2sim.intake.origin import extract
 from schemas.asset import AssetRef
 from schemas.features import LinkFeatures
 from tests.builders import double_sided, without_top

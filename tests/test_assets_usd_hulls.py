@@ -22,8 +22,8 @@ from asset2sim.assets.exports.usd_hulls import (
     polygon_sizes,
 )
 from asset2sim.baselines.ours import by_rules
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.physics.arrays import Array
-from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRef
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Export

@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.agent import run_agent
 from asset2sim.baselines.agent.conversation import bounded
 from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
+from asset2sim.intake.origin import extract
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session

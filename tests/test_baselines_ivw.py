@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.extract import extract
+from asset2sim.intake.origin import extract
 from asset2sim.render import VIEW_NAMES
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.vocabulary import FailureMode, Method, Status

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.storage import lock
-from asset2sim.catalog.storage.lock import Holder, LostLockError, lock_url
+from asset2sim.storage import lock
+from asset2sim.storage.lock import Holder, LostLockError, lock_url
 from schemas.errors import UsageError
 from tests.object_store import Store
 from tests.processes import wait_until

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.storage import mirror
-from asset2sim.catalog.storage.mirror import FILE, ObjectsChangedError, local_names, pull, push, send_folder
-from asset2sim.catalog.storage.objects import StoreError, list_objects, object_info, open_store, store_usage_error
+from asset2sim.storage import mirror
+from asset2sim.storage.mirror import FILE, ObjectsChangedError, local_names, pull, push, send_folder
+from asset2sim.storage.objects import StoreError, list_objects, object_info, open_store, store_usage_error
 from schemas.errors import UsageError
 from tests.object_store import SECRET, Store
 
@@ -137,7 +137,7 @@ def test_a_package_that_is_missing_is_named() -> None:
 
 
 def test_copies_are_those_of_this_user(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from asset2sim.catalog.storage.cache import cache_root, reading_folder, working_folder
+    from asset2sim.storage.cache import cache_root, reading_folder, working_folder
 
     monkeypatch.delenv("ASSET2SIM_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

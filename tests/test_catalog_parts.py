@@ -15,11 +15,11 @@ from asset2sim.catalog.merge import ascends, merged, whole_assets
 from asset2sim.catalog.parts import FOLDER, Parts, open_parts
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.write import write_parts, write_run
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.spread.harvest import Harvest, take
 from asset2sim.runs.spread.job import Job
+from asset2sim.storage.lock import lock_output
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.summary import AssetSummary

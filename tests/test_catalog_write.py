@@ -28,10 +28,10 @@ from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.rows import asset_row, asset_rows, joint_rows, run_row, trace_rows
 from asset2sim.catalog.run import RunRow, finish_run, start_run, without_credentials
 from asset2sim.catalog.show import describe_asset
-from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
+from asset2sim.storage.lock import lock_output
 from flows.schedule import nightly_schedule
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds

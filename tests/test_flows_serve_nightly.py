@@ -24,8 +24,8 @@ from prefect.states import Scheduled
 
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import MARK
-from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.runs.request import RefineRequest
+from asset2sim.storage.lock import lock_output
 from flows.serve_nightly import run_deployed_night, run_night_here
 from flows.server.client import wait_for
 from flows.server.deployment import find_deployment

@@ -15,9 +15,9 @@ import pytest
 from asset2sim.models.gateway.ask import ask, prompt_hash
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
-from asset2sim.models.gateway.secrets import redact
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.request import LabelledImage, ModelRequest
+from schemas.secret import redact
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, forget_refusals, serve
 

@@ -10,13 +10,13 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import load_env_file
-from asset2sim.models.gateway.secrets import redact_answer
 from asset2sim.models.prior.answer import answer
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.spread.refine_all import refine_all
 from flows import PIPELINE
 from schemas.asset import AssetRef
+from schemas.secret import redact_answer
 from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import Engine, Status
 from tests.assets import ROOT

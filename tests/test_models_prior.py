@@ -420,7 +420,7 @@ def test_every_category_of_the_manifest_has_a_size() -> None:
 
 @needs_objects
 def test_paper9_scales_are_near_the_experts() -> None:
-    from asset2sim.assets.extract import extract
+    from asset2sim.intake.origin import extract
     from asset2sim.models.prompts import synthesis_request
 
     with (MOBILITY / "reference.csv").open(encoding="utf-8") as file:

@@ -15,7 +15,7 @@ from asset2sim.assets.checksums import write_checksums
 from asset2sim.assets.surfaces import scene
 from asset2sim.assets.surfaces.load import load_surfaces
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.assets.urdf.allowed_folders import AllowedFolders
+from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import film, is_current, loops_key, make, write, write_loops
 from asset2sim.report.loops.figure import read_alike, read_figure

@@ -6,11 +6,9 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.storage import listing
-from asset2sim.catalog.storage.cache import data_root, working_folder
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.check_request import check_request
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
 from asset2sim.runs.remote.fetch_asset import (
@@ -22,6 +20,8 @@ from asset2sim.runs.remote.fetch_asset import (
 )
 from asset2sim.runs.remote.output import open_output
 from asset2sim.runs.request import RefineRequest
+from asset2sim.storage import listing
+from asset2sim.storage.cache import data_root, working_folder
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings

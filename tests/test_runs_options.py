@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.check_request import check_packages
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import parse_request, settings_for_run, stated_settings

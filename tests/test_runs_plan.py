@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.assets.urdf.allowed_folders import AllowedFolders
+from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.catalog.read import read_table
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.runs.dataset import load_dataset
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.plan import state
 from asset2sim.runs.plan.forecast import Forecast, forecast
 from flows.command import run_command

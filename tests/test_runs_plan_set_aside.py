@@ -7,7 +7,7 @@ from asset2sim.catalog.index import write_index
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.runs.dataset import load_dataset
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.plan.plan import make_plan, mark_published
 from asset2sim.runs.plan.set_aside import CODE, FOLDER, set_aside
 from schemas.settings import Settings

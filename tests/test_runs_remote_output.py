@@ -13,15 +13,15 @@ from asset2sim.catalog import history
 from asset2sim.catalog import read_remote as read
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
-from asset2sim.catalog.storage import listing
-from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.lock import LostLockError
 from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.records import RECORDS_FOLDER, KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.spread import worker
+from asset2sim.storage import listing
+from asset2sim.storage.cache import working_folder
+from asset2sim.storage.lock import LostLockError
 from flows.dry_run import print_dry_run
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
@@ -185,7 +185,7 @@ def test_a_second_run_is_refused(store: Store, data: Path, tmp_path: Path, monke
 
 
 def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from asset2sim.catalog.storage import lock
+    from asset2sim.storage import lock
 
     out = f"{store.url}/out"
     monkeypatch.setattr(output, "lock_url", partial(lock.lock_url, renew_s=0.02))

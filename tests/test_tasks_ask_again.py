@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.ours import by_rules
 from asset2sim.checks.alignment.expectations import Expectations, meet, read_expectations
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.origin import extract
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.render.marked import question_pictures
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.validation.doubts import fallen
 from schemas.alignment import SIZE
 from schemas.asset import AssetRef

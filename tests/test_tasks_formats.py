@@ -8,7 +8,7 @@ import pytest
 from asset2sim.assets.exports.mjcf import SCENE_NAME
 from asset2sim.assets.exports.usd import USD_NAME
 from asset2sim.engines.registry import installed, open_world
-from asset2sim.runs.dataset import load_dataset
+from asset2sim.intake.dataset import load_dataset
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings, ViewSettings
 from schemas.vocabulary import Export, Method, Status, UpAxis

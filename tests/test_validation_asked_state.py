@@ -9,9 +9,9 @@ import pytest
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import convert_misread_units
 from schemas.features import Features
+from schemas.finding import Notes
 from schemas.overlay import JointProposal, Overlay
 from schemas.settings import PhysicsSettings
 from tests.builders import joint_features

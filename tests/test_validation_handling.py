@@ -13,7 +13,7 @@ from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.physics.mass_matrix import Body, Pull
 from asset2sim.physics.terms import JointLoad, JointTerms
 from asset2sim.validation.handling import Handling, bounded_press, felt_press, handlings
-from asset2sim.validation.notes import Notes
+from schemas.finding import Notes
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source

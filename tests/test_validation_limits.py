@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from asset2sim.validation.limits import Range, joint_range
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
 from schemas.features import JointFeatures
+from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Severity, Source
 from tests.assets import near

@@ -8,8 +8,8 @@ import pytest
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.guidance.tables import materials
+from asset2sim.intake.overrides import read_overrides
 from asset2sim.refinement.position_bands import band_of
-from asset2sim.runs.overrides import read_overrides
 from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, stated_scale, words_with_scale
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef

@@ -11,9 +11,9 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size
+from schemas.finding import Notes
 from schemas.guidance import NOTHING_ASKED
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings

@@ -1,27 +1,25 @@
 """The whole asset: links, joints, boxes at rest and closed, and the hash of what was read."""
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from lxml import etree
 
-from asset2sim.assets.formats.source import DescriptionFile, open_source
+from asset2sim.assets.companions import companions_of, read_category, read_semantics
 from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
-from asset2sim.assets.regular_files import NOT_THERE, file_problem
-from asset2sim.assets.urdf.allowed_folders import AllowedFolders, allowed_folders, lies_outside
 from asset2sim.assets.urdf.document import read_document, textures_of
-from asset2sim.assets.urdf.front import front_of
-from asset2sim.assets.urdf.locate import read_category, read_semantics
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
-from asset2sim.assets.urdf.read import read_urdf, root_of
+from asset2sim.assets.urdf.read import front_of, read_urdf, root_of
+from asset2sim.assets.urdf.references import AllowedFolders, Refused
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.asset import AssetRef
@@ -30,11 +28,24 @@ from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, Severity, Stage, UpAxis
+from schemas.vocabulary import FailureMode, Severity, Stage
 
-COMPANIONS = ("semantics.txt", "meta.json", "mobility_v2.json")
-"""PartNet-Mobility's files beside the URDF that stay true after scaling (its bounding box would not)."""
 INPUTS = InputSettings()
+
+
+@dataclass(frozen=True)
+class DescriptionFile:
+    """Where an asset came from: the ``file`` in its folder, the ``urdf`` that is read (the file itself, or one made of
+    it in a folder of its own, whose mesh references are absolute), all ``files`` that it was made of, and findings."""
+
+    file: Path
+    urdf: Path
+    files: tuple[Path, ...]
+    findings: tuple[Finding, ...] = ()
+    refused: Mapping[str, Refused] = field(default_factory=dict)
+    """Reference in ``urdf`` that is not read, since it means a file outside the dataset → what it was, and why."""
+    work: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+    """The folder of a URDF that was made; it is deleted with the last reference to it."""
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -75,19 +86,22 @@ class Extraction:
         return self.urdf if self.opened is None else self.opened.file
 
 
-def extract(
-    ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z, inputs: InputSettings = INPUTS
+def read_asset(
+    ref: AssetRef,
+    opened: DescriptionFile,
+    reach: AllowedFolders,
+    cache: Path | None = None,
+    inputs: InputSettings = INPUTS,
 ) -> Extraction:
-    """Features and geometry of one asset.
+    """Features and geometry of one asset whose description is ``opened``.
 
     ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
-    are not computed again; the result is the same with it and without. ``up`` is the axis that points up in its file.
-    Only files that ``inputs`` allow are read.
-    Raises AssetError: unreadable_asset (no URDF, not XML, not a tree), missing_mesh (a link none of whose meshes is
-    there), invalid_joint_configuration (joint numbers that make no sense).
+    are not computed again; the result is the same with it and without. Only files that ``reach`` and ``inputs`` allow
+    are read.
+    Raises AssetError: unreadable_asset (not a tree), missing_mesh (a link none of whose meshes is there),
+    invalid_joint_configuration (joint numbers that make no sense).
     """
-    folder, reach = Path(ref.path), allowed_folders(ref, inputs)
-    opened = open_source(folder, up, reach)
+    folder = Path(ref.path)
     urdf = opened.urdf
     robot = read_urdf(urdf)
     base = urdf.parent
@@ -146,23 +160,6 @@ def extract(
         folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,
         companions=companions,
     )  # fmt: skip
-
-
-def companions_of(folder: Path, reach: AllowedFolders) -> tuple[dict[str, Path], list[Finding]]:
-    """The files beside the URDF that say more of the asset, by name; a finding for each that cannot be read or lies
-    outside, and is left out."""
-    found, findings = {name: folder / name for name in COMPANIONS}, []
-    for name, path in list(found.items()):
-        problem = file_problem(path)
-        code = "companion_unusable"
-        if problem is None and not reach.allows(path):
-            problem, code = lies_outside(path, reach), "outside_dataset"
-        if problem is not None:
-            del found[name]
-        if problem not in (None, NOT_THERE):
-            message = f"'{name}' {problem}; it is left out"
-            findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message))
-    return found, findings
 
 
 def find_textures(robot: "etree._Element", folder: Path, reader: MeshReader) -> list[Finding]:

@@ -17,8 +17,7 @@ from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.unusable import UnusableMeshError, check_mesh_file, check_size
 from asset2sim.assets.meshes.volume import Shape, Solid, combined, shape_of
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
-from asset2sim.assets.urdf.allowed_folders import ANYWHERE, AllowedFolders, Refused, why_missing
-from asset2sim.assets.urdf.locate import find_mesh
+from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, Refused, find_mesh, why_missing
 from asset2sim.physics.arrays import Array, six, vector
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures

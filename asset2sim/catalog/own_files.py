@@ -15,10 +15,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform, to_arrow
-from asset2sim.catalog.storage.cache import reading_folder
-from asset2sim.catalog.storage.mirror import pull
-from asset2sim.catalog.storage.objects import StoreError, send_objects, store_usage_error
 from asset2sim.catalog.switch import replace_file
+from asset2sim.storage.cache import reading_folder
+from asset2sim.storage.mirror import pull
+from asset2sim.storage.objects import StoreError, send_objects, store_usage_error
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.table import Row, Table

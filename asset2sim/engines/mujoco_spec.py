@@ -23,9 +23,9 @@ from asset2sim.assets.mujoco_options import (
     body_name,
     solref,
 )
-from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
+from asset2sim.assets.urdf.references import find_mesh
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 

@@ -17,8 +17,8 @@ import yourdfpy
 
 from asset2sim.assets.meshes.load import mesh_points, scale_vector
 from asset2sim.assets.urdf.capsule import Capsule
-from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
+from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines import lowest
 from asset2sim.engines.child import captured_console
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint

@@ -12,9 +12,9 @@ from distributed import Client
 from distributed.diagnostics.plugin import WorkerPlugin
 from distributed.worker import Worker
 
-from asset2sim.catalog.storage.objects import StoreError, read_object, remove_objects, write_object
 from asset2sim.experiments.isolation.children import refuse_daemon
 from asset2sim.experiments.isolation.stopping import accept_children, stop_children
+from asset2sim.storage.objects import StoreError, read_object, remove_objects, write_object
 from schemas.errors import UsageError
 from schemas.location import Location
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asset2sim.assets.link_colors import OTHERS, mark_names
+from asset2sim.guidance.link_colors import OTHERS, mark_names
 from asset2sim.models.motion_facts import joint_motions
 from asset2sim.models.object_facts import object_facts, rounded
 from asset2sim.physics.arrays import Array, vector

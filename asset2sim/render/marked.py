@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.link_colors import GREY, PALETTE, mark_names
 from asset2sim.assets.surfaces.scene import Scene, load_scene, nothing_to_draw
 from asset2sim.assets.surfaces.surface import Batch, Floats, Paint, Surface
+from asset2sim.guidance.link_colors import GREY, PALETTE, mark_names
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render.batch import batches_of
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, directions, fit

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.assets.urdf.allowed_folders import AllowedFolders
+from asset2sim.assets.urdf.references import AllowedFolders
+from asset2sim.intake.origin import open_origin
 from asset2sim.render import render_views
 from schemas.settings import ViewSettings
 
@@ -43,7 +43,7 @@ def draw_before(
                 image.convert("RGB").save(before.to, quality=before.quality, method=before.method)
                 return
     if urdf is None:
-        source = open_source(before.raw, reach=before.reach)  # what is made of it is there as long as this is
+        source = open_origin(before.raw, reach=before.reach)  # what is made of it is there as long as this is
         urdf = source.urdf
     picture = render_views(urdf, {}, settings, ("perspective",), loaded, OVERSAMPLING)["perspective"]
     picture.save(before.to, quality=before.quality, method=before.method)

@@ -12,10 +12,10 @@ import pandas as pd
 from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from asset2sim.catalog.storage.cache import cache_root
 from asset2sim.catalog.text import number
 from asset2sim.report.charts import counted
 from asset2sim.report.index_page import duration
+from asset2sim.storage.cache import cache_root
 from schemas.errors import printable
 
 FOLDER = "report"

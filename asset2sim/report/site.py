@@ -12,12 +12,8 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from asset2sim.assets.urdf.allowed_folders import AllowedFolders
+from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.catalog.read_remote import PARTS, repair_history
-from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.catalog.storage.mirror import pull, push
-from asset2sim.catalog.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
 from asset2sim.experiments.isolation import stop_children
 from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
@@ -27,6 +23,10 @@ from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
 from asset2sim.runs.remote.fetch_asset import local_copy_path
+from asset2sim.storage.cache import working_folder
+from asset2sim.storage.lock import lock_output
+from asset2sim.storage.mirror import pull, push
+from asset2sim.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
 from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.table import ASSET_KEY

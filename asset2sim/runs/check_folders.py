@@ -12,8 +12,8 @@ from asset2sim.checks.verdict import failures_of
 from asset2sim.engines.registry import require
 from asset2sim.experiments.isolation import stop_children
 from asset2sim.experiments.isolation.children import warm_up
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.asset_attempt import attempt_in_child
-from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.interaction import EngineReport

@@ -8,9 +8,9 @@ from urllib.parse import urlsplit
 
 from asset2sim.checks.known_checks import require_bounds
 from asset2sim.engines.registry import require
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.overrides import with_prompt
 from asset2sim.models.gateway.choices import check_model
-from asset2sim.runs.dataset import load_dataset
-from asset2sim.runs.overrides import with_prompt
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError

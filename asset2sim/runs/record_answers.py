@@ -9,7 +9,6 @@ from pathlib import Path
 import pandas as pd
 
 from asset2sim.catalog.read import latest_rows
-from asset2sim.catalog.storage.cache import working_folder
 from asset2sim.models.gateway import answer_cache
 from asset2sim.models.gateway.recorded import (
     RECORDING,
@@ -20,6 +19,7 @@ from asset2sim.models.gateway.recorded import (
     origin_of,
     read_recording,
 )
+from asset2sim.storage.cache import working_folder
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.model_names import is_recorded, recorded_folder

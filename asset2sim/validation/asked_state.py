@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from asset2sim.guidance.object_info import JointInfo, ObjectInfo
 from asset2sim.guidance.parts import MovablePart, parts_of
 from asset2sim.guidance.placing import asked_position, useful_travel
-from asset2sim.validation.notes import Notes
+from schemas.finding import Notes
 from schemas.guidance import AskedState, Guidance
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings

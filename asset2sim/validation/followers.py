@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from asset2sim.physics.kinematics import mimics_of, tree_of
 from asset2sim.validation.limits import Range
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start
 from schemas.features import Features, Mimic
+from schemas.finding import Notes
 
 
 def leaders_positions(

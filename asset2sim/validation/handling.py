@@ -16,8 +16,8 @@ from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
-from asset2sim.validation.notes import Notes
 from schemas.features import Features, JointFeatures
+from schemas.finding import Notes
 from schemas.overlay import EffortRange, JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.support import SupportKind

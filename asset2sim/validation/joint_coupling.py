@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from asset2sim.physics.mass_matrix import JointSpace
-from asset2sim.validation.notes import Notes
+from schemas.finding import Notes
 from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source

@@ -15,9 +15,9 @@ from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, ho
 from asset2sim.validation.joint_coupling import bound_together
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import Start, turned
 from schemas.features import Features
+from schemas.finding import Notes
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule, Source

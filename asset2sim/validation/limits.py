@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from asset2sim.validation.notes import Notes
 from schemas.features import JointFeatures
+from schemas.finding import Notes
 from schemas.vocabulary import Source
 
 TURN_SLACK = 0.01

@@ -1,7 +1,7 @@
 """Convert densities that were given in g/cm³ to kg/m³, and walls in millimetres to metres."""
 
-from asset2sim.validation.notes import Notes
 from schemas.features import Features, LinkFeatures
+from schemas.finding import Notes
 from schemas.overlay import LinkProposal, Overlay
 
 LEAST_DENSITY_KG_M3 = 10.0

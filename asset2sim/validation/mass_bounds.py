@@ -8,8 +8,8 @@ import numpy as np
 from asset2sim.assets.extract import Extraction
 from asset2sim.physics.arrays import Array
 from asset2sim.validation.masses import LinkMass
-from asset2sim.validation.notes import Notes
 from schemas.features import Features
+from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 

@@ -6,20 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.linalg import LinAlgError
 
+from asset2sim.intake.authored_numbers import BOX_MARGIN
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
 from asset2sim.physics.kinematics import link_to_root, transform, tree_of
 from asset2sim.physics.mass_matrix import JointSpace
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
-from asset2sim.validation.notes import Notes
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
+from schemas.finding import Notes
 from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import FailureMode, MassRule, Source
-
-BOX_MARGIN = 0.1
-"""How far outside its link's box, as a share of the box, a proposed centre of mass may lie and be accepted."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from asset2sim.validation.limits import Range
-from asset2sim.validation.notes import Notes
+from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 

@@ -6,10 +6,9 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.validation.asked_state import note_out_of_reach, with_asked_state
 from asset2sim.validation.link_units import convert_link_units
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.size import with_sensible_size
 from schemas.features import Features, JointFeatures
-from schemas.finding import Finding
+from schemas.finding import Finding, Notes
 from schemas.guidance import Guidance
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings

@@ -14,7 +14,7 @@ from asset2sim.guidance.sizing import (
     stated_scale,
 )
 from asset2sim.guidance.tables import Size
-from asset2sim.validation.notes import Notes
+from schemas.finding import Notes
 from schemas.guidance import AskedSize, Guidance
 from schemas.overlay import Overlay
 

@@ -19,10 +19,9 @@ from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
 from asset2sim.validation.masses import LinkMass, link_masses
-from asset2sim.validation.notes import Notes
 from asset2sim.validation.positions import initial_positions
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
-from schemas.finding import Finding
+from schemas.finding import Finding, Notes
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings

@@ -9,9 +9,10 @@ import yourdfpy
 from pydantic import ValidationError
 
 from asset2sim.assets.authored import REFINED_NAME
+from asset2sim.assets.extract import DescriptionFile
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.formats.source import DescriptionFile, open_source
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
+from asset2sim.intake.origin import open_origin
 from asset2sim.physics.kinematics import TreeJoint, beyond, parents_first
 from schemas.errors import AssetError
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -115,7 +116,7 @@ def refined_subject(folder: Path) -> ViewedObject:
 def raw_subject(folder: Path, *, held: bool) -> ViewedObject:
     """An object as it came, with joints at zero or the limit nearest to it. Raises AssetError where no engine could
     read it."""
-    source = open_source(folder)
+    source = open_origin(folder)
     friction = PhysicsSettings().contact_friction
     return replace(_subject(source.urdf, {}, contact_friction=friction, held=held), source=source)
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from asset2sim.catalog.index import ASSETS_FOLDER, latest_by_asset
 from asset2sim.catalog.read import query, read_table
-from asset2sim.catalog.storage.cache import reading_folder
-from asset2sim.catalog.storage.mirror import pull
 from asset2sim.runs.remote.fetch_asset import fetch_asset
+from asset2sim.storage.cache import reading_folder
+from asset2sim.storage.mirror import pull
 from asset2sim.viewer.viewed_object import ViewedObject, raw_subject, refined_subject
 from schemas.location import Location
 from schemas.vocabulary import Method, Status

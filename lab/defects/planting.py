@@ -9,7 +9,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.locate import find_source
+from asset2sim.intake.locate import find_source
 from asset2sim.physics.arrays import Array
 from schemas.asset import AssetRecord
 

@@ -7,12 +7,12 @@ import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.extract import extract
-from asset2sim.assets.urdf.locate import find_source
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
+from asset2sim.intake.blocked_joints import find_blocked_joints
+from asset2sim.intake.locate import find_source
+from asset2sim.intake.origin import extract
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.validation.passage import find_blocked_joints
 from lab.defects.planting import RefinedAsset, Target, collision_files, named, numbers, part
 from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.asset_attempt import attempt_in_child
-from asset2sim.runs.dataset import load_dataset
 from lab.defects.defect_results import (
     DefectResult,
     Symptom,

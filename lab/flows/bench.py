@@ -12,8 +12,8 @@ from pathlib import Path
 
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
 from asset2sim.catalog.text import output
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.request import parse_request as parse_refine
 from asset2sim.runs.spread.refine_all import refine_all
 from flows import PIPELINE

@@ -14,10 +14,10 @@ from pydantic_settings import CliPositionalArg
 
 from asset2sim.catalog.read import latest_rows
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_run
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.runs.option_types import FILE, FOLDERS, IDS, NAME, Listed
 from asset2sim.runs.request import RefineRequest, usable_cores
 from flows.command import refine

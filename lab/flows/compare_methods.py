@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 from asset2sim.catalog.text import output
 from asset2sim.experiments.isolation.children import warm_up
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_run
-from asset2sim.runs.dataset import load_dataset
 from flows import PIPELINE
 from flows.server.server import temporary_server
 from lab.comparisons.comparison import BLOCK, compare, write_comparison, write_page

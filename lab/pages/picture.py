@@ -8,11 +8,11 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
-from asset2sim.assets.urdf.locate import find_source
 from asset2sim.checks.rest import observe
 from asset2sim.engines.pybullet_object import loaded
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.locate import find_source
 from asset2sim.render import render_views
-from asset2sim.runs.dataset import load_dataset
 from schemas.asset import AssetRef
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, ViewSettings

@@ -12,8 +12,8 @@ from pathlib import Path
 from pydantic import Field
 from pydantic_settings import CliPositionalArg
 
+from asset2sim.intake.dataset import MANIFEST
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.dataset import MANIFEST
 from lab.samples.bad_assets import bad_assets
 from lab.samples.blueprint import Blueprint
 from lab.samples.layout import asset_files

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.catalog.storage.lock import lock_output
-from asset2sim.runs.dataset import COLUMNS, MANIFEST, load_dataset
+from asset2sim.intake.dataset import COLUMNS, MANIFEST, load_dataset
 from asset2sim.runs.plan.plan import make_plan
 from asset2sim.runs.plan.records import KeptRecord, write_record
+from asset2sim.storage.lock import lock_output
 from lab.speed.synthetic import renamed
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAsk

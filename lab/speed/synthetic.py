@@ -7,16 +7,16 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import find_source
 from asset2sim.catalog.changes import Previous, find_changes
 from asset2sim.catalog.mlflow_log import log_run
 from asset2sim.catalog.run import finish_run, start_run
-from asset2sim.catalog.storage.lock import lock_output
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
-from asset2sim.runs.dataset import COLUMNS, MANIFEST, load_dataset
+from asset2sim.intake.dataset import COLUMNS, MANIFEST, load_dataset
+from asset2sim.intake.locate import find_source
 from asset2sim.runs.plan.plan import make_plan, mark_published
 from asset2sim.runs.plan.state import SETTLED_NS
+from asset2sim.storage.lock import lock_output
 from lab.speed.process import BenchError
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import Settings

@@ -11,7 +11,7 @@ from asset2sim.catalog.history import history_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.runs.dataset import load_dataset
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.plan.plan import make_plan
 from flows import PIPELINE
 from lab.flows.bench import command, fresh, main

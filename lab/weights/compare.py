@@ -14,14 +14,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from asset2sim.assets.extract import Extraction, extract
+from asset2sim.assets.extract import Extraction
 from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.guidance import tables
 from asset2sim.guidance.parts import part_name, parts_of
 from asset2sim.guidance.read import read_guidance
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.origin import extract
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.models.prior.answer import prior_overlay
-from asset2sim.runs.dataset import load_dataset
 from asset2sim.validation.validate import validate
 from lab.pages.blocks import write_block
 from schemas.settings import PhysicsSettings

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from asset2sim.assets.regular_files import printable
 from asset2sim.catalog.switch import find_catalog
+from asset2sim.storage.regular_files import printable
 from schemas.errors import DONE, MISTAKE
 from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode

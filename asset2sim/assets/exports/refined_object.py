@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
+from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, parents_first
 from schemas.errors import AssetError

@@ -11,8 +11,8 @@ import numpy as np
 import yourdfpy
 from PIL import Image
 
-from asset2sim.assets.urdf.locate import is_regular
 from asset2sim.assets.urdf.mesh_files import libraries_of, library_problem
+from asset2sim.storage.regular_files import is_file
 
 MOST_PAINTS = 6
 """Paints that are named of a link: those that cover most of it."""
@@ -122,14 +122,14 @@ def paint_of(item: Mapping[str, str], folder: Path) -> MtlPaint:
     rgb, shine = numbers(item.get("kd", ""), 3), numbers(item.get("ks", ""), 3)
     clear, hidden = numbers(item.get("d", "").split(" ")[-1], 1), numbers(item.get("tr", ""), 1)
     picture = folder / item["map_kd"].split(" -")[-1] if "map_kd" in item else None
-    if picture is not None and not is_regular(picture):
+    if picture is not None and not is_file(picture):
         picture = folder / item["map_kd"].split(" ")[-1]
     return MtlPaint(
         item["name"],
         (rgb[0], rgb[1], rgb[2]) if rgb else MtlPaint.rgb,
         clear[0] if clear else 1.0 - hidden[0] if hidden else 1.0,
         max(shine) if shine else 0.0,
-        picture if picture is not None and is_regular(picture) else None,
+        picture if picture is not None and is_file(picture) else None,
     )
 
 

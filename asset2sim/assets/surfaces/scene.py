@@ -11,9 +11,8 @@ from PIL import Image
 from asset2sim.assets.meshes.load import primitive, scale_vector
 from asset2sim.assets.surfaces.load import from_mesh, load_surfaces
 from asset2sim.assets.surfaces.surface import PLAIN, Floats, Paint, Surface, Texture, posed
-from asset2sim.assets.urdf.front import front_of
-from asset2sim.assets.urdf.locate import find_mesh
-from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
+from asset2sim.assets.urdf.read import front_of, read_urdf, root_of, tree_joint
+from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.physics.kinematics import link_to_root, parents_first
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
-from asset2sim.assets.regular_files import file_problem
-from asset2sim.assets.urdf.locate import is_regular
+from asset2sim.storage.regular_files import file_problem, is_file
 
 OUTSIDE = "outside"
 """Folder for meshes that lie outside the asset's own folder."""
@@ -83,7 +82,7 @@ Counts = Callable[[Path], bool]
 """Whether a path counts as a file that is there."""
 
 
-def material_files(file: Path, within: Counts = lambda path: True, counts: Counts = is_regular) -> list[Path]:
+def material_files(file: Path, within: Counts = lambda path: True, counts: Counts = is_file) -> list[Path]:
     """The material libraries and pictures that a mesh's looks depend on, as far as they exist: as ``counts`` has it. A
     library that is not ``within``, or that ``library_problem`` refuses, is listed and not read. None of a file that
     cannot be read."""
@@ -136,7 +135,7 @@ def gltf_names(file: Path) -> list[str]:
         return []
 
 
-def named_file(name: str, folder: Path, counts: Counts = is_regular) -> Path | None:
+def named_file(name: str, folder: Path, counts: Counts = is_file) -> Path | None:
     """The file that a mesh in ``folder`` means by a path or a URI; None where there is none."""
     path = folder / unquote(name.strip().replace("\\", "/").removeprefix("file://"))
     return path if counts(path) else None
@@ -147,12 +146,12 @@ def without_materials(obj: bytes) -> bytes:
     return re.sub(rb"^[ \t]*mtllib\b[^\n]*$", b"", obj, flags=re.MULTILINE)
 
 
-def libraries_of(obj: Path, counts: Counts = is_regular) -> list[str]:
+def libraries_of(obj: Path, counts: Counts = is_file) -> list[str]:
     """Names of an OBJ's material libraries that exist, as the OBJ writes them."""
     return [name for name in MATERIAL_LINE.findall(read_head(obj)) if counts(obj.parent / name)]
 
 
-def textures_of(library: Path, counts: Counts = is_regular) -> list[str]:
+def textures_of(library: Path, counts: Counts = is_file) -> list[str]:
     """Names of a material library's textures that exist, as it writes them, without the options before the name."""
     names = []
     for line in TEXTURE_LINE.findall(library.read_text(encoding="utf-8", errors="replace")):

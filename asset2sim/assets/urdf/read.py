@@ -23,6 +23,9 @@ MOST_LINKS = 128
 """Links of an object, its root among them, that PyBullet simulates (measured: with 129 of them, joints fixed or not, it
 loads the object and then tells no state of it, nor of any other). The keyboard of 115 keys has 117."""
 
+PARTNET_TURN = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""The rotation of PartNet-Mobility's fixed root joint: its objects are authored y-up and facing +z."""
+
 logging.getLogger("yourdfpy").setLevel(logging.ERROR)
 
 
@@ -161,3 +164,19 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
         keys = ("damping", "friction", "spring_stiffness", "spring_reference", "armature")
         terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
     return terms
+
+
+def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Array:
+    """(3,) the horizontal direction in the root frame that the object's front faces. PartNet-Mobility's objects face -x
+    once its root joint has turned them z-up; an object is taken for one of them by that joint, by its robot's name or
+    by the ``semantics.txt`` beside it. Others follow the ROS custom: x forward."""
+    root = root_of(robot)
+    turned = any(
+        joint.parent == root
+        and joint.type == "fixed"
+        and joint.origin is not None
+        and np.allclose(np.asarray(joint.origin)[:3, :3], PARTNET_TURN, atol=1e-3)
+        for joint in robot.joints
+    )
+    named = (robot.name or "").startswith("partnet_") or (urdf_file.parent / "semantics.txt").is_file()
+    return np.array([-1.0 if turned or named else 1.0, 0.0, 0.0])

@@ -17,10 +17,11 @@ from asset2sim.models.gateway.prices import Amount, cost_usd
 from asset2sim.models.gateway.questions import keep_question
 from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
 from asset2sim.models.gateway.recorded import RecordingError, UnrecordedError, find_answer
-from asset2sim.models.gateway.secrets import listed, missing_variables, redact, redact_answer
+from asset2sim.models.gateway.secrets import listed, missing_variables
 from asset2sim.models.gateway.session import GatewaySession, call_permit, delay_provider_calls, pause
 from schemas.model_names import is_recorded, model_for, recorded_folder, settings_for
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
+from schemas.secret import redact, redact_answer
 from schemas.settings import ModelSettings
 
 _TITLE = re.compile(r"Prompt: (.{1,100})\n")

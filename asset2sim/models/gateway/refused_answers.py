@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.models.gateway.secrets import redact_answer
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
+from schemas.secret import redact_answer
 
 LOG_FOLDER = "logs"
 MAX_ANSWER_CHARACTERS = 100_000

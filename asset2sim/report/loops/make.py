@@ -12,10 +12,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.formats.source import open_source
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.intake.origin import open_origin
 from asset2sim.render.zbuffer import ALIKE
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops.figure import LoopFigure, read_alike, read_figure, sweep
@@ -74,7 +74,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     came: LoopFigure | None = None
     try:
         if raw_urdf is not None:
-            source = None if raw_urdf.suffix == ".urdf" else open_source(raw_urdf.parent)
+            source = None if raw_urdf.suffix == ".urdf" else open_origin(raw_urdf.parent)
             raw_urdf = raw_urdf if source is None else source.urdf
             remember_twins(loaded, refined, raw_urdf.parent)
             came = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)

@@ -9,12 +9,12 @@ import numpy as np
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.formats.confine import references
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.assets.urdf.locate import find_mesh
 from asset2sim.assets.urdf.mesh_files import without_materials
+from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
+from asset2sim.intake.confine import references
 from asset2sim.physics.arrays import Array
 from asset2sim.render.batch import mixed
 from schemas.settings import EngineSettings

@@ -6,10 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from asset2sim.assets.regular_files import read_regular
-from asset2sim.assets.urdf.allowed_folders import ANYWHERE, AllowedFolders, check_within, find_within
-from asset2sim.assets.urdf.locate import MOST_DESCRIBED, find_source, outer_references
 from asset2sim.assets.urdf.mesh_files import material_files
+from asset2sim.assets.urdf.references import (
+    ANYWHERE,
+    MOST_DESCRIBED,
+    AllowedFolders,
+    check_within,
+    find_within,
+    outer_references,
+)
+from asset2sim.intake.locate import find_source
+from asset2sim.storage.regular_files import read_regular
 from schemas.errors import AssetError
 
 OUTSIDE = -1_000_000

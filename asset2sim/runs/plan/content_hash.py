@@ -23,6 +23,7 @@ from schemas.vocabulary import DECIDING_PACKAGES, Engine
 CHECKOUT = Path(__file__).resolve().parents[3]
 ROOMS = (
     *("schemas", "tasks", "asset2sim/guidance", "asset2sim/render"),
+    *("asset2sim/intake", "asset2sim/storage/regular_files.py"),
     *("asset2sim/physics", "asset2sim/assets", "asset2sim/models", "asset2sim/validation", "asset2sim/engines"),
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
     # An asset's rows, and the records of those that fail outside the pipeline.

@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from asset2sim.assets.urdf.allowed_folders import allowed_folders
+from asset2sim.assets.urdf.references import allowed_folders
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, without_credentials

@@ -10,7 +10,7 @@ from enum import StrEnum
 from functools import partial
 from pathlib import Path
 
-from asset2sim.assets.urdf.allowed_folders import allowed_folders
+from asset2sim.assets.urdf.references import allowed_folders
 from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, recorded_run_ids
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from asset2sim.assets.urdf.allowed_folders import AllowedFolders
+from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"

@@ -10,16 +10,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import PurePosixPath
 
-from asset2sim.assets.urdf.locate import (
-    PARENTS_SEARCHED,
-    candidates,
-    is_loose,
-    mesh_candidates,
-    outer_references,
-    path_in,
-)
-from asset2sim.catalog.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
-from asset2sim.catalog.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
+from asset2sim.assets.urdf.references import PARENTS_SEARCHED, is_loose, mesh_candidates, outer_references, path_in
+from asset2sim.intake.locate import candidates
+from asset2sim.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
+from asset2sim.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 from schemas.asset import AssetRef
 from schemas.inputs import InputSettings
 from schemas.location import Location

@@ -4,11 +4,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from asset2sim.assets.urdf.locate import outer_references
+from asset2sim.assets.urdf.references import outer_references
 from asset2sim.baselines.reference import LEVELS
-from asset2sim.catalog.storage.cache import data_root, working_folder
-from asset2sim.catalog.storage.mirror import changed, fetch, remove_others, remove_tree, send_folder
-from asset2sim.catalog.storage.objects import (
+from asset2sim.checks.alignment.reference import FILE as REFERENCE
+from asset2sim.models.gateway.refused_answers import answers_file
+from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
+from asset2sim.runs.plan.url_files import BUCKET, AllowedUrls, allowed_urls, choose_urdf_name, outer_objects, visible
+from asset2sim.storage.cache import data_root, working_folder
+from asset2sim.storage.mirror import changed, fetch, remove_others, remove_tree, send_folder
+from asset2sim.storage.objects import (
     Stored,
     StoreError,
     key_of,
@@ -19,10 +23,6 @@ from asset2sim.catalog.storage.objects import (
     send_objects,
     store_usage_error,
 )
-from asset2sim.checks.alignment.reference import FILE as REFERENCE
-from asset2sim.models.gateway.refused_answers import answers_file
-from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
-from asset2sim.runs.plan.url_files import BUCKET, AllowedUrls, allowed_urls, choose_urdf_name, outer_objects, visible
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full
 from schemas.location import Location

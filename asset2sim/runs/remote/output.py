@@ -28,10 +28,14 @@ from pathlib import Path
 from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
 from asset2sim.catalog.own_files import EMPTY
 from asset2sim.catalog.read_remote import repair_history
-from asset2sim.catalog.storage.cache import reading_folder, working_folder
-from asset2sim.catalog.storage.lock import lock_output, lock_url
-from asset2sim.catalog.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
-from asset2sim.catalog.storage.objects import (
+from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
+from asset2sim.runs.plan.plan import Plan
+from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
+from asset2sim.runs.plan.state import FILE as STATE
+from asset2sim.storage.cache import reading_folder, working_folder
+from asset2sim.storage.lock import lock_output, lock_url
+from asset2sim.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
+from asset2sim.storage.objects import (
     Stored,
     StoreError,
     list_objects,
@@ -40,10 +44,6 @@ from asset2sim.catalog.storage.objects import (
     send_objects,
     store_usage_error,
 )
-from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
-from asset2sim.runs.plan.plan import Plan
-from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
-from asset2sim.runs.plan.state import FILE as STATE
 from schemas.location import Location
 from schemas.tables import TABLES as CATALOG_TABLES
 from schemas.tables_reviews import REVIEWS

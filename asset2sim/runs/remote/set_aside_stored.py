@@ -1,8 +1,8 @@
 """Setting aside what an earlier run refined behind a URL, where a later one failed: ``plan.set_aside`` for a store."""
 
-from asset2sim.catalog.storage.objects import copy_objects, list_objects, remove_objects
 from asset2sim.runs.plan.set_aside import FOLDER, Stamp, with_finding
 from asset2sim.runs.remote.output import digest_of
+from asset2sim.storage.objects import copy_objects, list_objects, remove_objects
 from schemas.asset import AssetRecord
 from schemas.vocabulary import Status
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.runs.asset_attempt import FirstAttempt, failed_record, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import KeptRecord
@@ -15,6 +14,7 @@ from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.spread.breaker import Breaker
 from asset2sim.runs.spread.job import Job, JobResult
 from asset2sim.runs.spread.spread import LostJob
+from asset2sim.storage.objects import StoreError
 from schemas.asset import AssetRecord
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from distributed import get_worker
 
-from asset2sim.catalog.storage.cache import working_folder
-from asset2sim.catalog.storage.objects import StoreError
 from asset2sim.experiments.isolation.stopping import is_stopped
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
@@ -25,6 +23,8 @@ from asset2sim.runs.plan.records import (
 from asset2sim.runs.remote.fetch_asset import run_with_local_files, with_local_packages
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.spread.job import Job, JobResult
+from asset2sim.storage.cache import working_folder
+from asset2sim.storage.objects import StoreError
 from schemas.asset import AssetRef
 from schemas.location import Location
 from schemas.request import ModelAnswer, ModelCall, ModelRequest

@@ -4,7 +4,7 @@ import os
 from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr
 
-from asset2sim.runs.asset_folders import id_problem, safe_id
+from asset2sim.intake.asset_folders import id_problem, safe_id
 from tests.hostile.case import HANDLED, UNREADABLE, Case
 from tests.hostile.tiny import BODY, LID, MESHES, Write, asset, box, described, hinge, robot
 

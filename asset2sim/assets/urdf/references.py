@@ -1,0 +1,194 @@
+"""What an asset's references mean: the file of each, within the folders from which its files may be read."""
+
+import os
+import re
+import stat
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath, PurePosixPath
+
+from asset2sim.storage.regular_files import is_file
+from schemas.asset import AssetRef
+from schemas.errors import AssetError
+from schemas.inputs import InputSettings
+from schemas.location import Location
+from schemas.vocabulary import FailureMode
+
+_REFERENCE = re.compile(r"""(?:\bfile(?:name)?\s*=\s*["']|<uri>\s*)([^"'<]+)""")
+_FIND = re.compile(r"\$\(find\s+([^)\s]+)\s*\)")
+"""A package's folder as xacro names it."""
+MOST_DESCRIBED = 64 * 1024 * 1024
+"""Bytes of a file that describes an asset in which references are looked for: the largest real one has 2 MB."""
+PARENTS_SEARCHED = 2
+"""How far above the URDF a package's folder may lie: packages keep ``urdf/`` and ``meshes/`` side by side."""
+WEB = ("http", "https", "ftp", "s3", "gs")
+OUTSIDE_REMEDY = "bring it into the dataset, name its folder by --package NAME=PATH, or allow it by --allow-outside"
+
+
+@dataclass(frozen=True)
+class AllowedFolders:
+    """The folders (links followed) below which an asset's files may lie, and those of named packages; ``anywhere``
+    stands for all folders."""
+
+    roots: tuple[Path, ...] = ()
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    anywhere: bool = False
+
+    def allows(self, path: Path) -> bool:
+        """Whether a path, links followed, lies below one of the folders."""
+        if self.anywhere:
+            return True
+        try:
+            real = path.resolve()
+        except (OSError, RuntimeError, ValueError):  # a loop of links, a name that no file can have
+            return False
+        return any(real.is_relative_to(folder) for folder in (*self.roots, *self.packages.values()))
+
+
+ANYWHERE = AllowedFolders(anywhere=True)
+
+
+def allowed_folders(ref: AssetRef, inputs: InputSettings) -> AllowedFolders:
+    """Where the files of an asset may lie: below its dataset's folder, or its own where it comes from none."""
+    folders = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
+    return AllowedFolders((Location(ref.root or ref.path).folder.resolve(),), folders, inputs.allow_outside)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A reference that is not read: as its file has it, and why, with a remedy."""
+
+    reference: str
+    problem: str
+
+
+def find_within(reference: str, folder: Path, reach: AllowedFolders) -> tuple[Path | None, Path | None]:
+    """The file that a reference in ``folder`` means, as ``find_mesh`` has it but within ``reach``, with a named
+    package's file first; None where there is none, and then the file outside that it would be, if that is there."""
+    outside = None
+    for candidate in _candidates(reference, folder, reach):
+        if not is_file(candidate):
+            continue
+        if reach.allows(candidate):
+            return candidate, None
+        outside = outside or candidate
+    return None, outside
+
+
+def _candidates(reference: str, folder: Path, reach: AllowedFolders) -> Iterator[Path]:
+    text = path_in(reference)
+    parts = [part for part in PurePosixPath(text).parts if part != "/"]
+    if is_loose(reference) and parts and parts[0] in reach.packages:
+        yield reach.packages[parts[0]].joinpath(*parts[1:])
+    if text.startswith("/"):
+        yield Path(text)
+    above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
+    yield from map(Path, mesh_candidates(reference, folder, above))
+
+
+def lies_outside(path: Path, reach: AllowedFolders) -> str:
+    """Why a file is not read that lies elsewhere, with the remedies."""
+    real = path.resolve()
+    through = f", a link to {real}," if path.is_symlink() else ""
+    roots = ", ".join(map(str, reach.roots))
+    return f"is {path}{through} and lies outside the dataset {roots}: {OUTSIDE_REMEDY}"
+
+
+def check_within(path: Path, reach: AllowedFolders) -> Path:
+    """The path. Raises AssetError (unreadable_asset) where it lies outside the dataset."""
+    if reach.allows(path):
+        return path
+    message = f"'{path.name}' {lies_outside(path, reach)}"
+    raise AssetError(FailureMode.UNREADABLE_ASSET, "outside_dataset", message)
+
+
+def why_missing(reference: str, folder: Path, reach: AllowedFolders) -> str:
+    """Why a reference that ``find_within`` does not find means no file, in words, with what to do about it."""
+    text, (scheme, separator, _) = path_in(reference), reference.strip().partition("://")
+    if separator and scheme.lower() in WEB:
+        return "is a web address, and none is fetched: download the file and name it by its path beside the URDF"
+    if not text.strip("/. "):
+        return "names no file: state its path, relative to the URDF"
+    for candidate in _candidates(reference, folder, reach):
+        if (problem := _problem_of(candidate, reach)) is not None:
+            return problem
+    if not is_loose(reference) and not reach.allows(plain := folder / text):
+        return f"means {plain}, which lies outside the dataset: {OUTSIDE_REMEDY}"
+    package = text.split("/")[0]
+    if is_loose(reference) and separator and scheme.lower() in ("package", "model") and package not in reach.packages:
+        return f"is not there: restore the file, or say where its package lies by --package {package}=PATH"
+    return "is not there: restore the file"
+
+
+def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
+    """The reason why one candidate is not a file that can be read; None where there is nothing of its name."""
+    try:
+        mode = os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        if path.is_symlink():
+            return f"is a link to {os.readlink(path)}, which is not there: restore that file, or replace the link by it"
+        return _spelt_otherwise(path) if reach.allows(path.parent) else None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return f"cannot be opened ({reason}): rename it, or give the user that runs this the right to read it"
+    if stat.S_ISDIR(mode):
+        return "is a folder: name a file in it"
+    if not stat.S_ISREG(mode):
+        return "is a pipe, a socket or a device: replace it by a file"
+    return None
+
+
+def _spelt_otherwise(path: Path) -> str | None:
+    try:
+        names = os.listdir(path.parent)
+    except OSError:
+        return None
+    other = next((name for name in names if name.casefold() == path.name.casefold()), None)
+    return None if other is None else f"is not there, but '{other}' is: mend the case of its letters, restore the file"
+
+
+def find_mesh(reference: str, folder: Path) -> Path | None:
+    """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
+    and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
+    folders above."""
+    text = path_in(reference)
+    if text.startswith("/") and is_file(Path(text)):
+        return Path(text)
+    # Resolving asks the system for every folder on the way; only loose references are looked for above.
+    above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
+    candidates = map(Path, mesh_candidates(reference, folder, above))
+    return next((candidate for candidate in candidates if is_file(candidate)), None)
+
+
+def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:
+    """Candidate paths of a mesh reference, the likeliest first, in the URDF's ``folder`` and in those ``above`` it."""
+    text = path_in(reference)
+    parts = [part for part in PurePosixPath(text).parts if part != "/"]
+    if not parts:
+        return
+    loose = is_loose(reference)
+    for start in range(len(parts)) if loose or text.startswith("/") else (0,):
+        for base in (folder, *above) if loose else (folder,):
+            yield base.joinpath(*parts[start:])
+
+
+def is_loose(reference: str) -> bool:
+    """Whether a reference names no file by itself, but a package or a scheme."""
+    return "://" in reference.replace("\\", "/") or _FIND.search(reference) is not None
+
+
+def path_in(reference: str) -> str:
+    """The path that a reference states, without its scheme, with forward slashes."""
+    text = _FIND.sub(r"package://\1", reference.replace("\\", "/").strip())
+    _, separator, rest = text.rpartition("://")
+    return rest if separator else text
+
+
+def outer_references(urdf: str) -> list[str]:
+    """The references in a URDF's text that may mean a file outside its folder, sorted."""
+    return sorted(reference for reference in set(_REFERENCE.findall(urdf)) if not _stays_inside(reference))
+
+
+def _stays_inside(reference: str) -> bool:
+    path = PurePosixPath(reference.replace("\\", "/").strip())
+    return not is_loose(reference) and not path.is_absolute() and ".." not in path.parts

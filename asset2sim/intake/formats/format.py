@@ -1,0 +1,78 @@
+"""A format of assets as its module declares it, the result of its converter, and small pieces of URDF to write."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.references import AllowedFolders
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import rpy_of
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
+
+HEAD_BYTES = 65_536
+"""Bytes at the beginning of a file that ``Format.recognises``."""
+
+
+@dataclass(frozen=True)
+class Converted:
+    """A URDF that was made of a file of another format, the other ``files`` that it includes, and what a user must know
+    of the conversion."""
+
+    robot: Element
+    files: tuple[Path, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def alone(included: Mapping[Path, set[str]]) -> list[Path]:
+    """All files: of several none is told apart by what it includes."""
+    return list(included)
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format in which assets are described: what it is called, the ``suffix`` of its files, and its ``converter``:
+    (the file, a folder to write into, the folders that may be read) → ``Converted``. ``rank``: in a folder with
+    several formats the lowest is read."""
+
+    name: str
+    suffix: str
+    rank: int
+    converter: Callable[[Path, Path, AllowedFolders], Converted]
+    preferred: str = ""
+    """The name that is taken where a folder has several files of the format."""
+    recognises: Callable[[bytes], bool] | None = None
+    """Whether the first ``HEAD_BYTES`` of a file are of this format, where other files have its suffix too."""
+    not_models: tuple[str, ...] = ()
+    """Names of files with its suffix that never describe an asset."""
+    of_several: Callable[[Mapping[Path, set[str]]], list[Path]] = alone
+    """Of several files, each with the names that it includes, those that may describe the asset."""
+
+
+def unconvertible(file: Path, code: str, problem: str) -> AssetError:
+    """An unreadable_asset error that names the file that cannot be converted."""
+    return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{file.name}: {problem}")
+
+
+def add(parent: Element, tag: str, **attributes: str) -> Element:
+    """A new child with these attributes; an underscore at the end of a name is dropped."""
+    return etree.SubElement(parent, tag, {key.rstrip("_"): value for key, value in attributes.items()})
+
+
+def add_origin(parent: Element, pose: Array) -> None:
+    """State the (4, 4) pose of an element in its link, or of a joint in its parent link."""
+    add(parent, "origin", xyz=words(pose[:3, 3]), rpy=words(rpy_of(pose[:3, :3])))
+
+
+def add_inertial(link: Element, mass: float, pose: Array, inertia: Sequence[float]) -> None:
+    """State a link's mass (kg) and its inertia about the centre of mass (ixx ixy ixz iyy iyz izz, kg·m²) in the axes of
+    ``pose``, which lies in the centre of mass."""
+    element = add(link, "inertial")
+    add_origin(element, pose)
+    add(element, "mass", value=words([mass]))
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    add(element, "inertia", **{name: words([value]) for name, value in zip(names, inertia, strict=True)})

@@ -1,0 +1,310 @@
+"""MJCF to URDF by MuJoCo's own compiler: what the compiled model holds, written as links and joints.
+
+Compiling resolves defaults, includes, angles and mesh scales. Meshes are written anew, as they stand in their link.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from lxml import etree
+from lxml.etree import _Element as Element
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, lies_outside
+from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
+from asset2sim.physics.arrays import Array
+from asset2sim.storage.regular_files import is_file
+from schemas.errors import AssetError
+
+FOLDERS = ("meshdir", "texturedir", "assetdir")
+"""Attributes of MJCF's compiler that name folders of files."""
+BASE = "base"
+"""Link that stands for MuJoCo's world where several bodies, or a joint, hang from it."""
+SHOWN_GROUPS = (0, 1, 2)
+"""Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
+
+
+def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
+    """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError (unreadable_asset) where MuJoCo
+    refuses the file, where it names files outside ``reach``, and for joints that a URDF does not have."""
+    check_files(file, reach)
+    try:
+        import mujoco
+    except ModuleNotFoundError as error:
+        problem = "reading MJCF needs MuJoCo: pip install 'asset2sim[engines]', or keep a URDF of it"
+        raise unconvertible(file, "mujoco_missing", problem) from error
+    try:
+        spec = mujoco.MjSpec.from_file(str(file))
+        # Static bodies would be merged into their parents, and geoms that are only seen dropped.
+        spec.compiler.fusestatic = spec.compiler.discardvisual = False
+        model = spec.compile()
+    except (ValueError, OSError) as error:
+        raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(error).split())}") from error
+    return _Model(file, work, mujoco, spec, model).converted()
+
+
+def check_files(file: Path, reach: AllowedFolders) -> None:
+    """Refuse an MJCF file that names a file outside ``reach``, itself or in what it includes: MuJoCo reads them all."""
+    unread, read = [file], set[Path]()
+    folders = {file.parent}
+    while unread and not reach.anywhere:
+        source = unread.pop()
+        read.add(source)
+        try:
+            root = etree.parse(str(source)).getroot()
+        except (etree.XMLSyntaxError, OSError):
+            continue  # MuJoCo says what is wrong
+        for compiler in root.iter("compiler"):
+            folders |= {base / str(compiler.get(key)) for base in (file.parent, source.parent) for key in FOLDERS
+                        if compiler.get(key)}  # fmt: skip
+        named = {str(text) for item in root.iter(etree.Element) for key, text in item.attrib.items()
+                 if str(key).startswith("file") and item.tag != "joint"}  # fmt: skip
+        for path in (folder / name for name in sorted(named) for folder in sorted({*folders, source.parent})):
+            if not is_file(path):
+                continue
+            if not reach.allows(path):
+                raise unconvertible(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
+            if path.suffix == ".xml" and path not in read:
+                unread.append(path)
+
+
+class _Model:
+    """One compiled model being converted."""
+
+    def __init__(self, file: Path, work: Path, mujoco: Any, spec: Any, model: Any) -> None:
+        self.file, self.work = file, work
+        self.mj, self.spec, self.model = mujoco, spec, model
+        self.notes: list[str] = []
+        self.meshes: dict[str, str] = {}
+
+    def converted(self) -> Converted:
+        """The model as a URDF."""
+        m = self.model
+        robot = etree.Element("robot", name=self.file.stem)
+        tops = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0]
+        if not tops:
+            raise self.refused("mjcf_bodies", "it has no body")
+        loose = [body for body in tops if self.joint_types(body) == [self.mj.mjtJoint.mjJNT_FREE]]
+        if len(loose) > 1 or (loose and len(tops) > 1):
+            names = ", ".join(self.name("body", body) for body in tops)
+            raise self.refused(
+                "mjcf_bodies", f"it has several bodies of which some are free ({names}); keep one object"
+            )
+        solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
+        if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
+            self.add_body(robot, tops[0], None, np.eye(4))
+        else:
+            base = add(robot, "link", name=BASE)
+            for geom in solid:
+                self.add_geom(base, geom, np.eye(4))
+            for body in tops:
+                self.add_body(robot, body, BASE, np.eye(4))
+        self.add_mimics(robot)
+        left = {"tendons": m.ntendon, "actuators": m.nu, "sensors": m.nsensor}
+        told = [f"its {count} {what} are left out" for what, count in left.items() if count]
+        files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
+        return Converted(robot, files, (*dict.fromkeys(self.notes), *told))
+
+    def refused(self, code: str, problem: str) -> AssetError:
+        """The error that names the file."""
+        return unconvertible(self.file, code, problem)
+
+    def name(self, kind: str, index: int) -> str:
+        """The name of a body, joint, geom or mesh, or one that is made for it."""
+        objects = {"body": self.mj.mjtObj.mjOBJ_BODY, "joint": self.mj.mjtObj.mjOBJ_JOINT,
+                   "geom": self.mj.mjtObj.mjOBJ_GEOM, "mesh": self.mj.mjtObj.mjOBJ_MESH}  # fmt: skip
+        return str(self.mj.mj_id2name(self.model, objects[kind], index) or f"{kind}_{index}")
+
+    def ground(self) -> tuple[int, ...]:
+        """The types of geoms that are no part of an object."""
+        return int(self.mj.mjtGeom.mjGEOM_PLANE), int(self.mj.mjtGeom.mjGEOM_HFIELD)
+
+    def joints(self, body: int) -> list[int]:
+        """The joints that move a body in its parent, the first outermost."""
+        start = self.model.body_jntadr[body]
+        return list(range(start, start + self.model.body_jntnum[body]))
+
+    def joint_types(self, body: int) -> list[int]:
+        """The types of a body's joints."""
+        return [int(self.model.jnt_type[joint]) for joint in self.joints(body)]
+
+    def geoms(self, body: int) -> list[int]:
+        """The geoms of a body."""
+        start = self.model.body_geomadr[body]
+        return list(range(start, start + self.model.body_geomnum[body])) if start >= 0 else []
+
+    def add_body(self, robot: Element, body: int, parent: str | None, parent_to_link: Array) -> None:
+        """A body and all that hangs from it; ``parent_to_link`` is the parent body's (4, 4) pose in its URDF link. Of
+        several joints each but the last gets a link without geometry."""
+        m, name = self.model, self.name("body", body)
+        pose = parent_to_link @ pose_of(m.body_pos[body], m.body_quat[body])
+        anchor = np.zeros(3)
+        joints = [joint for joint in self.joints(body) if m.jnt_type[joint] != self.mj.mjtJoint.mjJNT_FREE]
+        for number, joint in enumerate(joints):
+            last = number == len(joints) - 1
+            child = name if last else f"{name}_{number}"
+            step = np.eye(4)
+            step[:3, 3] = m.jnt_pos[joint] - anchor
+            anchor = m.jnt_pos[joint]
+            if parent is None:
+                raise self.refused("mjcf_joint", f"body '{name}' has joints beside a free one")
+            self.add_joint(robot, joint, parent, child, pose @ step)
+            if not last:
+                add(robot, "link", name=child)
+            parent, pose = child, np.eye(4)
+        if not joints and parent is not None:
+            element = add(robot, "joint", name=f"{name}_fixed", type="fixed")
+            add_origin(element, pose)
+            add(element, "parent", link=parent)
+            add(element, "child", link=name)
+        link = add(robot, "link", name=name)
+        body_to_link = np.eye(4)
+        body_to_link[:3, 3] = -anchor
+        if self.spec.bodies[body].explicitinertial:
+            self.add_mass(link, body, body_to_link)
+        for geom in self.geoms(body):
+            self.add_geom(link, geom, body_to_link)
+        for other in range(1, m.nbody):
+            if m.body_parentid[other] == body:
+                self.add_body(robot, other, name, body_to_link)
+
+    def add_mass(self, link: Element, body: int, body_to_link: Array) -> None:
+        """A body's stated inertial; one that MuJoCo makes of geoms at the density of water is left out."""
+        m = self.model
+        x, y, z = (float(value) for value in m.body_inertia[body])
+        pose = body_to_link @ pose_of(m.body_ipos[body], m.body_iquat[body])
+        add_inertial(link, float(m.body_mass[body]), pose, (x, 0.0, 0.0, y, 0.0, z))
+
+    def add_joint(self, robot: Element, joint: int, parent: str, child: str, pose: Array) -> None:
+        """A hinge or slide; its zero is where the model is drawn."""
+        m, name = self.model, self.name("joint", joint)
+        hinge = m.jnt_type[joint] == self.mj.mjtJoint.mjJNT_HINGE
+        if not hinge and m.jnt_type[joint] != self.mj.mjtJoint.mjJNT_SLIDE:
+            kind = self.mj.mjtJoint(m.jnt_type[joint]).name.removeprefix("mjJNT_").lower()
+            raise self.refused("mjcf_joint", f"joint '{name}' is {kind}; a URDF has hinges and slides")
+        limited, dof, at = bool(m.jnt_limited[joint]), m.jnt_dofadr[joint], m.jnt_qposadr[joint]
+        kind = ("revolute" if limited else "continuous") if hinge else "prismatic"
+        element = add(robot, "joint", name=name, type=kind)
+        add_origin(element, pose)
+        add(element, "parent", link=parent)
+        add(element, "child", link=child)
+        add(element, "axis", xyz=words(m.jnt_axis[joint]))
+        zero = float(m.qpos0[at])
+        if limited:
+            lower, upper = (float(value) - zero for value in m.jnt_range[joint])
+            add(element, "limit", lower=words([lower]), upper=words([upper]))
+        dynamics = {"damping": first(m.dof_damping[dof]), "friction": float(m.dof_frictionloss[dof]),
+                    "spring_stiffness": first(m.jnt_stiffness[joint]),
+                    "spring_reference": float(m.qpos_spring[at]) - zero}  # fmt: skip
+        add(element, "dynamics", **{key: words([value]) for key, value in dynamics.items()})
+
+    def add_geom(self, link: Element, geom: int, body_to_link: Array) -> None:
+        """A geom as visual, collision or both. Its pose is in its body."""
+        m = self.model
+        kinds, kind = self.mj.mjtGeom, int(m.geom_type[geom])
+        if kind in self.ground():
+            self.notes.append("its planes and height fields are left out")
+            return
+        pose = body_to_link @ pose_of(m.geom_pos[geom], m.geom_quat[geom])
+        a, b, c = (float(value) for value in m.geom_size[geom])
+        shape, values = "mesh", {}
+        if kind == kinds.mjGEOM_BOX:
+            shape, values = "box", {"size": words([2.0 * a, 2.0 * b, 2.0 * c])}
+        elif kind == kinds.mjGEOM_SPHERE:
+            shape, values = "sphere", {"radius": words([a])}
+        elif kind == kinds.mjGEOM_CYLINDER:
+            shape, values = "cylinder", {"radius": words([a]), "length": words([2.0 * b])}
+        elif kind == kinds.mjGEOM_MESH:
+            values = {"filename": self.mesh_file(int(m.geom_dataid[geom]))}
+        elif kind == kinds.mjGEOM_CAPSULE:
+            values = {"filename": self.written(f"geom_{geom}", trimesh.creation.capsule(2.0 * b, a))}
+        elif kind == kinds.mjGEOM_ELLIPSOID:
+            values = {"filename": self.written(f"geom_{geom}", trimesh.creation.icosphere(3).apply_scale([a, b, c]))}
+        else:
+            self.notes.append(f"geom '{self.name('geom', geom)}' is left out: a URDF has no such shape")
+            return
+        collides = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
+        roles = (["visual"] if not collides or m.geom_group[geom] in SHOWN_GROUPS else []) + ["collision"] * collides
+        for role in roles:
+            element = add(link, role)
+            add_origin(element, pose)
+            add(add(element, "geometry"), shape, **values)
+            if role == "visual":
+                material = int(m.geom_matid[geom])
+                color = m.geom_rgba[geom] if material < 0 else m.mat_rgba[material]
+                add(add(element, "material", name=f"color_{geom}"), "color", rgba=words(color))
+
+    def mesh_file(self, mesh: int) -> str:
+        """The file of a compiled mesh, in which its pose is that of its geoms."""
+        m = self.model
+        start, count = m.mesh_vertadr[mesh], m.mesh_vertnum[mesh]
+        first_face, faces = m.mesh_faceadr[mesh], m.mesh_facenum[mesh]
+        shape = trimesh.Trimesh(
+            m.mesh_vert[start : start + count], m.mesh_face[first_face : first_face + faces], process=False
+        )
+        return self.written(f"mesh_{mesh}", shape)
+
+    def written(self, name: str, mesh: trimesh.Trimesh) -> str:
+        """The absolute path of a mesh, written once."""
+        if name not in self.meshes:
+            place = self.work / "meshes" / f"{name}.obj"
+            place.parent.mkdir(exist_ok=True)
+            place.write_text(trimesh.exchange.obj.export_obj(mesh, include_normals=False), encoding="utf-8")
+            self.meshes[name] = str(place)
+        return self.meshes[name]
+
+    def add_mimics(self, robot: Element) -> None:
+        """Joints that an equality ties to another, as mimics; other equalities are left out."""
+        m = self.model
+        elements = {str(item.get("name")): item for item in robot.findall("joint")}
+        for equality in range(m.neq):
+            terms = [float(value) for value in m.eq_data[equality][:5]]
+            leader = int(m.eq_obj2id[equality])
+            tied = m.eq_type[equality] == self.mj.mjtEq.mjEQ_JOINT and leader >= 0 and not any(terms[2:])
+            if tied and m.eq_active0[equality]:
+                element = elements[self.name("joint", int(m.eq_obj1id[equality]))]
+                offset, ratio = terms[:2]
+                add(
+                    element,
+                    "mimic",
+                    joint=self.name("joint", leader),
+                    multiplier=words([ratio]),
+                    offset=words([offset]),
+                )
+            else:
+                self.notes.append("an equality that a URDF cannot say is left out")
+
+
+def first(value: object) -> float:
+    """The number, or the linear term of a polynomial."""
+    return float(np.ravel(np.asarray(value, dtype=float))[0])
+
+
+def pose_of(position: Array, quaternion: Array) -> Array:
+    """(4, 4) of a (3,) position and a quaternion (w x y z)."""
+    w, x, y, z = quaternion
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix()
+    pose[:3, 3] = position
+    return pose
+
+
+def is_mjcf(head: bytes) -> bool:
+    """Whether an XML file begins as MuJoCo's format does."""
+    return b"<mujoco" in head
+
+
+def innermost(included: Mapping[Path, set[str]]) -> list[Path]:
+    """The files that include none: a scene includes its model."""
+    return [file for file, names in included.items() if not names] or list(included)
+
+
+FORMAT = Format(
+    "MJCF", ".xml", 3, urdf_of_mjcf, preferred="model.xml", recognises=is_mjcf, of_several=innermost,
+    not_models=("package.xml", "manifest.xml", "stack.xml"),
+)  # fmt: skip
+"""The other names are those of ROS packages' files."""

@@ -1,0 +1,225 @@
+"""SDF (Gazebo) to URDF: one model of links and joints. What a URDF cannot say is refused or named.
+
+Written here since no package for it is kept on PyPI: ROS's converter, sdformat_urdf, is a C++ plugin.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.references import AllowedFolders
+from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import transform
+from schemas.errors import AssetError
+
+BASE = "base"
+"""Link that stands for SDF's world where a joint hangs from it."""
+UNLIMITED = 1e15
+"""SDF writes ±1e16 for a joint without limits."""
+SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+JOINTS = ("revolute", "continuous", "prismatic", "fixed")
+FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
+
+
+def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
+    """The URDF of the one model in an SDF file. Raises AssetError (unreadable_asset) for what is no SDF, and for joints
+    and nesting that a URDF does not have."""
+    try:
+        document = etree.parse(str(file)).getroot()
+    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
+        raise unconvertible(file, "not_xml", f"not readable as XML ({error}); export the SDF again") from error
+    models = [*document.findall("model"), *document.findall("world/model")]
+    if document.tag != "sdf" or len(models) != 1:
+        problem = f"an SDF file of one <model> is needed; it has {len(models)} in <{document.tag}>; {FLATTEN}"
+        raise unconvertible(file, "sdf_models", problem)
+    return _Model(file, models[0], _version(document)).converted()
+
+
+def _version(document: Element) -> tuple[int, ...]:
+    text = str(document.get("version", "1.7"))
+    return tuple(int(word) for word in text.split(".") if word.isdigit())
+
+
+class _Model:
+    """One model being converted. Poses are (4, 4) in the model's frame."""
+
+    def __init__(self, file: Path, model: Element, version: tuple[int, ...]) -> None:
+        self.file, self.model, self.version = file, model, version
+        for tag in ("include", "model"):
+            if model.find(tag) is not None:
+                raise self.refused("sdf_nested", f"its model holds <{tag}>; {FLATTEN}")
+        kinds = ("link", "joint", "frame")
+        self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
+        self.links = [str(link.get("name")) for link in model.findall("link")]
+        self.notes: list[str] = []
+        self.poses: dict[str, Array] = {}
+        self.joint_of = {self.text(joint, "child"): joint for joint in model.findall("joint")}
+
+    def converted(self) -> Converted:
+        """The model as a URDF."""
+        robot = etree.Element("robot", name=str(self.model.get("name") or self.file.stem))
+        for name in self.links:
+            self.add_link(robot, name)
+        for joint in self.model.findall("joint"):
+            self.add_joint(robot, joint)
+        return Converted(robot, (), tuple(dict.fromkeys(self.notes)))
+
+    def refused(self, code: str, problem: str) -> AssetError:
+        """The error that names the file."""
+        return unconvertible(self.file, code, problem)
+
+    def text(self, element: Element, path: str, default: str = "") -> str:
+        """The stripped text below an element."""
+        return str(element.findtext(path) or default).strip()
+
+    def numbers(self, element: Element, path: str, default: str) -> list[float]:
+        """The numbers below an element."""
+        try:
+            return [float(word) for word in self.text(element, path, default).split()]
+        except ValueError as error:
+            raise self.refused("sdf_number", f"<{path}> of '{element.get('name')}': {error}") from error
+
+    def own_pose(self, element: Element) -> Array:
+        """An element's <pose>, in whatever frame it is stated."""
+        pose = element.find("pose")
+        values = self.numbers(element, "pose", "0 0 0 0 0 0")
+        if pose is not None and pose.get("rotation_format") == "quat_xyzw":
+            found = transform(values[:3])
+            found[:3, :3] = Rotation.from_quat(values[3:7]).as_matrix()
+            return found
+        if len(values) != 6:
+            raise self.refused("sdf_number", f"<pose> of '{element.get('name')}' has {len(values)} numbers of 6")
+        degrees = pose is not None and pose.get("degrees") == "true"
+        return transform(values[:3], [math.radians(v) if degrees else v for v in values[3:]])
+
+    def pose(self, name: str, asked: tuple[str, ...] = ()) -> Array:
+        """The pose of a link, joint or frame in the model's frame."""
+        if name in ("", "__model__", "world"):
+            return np.eye(4)
+        if name not in self.named or name in asked:
+            problem = "which is not in the model" if name not in self.named else "which is stated relative to itself"
+            raise self.refused("sdf_frame", f"a pose is relative to '{name}', {problem}")
+        if name not in self.poses:
+            element = self.named[name]
+            stated = element.find("pose")
+            relative = "" if stated is None else str(stated.get("relative_to") or stated.get("frame") or "")
+            if not relative and element.tag == "joint":
+                relative = self.text(element, "child")
+            elif not relative and element.tag == "frame":
+                relative = str(element.get("attached_to") or "")
+            self.poses[name] = self.pose(relative, (*asked, name)) @ self.own_pose(element)
+        return self.poses[name]
+
+    def frame(self, link: str) -> Array:
+        """The pose of a URDF link's frame: that of the joint that moves it, else SDF's own."""
+        joint = self.joint_of.get(link)
+        held = joint is None or (self.text(joint, "parent") == "world" and joint.get("type") == "fixed")
+        return self.pose(link) if held or joint is None else self.pose(str(joint.get("name")))
+
+    def add_link(self, robot: Element, name: str) -> None:
+        """A link with its inertial, visuals and collisions."""
+        source, link = self.named[name], add(robot, "link", name=name)
+        to_link = np.linalg.inv(self.frame(name)) @ self.pose(name)
+        inertial = source.find("inertial")
+        if inertial is not None and inertial.find("mass") is not None and inertial.find("inertia") is not None:
+            defaults = {"ixx": "1", "iyy": "1", "izz": "1"}
+            keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+            tensor = [self.numbers(inertial, f"inertia/{key}", defaults.get(key, "0"))[0] for key in keys]
+            add_inertial(link, self.numbers(inertial, "mass", "1")[0], to_link @ self.own_pose(inertial), tensor)
+        for role in ("visual", "collision"):
+            for item in source.findall(role):
+                self.add_shape(link, item, to_link @ self.own_pose(item))
+
+    def add_shape(self, link: Element, item: Element, pose: Array) -> None:
+        """A visual or collision; planes are left out, and so is what a URDF has no shape for."""
+        found = item.find("geometry")
+        shape = None if found is None else next((node for node in found if isinstance(node.tag, str)), None)
+        if shape is None or shape.tag not in (*SHAPES, "mesh"):
+            if shape is not None and shape.tag != "empty":
+                self.notes.append(f"link '{link.get('name')}': its <{shape.tag}> is left out")
+            return
+        element = add(link, str(item.tag), name=str(item.get("name") or ""))
+        add_origin(element, pose)
+        geometry = add(element, "geometry")
+        if shape.tag == "mesh":
+            if shape.find("submesh") is not None:
+                self.notes.append(f"link '{link.get('name')}': its mesh is taken whole, not its <submesh>")
+            scale = self.numbers(shape, "scale", "1 1 1")
+            add(geometry, "mesh", filename=self.text(shape, "uri"), scale=words(scale))
+        else:
+            values = {key: words(self.numbers(shape, key, "1")) for key in SHAPES[str(shape.tag)]}
+            add(geometry, str(shape.tag), **values)
+        color = self.text(item, "material/diffuse")
+        if item.tag == "visual" and color:
+            add(add(element, "material", name=f"{link.get('name')}_{item.get('name')}"), "color", rgba=color)
+
+    def add_joint(self, robot: Element, joint: Element) -> None:
+        """A joint; one that fixes a link to the world only makes that link the root."""
+        name, kind = str(joint.get("name")), str(joint.get("type"))
+        if kind not in JOINTS:
+            raise self.refused("sdf_joint", f"joint '{name}' is {kind}; a URDF has {', '.join(JOINTS)}")
+        parent, child = self.text(joint, "parent"), self.text(joint, "child")
+        for role, link in (("parent", parent), ("child", child)):
+            if link not in (*self.links, "world"):
+                raise self.refused("sdf_joint", f"joint '{name}': its {role} '{link}' is not a link of the model")
+        if parent == "world" and kind == "fixed":
+            self.notes.append(f"link '{child}' is fixed to the world")
+            return
+        above = np.eye(4) if parent == "world" else self.frame(parent)
+        if parent == "world":
+            parent = BASE
+            if all(link.get("name") != BASE for link in robot.findall("link")):
+                add(robot, "link", name=BASE)
+        pose, axis = self.pose(name), joint.find("axis")
+        limit = {} if axis is None else self.limit(axis)
+        kind = "continuous" if kind == "revolute" and "lower" not in limit else kind
+        element = add(robot, "joint", name=name, type=kind)
+        add_origin(element, np.linalg.inv(above) @ pose)
+        add(element, "parent", link=parent)
+        add(element, "child", link=child)
+        if axis is not None and kind != "fixed":
+            add(element, "axis", xyz=words(self.axis_in_joint(axis, pose)))
+            self.add_terms(element, axis, limit)
+
+    def limit(self, axis: Element) -> dict[str, str]:
+        """The limits that an axis states, by URDF's names."""
+        paths = {key: f"limit/{key}" for key in ("lower", "upper", "effort", "velocity")}
+        stated = {key: self.numbers(axis, path, "0")[0] for key, path in paths.items() if axis.find(path) is not None}
+        if not all(abs(stated.get(key, UNLIMITED)) < UNLIMITED for key in ("lower", "upper")):
+            stated = {key: value for key, value in stated.items() if key not in ("lower", "upper")}
+        return {key: words([value]) for key, value in stated.items()}
+
+    def add_terms(self, element: Element, axis: Element, limit: dict[str, str]) -> None:
+        """A joint's limits, dynamics and mimic."""
+        if limit:
+            add(element, "limit", **limit)
+        keys = ("damping", "friction", "spring_stiffness", "spring_reference")
+        stated = [key for key in keys if axis.find(f"dynamics/{key}") is not None]
+        if stated:
+            add(element, "dynamics", **{key: words(self.numbers(axis, f"dynamics/{key}", "0")) for key in stated})
+        mimic = axis.find("mimic")
+        if mimic is not None:
+            ratio = self.numbers(mimic, "multiplier", "1")[0]
+            offset = self.numbers(mimic, "offset", "0")[0] - ratio * self.numbers(mimic, "reference", "0")[0]
+            add(element, "mimic", joint=str(mimic.get("joint")), multiplier=words([ratio]), offset=words([offset]))
+
+    def axis_in_joint(self, axis: Element, joint_pose: Array) -> Array:
+        """(3,) the axis in the joint's frame: up to SDF 1.4 it is stated in the model's frame, to 1.6 there on request,
+        since then in any frame."""
+        stated = axis.find("xyz")
+        direction = np.array(self.numbers(axis, "xyz", "0 0 1"))
+        expressed = "" if stated is None else str(stated.get("expressed_in") or "")
+        in_model = self.text(axis, "use_parent_model_frame") in ("1", "true") or self.version <= (1, 4)
+        if expressed or in_model:
+            direction = joint_pose[:3, :3].T @ self.pose(expressed)[:3, :3] @ direction
+        return direction
+
+
+FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf")
+"""The name of Gazebo's files is preferred."""

@@ -1,0 +1,127 @@
+"""xacro to URDF, by the package of that name, without ROS."""
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import xacro
+from lxml import etree
+from xacro import substitution_args
+
+from asset2sim.assets.urdf.references import ANYWHERE, PARENTS_SEARCHED, AllowedFolders, lies_outside
+from asset2sim.intake.formats.format import Converted, Format, unconvertible
+from schemas.errors import AssetError
+
+PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")
+"""Folders of a ROS package in which its xacro files lie."""
+
+
+def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
+    """The URDF of a xacro file, its arguments at their defaults. Raises AssetError (unreadable_asset) that names the
+    file and, where it can be told, the line; also for what it includes that lies outside ``reach``."""
+    xacro.all_includes.clear()
+    with _packages_beside(file, substitution_args, reach), _only_within(reach, xacro):
+        try:
+            document = xacro.process_file(str(file.resolve()))
+        except Exception as error:  # xacro evaluates Python: an expression may raise anything
+            raise _located(error, file, [Path(name) for name in (xacro.filestack or [str(file)])]) from error
+    robot = etree.fromstring(document.toxml().encode())
+    includes = tuple(Path(name) for name in dict.fromkeys(xacro.all_includes) if Path(name).is_file())
+    return Converted(robot, includes, ("its arguments have their defaults",))
+
+
+@contextmanager
+def _packages_beside(file: Path, substitution: Any, reach: AllowedFolders) -> Iterator[None]:
+    """While it lasts, ``$(find NAME)`` means a folder near the file, not a package that ROS has installed, and
+    ``$(env NAME)`` finds nothing but where all may be read: the environment holds keys."""
+    places = [file.resolve().parent, *file.resolve().parents[1 : PARENTS_SEARCHED + 1]]
+    folders = [place for place in places if reach.allows(place)] or places[:1]
+
+    def find(name: str) -> str:
+        return str(reach.packages.get(name) or find_package(name, folders))
+
+    kept = substitution._eval_find, substitution.os
+    substitution._eval_find = substitution._eval_dict["find"] = find
+    if not reach.anywhere:
+        substitution.os = SimpleNamespace(**{**vars(os), "environ": {}})
+    try:
+        yield
+    finally:
+        substitution._eval_find = substitution._eval_dict["find"] = kept[0]
+        substitution.os = kept[1]
+
+
+@contextmanager
+def _only_within(reach: AllowedFolders, module: Any) -> Iterator[None]:
+    """While it lasts, xacro opens no file outside ``reach``: neither what it includes nor what it loads."""
+    kept = module.abs_filename_spec, module.parse
+
+    def within(path: str) -> str:
+        if not reach.allows(Path(path)):
+            raise ValueError(f"'{path}' {lies_outside(Path(path), reach)}")
+        return path
+
+    def named(path: str) -> str:
+        return str(within(kept[0](path)))
+
+    def parsed(inp: Any, filename: str | None = None) -> Any:
+        return kept[1](inp, filename if filename is None else within(filename))
+
+    module.abs_filename_spec, module.parse = named, parsed
+    try:
+        yield
+    finally:
+        module.abs_filename_spec, module.parse = kept
+
+
+def find_package(name: str, folders: list[Path]) -> Path:
+    """A ROS package's folder: of the xacro's own folder and those above it the first that has its name, states it in
+    its package.xml, or holds a folder of it. Else, as for meshes, the name counts for nothing: an asset's folder may be
+    called otherwise, and is the package then."""
+    for folder in folders:
+        if folder.name == name or _states(folder / "package.xml", name):
+            return folder
+        if (folder / name).is_dir():
+            return folder / name
+    return folders[1] if folders[0].name in PACKAGE_FOLDERS and len(folders) > 1 else folders[0]
+
+
+def _states(manifest: Path, name: str) -> bool:
+    try:
+        return re.search(rf"<name>\s*{re.escape(name)}\s*</name>", manifest.read_text(errors="replace")) is not None
+    except OSError:
+        return False
+
+
+def _located(error: Exception, file: Path, stack: list[Path]) -> AssetError:
+    """The error with the file in which it arose, and the line: the parser's, or the first with what xacro quotes."""
+    place = stack[-1]
+    line = getattr(error, "lineno", None)
+    text = " ".join(str(error).split())
+    if line is None and place.is_file():
+        quoted = [word for pair in re.findall(r"'([^']+)'|\"([^\"]+)\"|<([\w:]+)>", text) for word in pair if word]
+        unquoted = [word.strip(".:") for word in re.findall(r"[\w:.$/{}()]+", text) if len(word) > 3]
+        lines = place.read_text(errors="replace").splitlines()
+        for word in (*sorted(quoted, key=len, reverse=True), *sorted(unquoted, key=len, reverse=True)):
+            line = next((number for number, content in enumerate(lines, 1) if word in content), None)
+            if line is not None:
+                break
+    named = place.name if place.name == file.name else f"{file.name}: in {place.name}"
+    where = f"{named}, line {line}" if line is not None else named
+    problem = f"xacro cannot be resolved: {text or type(error).__name__}; mend it, or run xacro and keep its URDF"
+    error_ = unconvertible(file, "xacro_unresolved", problem)
+    return AssetError(error_.mode, error_.code, f"{where}: {problem}")
+
+
+def outermost(included: Mapping[Path, set[str]]) -> list[Path]:
+    """The ``.urdf.xacro``, or the files that no other includes."""
+    every = set().union(*included.values())
+    found = [file for file in included if file.name not in every] or list(included)
+    return [file for file in found if file.name.endswith(".urdf.xacro")] or found
+
+
+FORMAT = Format("xacro", ".xacro", 1, urdf_of_xacro, of_several=outermost)

@@ -1,0 +1,101 @@
+"""An asset's description, whatever its format and up axis: found in its folder and brought to a URDF that is read."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from shutil import copyfile
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from lxml import etree
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets.extract import DescriptionFile, Extraction, read_asset
+from asset2sim.assets.urdf.edit import serialised, turn_root
+from asset2sim.assets.urdf.read import PARTNET_TURN
+from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
+from asset2sim.intake.confine import confine, rename
+from asset2sim.intake.formats import FORMATS
+from asset2sim.intake.locate import find_source
+from asset2sim.storage.regular_files import is_file
+from schemas.asset import AssetRef
+from schemas.finding import Finding
+from schemas.inputs import InputSettings
+from schemas.vocabulary import Severity, Stage, UpAxis
+
+INPUTS = InputSettings()
+BESIDE = ("semantics.txt", "meta.json")
+"""Files that say something of the asset to whoever reads the URDF beside them."""
+
+TO_Z_UP: Mapping[UpAxis, tuple[tuple[int, int, int], ...]] = {
+    UpAxis.Z: ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    UpAxis.Y: ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
+    UpAxis.MINUS_Y: ((0, 0, 1), (-1, 0, 0), (0, -1, 0)),
+    UpAxis.MINUS_Z: ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    UpAxis.X: ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
+    UpAxis.MINUS_X: ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+}
+"""The rotation that brings an object with this up axis upright. What is y-up faces +z by custom (glTF, Unity), and +x,
+the front in ROS, once it is turned; PartNet-Mobility's objects face -x (``PARTNET_TURN``)."""
+
+
+def open_origin(folder: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYWHERE) -> DescriptionFile:
+    """The asset's description as a URDF whose files lie within ``reach``, turned upright where another axis than z
+    points up in it.
+
+    Raises AssetError where it is missing, lies outside or cannot be converted."""
+    file = check_within(find_source(check_within(folder, reach), reach.allows), reach)
+    work = TemporaryDirectory(prefix="asset2sim-source-")
+    place = Path(work.name)
+    converted = FORMATS[file.suffix].converter(file, place, reach)
+    robot = converted.robot
+    confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
+    if file.suffix == ".urdf" and up is UpAxis.Z and not confined.moved and is_utf8(robot):
+        return DescriptionFile(file, file, (file,))
+    rename(robot, confined)
+    if not robot.get("name"):
+        robot.set("name", file.resolve().parent.name)
+    if up is not UpAxis.Z:
+        turn_upright(robot, up, partnet=(folder / "semantics.txt").is_file())
+    for name in BESIDE:
+        if is_file(folder / name) and reach.allows(folder / name):
+            copyfile(folder / name, place / name)
+    urdf = place / (file.name if file.suffix == ".urdf" else f"{file.name}.urdf")
+    urdf.write_bytes(serialised(robot))
+    findings = list(confined.findings)
+    if up is not UpAxis.Z:
+        message = f"its file has {up} up; what is written is turned about the root's origin so that z is up"
+        findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code="up_axis", message=message))
+    if file.suffix != ".urdf":
+        said = "".join(f"; {note}" for note in converted.notes)
+        message = f"read from {file.name}, of which a URDF was made{said}"
+        code = f"converted_{FORMATS[file.suffix].name.lower()}"
+        findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
+    files = (file, *(path for path in converted.files if reach.allows(path)))
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work)
+
+
+def extract(
+    ref: AssetRef, cache: Path | None = None, up: UpAxis = UpAxis.Z, inputs: InputSettings = INPUTS
+) -> Extraction:
+    """Features and geometry of one asset, in whatever format, with ``up`` the axis that points up in its file; see
+    ``read_asset``. Raises AssetError."""
+    reach = allowed_folders(ref, inputs)
+    return read_asset(ref, open_origin(Path(ref.path), up, reach), reach, cache, inputs)
+
+
+def is_utf8(robot: "etree._Element") -> bool:
+    """Whether a URDF is encoded so that engines read its names, of whose declarations they take no notice."""
+    encoding = robot.getroottree().docinfo.encoding
+    return (encoding or "utf-8").lower() in ("utf-8", "utf8", "us-ascii", "ascii")
+
+
+def turn_upright(robot: "etree._Element", up: UpAxis, *, partnet: bool) -> None:
+    """Turn a whole URDF about its root's origin so that ``up``, an axis of its root link, becomes z."""
+    children = {str(child.get("link")) for child in robot.iterfind("joint/child")}
+    roots = [str(link.get("name")) for link in robot.findall("link") if link.get("name") not in children]
+    turn = Rotation.from_matrix(np.array(TO_Z_UP[up]))
+    if up is UpAxis.Y and (partnet or str(robot.get("name")).startswith("partnet_")):
+        turn = Rotation.from_matrix(PARTNET_TURN)
+    for root in roots:  # a tree has one; of others reading says what is wrong
+        turn_root(robot, root, turn)

@@ -1,0 +1,97 @@
+"""Which axis points up: found of what is turned, and nothing turned that is right."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from lxml import etree
+
+from asset2sim.guidance.tables import sizes
+from asset2sim.intake.origin import extract
+from asset2sim.intake.up_axis import find_up
+from schemas.asset import AssetRef
+from schemas.vocabulary import UpAxis
+from tests.assets import RAW, joint, link, read, robot, shape, written
+
+TABLE = robot(
+    link("top", shape("1.2 0.7 0.04", xyz="0 0 0.72")),
+    *(link(f"leg_{n}", shape("0.05 0.05 0.7", xyz=f"{x} {y} 0.35")) for n, x, y in
+      ((1, 0.55, 0.3), (2, 0.55, -0.3), (3, -0.55, 0.3), (4, -0.55, -0.3))),
+    *(joint(f"j{n}", "fixed", "top", f"leg_{n}") for n in (1, 2, 3, 4)),
+    link("drawer", shape("0.4 0.4 0.1", xyz="0 0 0.64")),
+    joint("slide", "prismatic", "top", "drawer", axis="1 0 0", limit="0 0.35"),
+)  # fmt: skip
+TURNS = {UpAxis.Z: "0 0 0", UpAxis.Y: "-1.5707963267948966 0 0", UpAxis.MINUS_Y: "1.5707963267948966 0 0",
+         UpAxis.X: "0 1.5707963267948966 0"}  # fmt: skip
+"""Up axis of a file → roll, pitch and yaw that bring an upright object there."""
+
+
+def wrapped(urdf: bytes, up: UpAxis) -> bytes:
+    """A URDF whose root hangs from a new one by a fixed joint that is turned, as some converters write it."""
+    document = etree.fromstring(urdf)
+    children = {child.get("link") for child in document.iterfind("joint/child")}
+    (root,) = [item.get("name") for item in document.findall("link") if item.get("name") not in children]
+    etree.SubElement(document, "link", name="file_root")
+    fixed = etree.SubElement(document, "joint", name="file_axes", type="fixed")
+    etree.SubElement(fixed, "origin", rpy=TURNS[up])
+    etree.SubElement(fixed, "parent", link="file_root")
+    etree.SubElement(fixed, "child", link=str(root))
+    return etree.tostring(document)
+
+
+@pytest.mark.parametrize("up", TURNS)
+def test_a_table_that_has_y_up_is_found(tmp_path: Path, up: UpAxis) -> None:
+    (tmp_path / "mobility.urdf").write_bytes(wrapped(TABLE.encode(), up))
+    found, finding = find_up(read(tmp_path))
+    if up is not UpAxis.Y:
+        assert found is UpAxis.Z, "it is right, or lies as files seldom have it: left as it is"
+        assert finding is None or (up is not UpAxis.Z and finding.code == "up_doubtful")
+    else:
+        assert found is up and finding is not None and finding.code == "turned_upright"
+        assert "its top, lids and seats are high" in finding.message and "--up=z" in finding.message
+        turned = extract(AssetRef(asset_id="t", path=str(tmp_path)), up=found)
+        assert find_up(turned) == (UpAxis.Z, None), "what was turned is right"
+
+
+def test_what_may_lie_is_left_and_told(tmp_path: Path) -> None:
+    bare = TABLE.replace("leg_", "part_").replace('"top"', '"board"').replace('"drawer"', '"box"')
+    (tmp_path / "mobility.urdf").write_bytes(wrapped(bare.encode(), UpAxis.Y))
+    up, finding = find_up(read(tmp_path))
+    assert up is UpAxis.Z and finding is not None and finding.code == "up_doubtful" and "--up=y" in finding.message
+
+
+def test_without_evidence_nothing_is_turned(tmp_path: Path) -> None:
+    assert find_up(read(written(tmp_path, robot(link("block", shape("1 2 3")))))) == (UpAxis.Z, None)
+
+
+def test_a_flat_thing_on_a_wall_is_not_laid_down(tmp_path: Path) -> None:
+    clock = robot(
+        link("face", shape("0.02 0.3 0.3")), link("hand", shape("0.004 0.02 0.1", xyz="0.015 0 0.05")),
+        joint("turn", "continuous", "face", "hand", axis="1 0 0"),
+    )  # fmt: skip
+    assert find_up(read(written(tmp_path, clock))) == (UpAxis.Z, None)
+
+
+def test_things_of_the_hand_are_left_as_they_are(tmp_path: Path) -> None:
+    (tmp_path / "mobility.urdf").write_bytes(wrapped(TABLE.encode(), UpAxis.Y))
+    assert find_up(read(tmp_path, "Knife")) == (UpAxis.Z, None)
+
+
+SAMPLES = sorted(file.parent for file in RAW.glob("*/*/mobility.urdf") if not file.parent.name.startswith("planted"))
+
+
+@pytest.mark.parametrize("folder", SAMPLES, ids=lambda path: f"{path.parent.name}-{path.name}")
+def test_no_sample_is_turned(folder: Path) -> None:
+    category = folder.parent.name
+    assert find_up(extract(AssetRef(asset_id=folder.name, path=str(folder), category=category))) == (UpAxis.Z, None)
+
+
+def test_of_the_samples_most_are_found_when_y_is_up(tmp_path: Path) -> None:
+    found = []
+    for folder in (folder for folder in SAMPLES if not sizes()[folder.parent.name].lies):
+        place = shutil.copytree(folder, tmp_path / folder.name)
+        (place / "mobility.urdf").write_bytes(wrapped((folder / "mobility.urdf").read_bytes(), UpAxis.Y))
+        extraction = extract(AssetRef(asset_id=folder.name, path=str(place), category=folder.parent.name))
+        found.append(find_up(extraction)[0])
+    assert set(found) <= {UpAxis.Z, UpAxis.Y}, "none is turned a wrong way"
+    assert len(found) > 8 and found.count(UpAxis.Y) > len(found) / 2
