@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.assets.companions import read_category, read_semantics
-from asset2sim.assets.extract import companions_of
+from asset2sim.assets.companions import companions_of, read_category, read_semantics
 from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake import dataset
 from asset2sim.intake.dataset import check_asset_id, load_dataset

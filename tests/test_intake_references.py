@@ -374,10 +374,12 @@ def test_a_xacro_does_not_learn_the_environment(tmp_path: Path, monkeypatch: pyt
     for text in ("$(env SOME_KEY)", "${__import__('os').environ['SOME_KEY']}"):
         (tmp_path / "box.urdf.xacro").write_text(f'<robot name="a" {namespace}><link name="{text}"/></robot>')
         with pytest.raises(AssetError) as caught:
-            urdf_of_xacro(tmp_path / "box.urdf.xacro", AllowedFolders((tmp_path,)))
+            urdf_of_xacro(tmp_path / "box.urdf.xacro", tmp_path, AllowedFolders((tmp_path,)))
         assert "sk-of" not in str(caught.value)
     (tmp_path / "box.urdf.xacro").write_text(
         f'<robot name="a" {namespace}><link name="$(optenv SOME_KEY none)"/></robot>'
     )
-    assert urdf_of_xacro(tmp_path / "box.urdf.xacro", AllowedFolders((tmp_path,))).robot[0].get("name") == "none"
-    assert urdf_of_xacro(tmp_path / "box.urdf.xacro").robot[0].get("name") == "sk-of-the-environment"
+    assert (
+        urdf_of_xacro(tmp_path / "box.urdf.xacro", tmp_path, AllowedFolders((tmp_path,))).robot[0].get("name") == "none"
+    )
+    assert urdf_of_xacro(tmp_path / "box.urdf.xacro", tmp_path).robot[0].get("name") == "sk-of-the-environment"

@@ -9,10 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from schemas.errors import UsageError
-from schemas.vocabulary import Engine
 
 GROUND = ""
 """Name of the plane in a contact."""
@@ -49,20 +46,6 @@ class Handle(Protocol):
 
     def kinetic_energy(self) -> float:
         """Kinetic energy of all links, J."""
-
-
-def handle_of(world: World) -> Handle:
-    """The handle of a world that ``open_world`` has opened. Raises UsageError for an engine that the viewer has none
-    for."""
-    if world.engine is Engine.PYBULLET:
-        from asset2sim.viewer.handle_pybullet import PyBulletHandle
-
-        return PyBulletHandle(world)
-    if world.engine is Engine.MUJOCO:
-        from asset2sim.viewer.handle_mujoco import MuJoCoHandle
-
-        return MuJoCoHandle(world)
-    raise UsageError(f"the viewer runs pybullet and mujoco, not {world.engine}")
 
 
 def pose_of(position: Sequence[float], xyzw: Sequence[float]) -> Array:

@@ -12,8 +12,9 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.handles import GROUND, Handle, WorldContact, handle_of
+from asset2sim.viewer.handles import GROUND, Handle, WorldContact
 from asset2sim.viewer.viewed_object import Movable, ViewedObject
+from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
@@ -242,3 +243,17 @@ def open_live_object(
         gravity_m_s2=gravity_m_s2,
     ) as world:
         yield LiveObject(subject, world, settings, gravity_m_s2)
+
+
+def handle_of(world: World) -> Handle:
+    """The handle of a world that ``open_world`` has opened. Raises UsageError for an engine that the viewer has none
+    for."""
+    if world.engine is Engine.PYBULLET:
+        from asset2sim.viewer.handle_pybullet import PyBulletHandle
+
+        return PyBulletHandle(world)
+    if world.engine is Engine.MUJOCO:
+        from asset2sim.viewer.handle_mujoco import MuJoCoHandle
+
+        return MuJoCoHandle(world)
+    raise UsageError(f"the viewer runs pybullet and mujoco, not {world.engine}")
