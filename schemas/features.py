@@ -144,6 +144,8 @@ class Features(Frozen):
     link_centers: dict[str, Vector3]
     content_hash: str
     front: Vector3 = (-1.0, 0.0, 0.0)
+    metric: str = ""
+    """Why its lengths are metres as authored; empty where nothing says so, as of normalised meshes."""
 
     @property
     def rest_size(self) -> Vector3:

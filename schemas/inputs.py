@@ -6,6 +6,7 @@ from pydantic import AfterValidator
 
 from schemas.base import Frozen, Positive
 from schemas.location import Location
+from schemas.vocabulary import Keep
 
 
 def _package(text: str) -> str:
@@ -23,6 +24,8 @@ Package = Annotated[str, AfterValidator(_package)]
 class InputSettings(Frozen):
     """Which files are read."""
 
+    keep: Keep = Keep.PLAUSIBLE
+    """Which authored numbers stay where no words of the user's ask otherwise."""
     allow_outside: bool = False
     """Whether files outside the dataset's folder are read: meshes, textures and what a file includes, named by paths
     that leave it or by symbolic links."""

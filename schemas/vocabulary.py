@@ -217,6 +217,13 @@ class Correction(StrEnum):
     SEMANTIC = "semantic"
 
 
+class Keep(StrEnum):
+    """Which authored numbers stay: a size in metres and masses that are ``plausible``, or ``nothing``."""
+
+    PLAUSIBLE = "plausible"
+    NOTHING = "nothing"
+
+
 class StateMode(StrEnum):
     """How the initial state is written: ``document`` keeps the authored zero and states the positions beside it;
     ``bake`` writes a URDF whose zero is the state."""

@@ -125,3 +125,36 @@ def test_a_floating_joint_on_a_root_with_a_shape_is_refused(tmp_path: Path) -> N
     assert [item.get("name") for item in robot_alone if item.tag in ("link", "joint")] == ["body", "door", "hinge"]
     with pytest.raises(AssetError, match=r"'free'.*an asset of its own"):
         document(tmp_path, urdf.replace('<link name="world"></link>', link("world", BOX)))
+
+
+SMALL = '<robot name="r"><link name="base"/></robot>'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f'<?xml version="0.0" ?>{SMALL}', "Unsupported version '0.0'"),
+        (f'\n<?xml version="1.0"?>{SMALL}', "XML declaration allowed only at the start"),
+        (SMALL.replace("<link", "<!-- a -- b -->\n<link"), "Double hyphen within comment"),
+        (SMALL.replace("<link", "<xacro:include/><link"), "Namespace prefix xacro on include is not defined"),
+    ],
+)
+def test_mistakes_beside_the_content_are_passed_over_and_said(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.urdf"
+    path.write_text(text, encoding="utf-8")
+    document = read_document(path)
+    assert [link.get("name") for link in document.robot.findall("link")] == ["base"]
+    recovered = [finding for finding in document.findings if finding.code == "xml_recovered"]
+    assert len(recovered) == 1 and f"a.urdf: {said}" in recovered[0].message
+
+
+@pytest.mark.parametrize(
+    "text",
+    [SMALL[:-9], SMALL[:-20], f"{SMALL}{SMALL}", SMALL.replace('"base"', "base"), SMALL.replace("/>", "><joint>"), ""],
+)
+def test_a_file_that_lost_content_is_no_xml(text: str, tmp_path: Path) -> None:
+    """What a recovering parser would read of it is not what its author wrote."""
+    for before in ('<?xml version="0.0" ?>', "<!-- a -- b -->"):
+        (tmp_path / "a.urdf").write_text(f"{before}{text}", encoding="utf-8")
+        with pytest.raises(AssetError, match=r"a\.urdf: not readable as XML"):
+            read_document(tmp_path / "a.urdf")

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.urdf.references import AllowedFolders
+from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders
 from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.formats.sdf import urdf_of_sdf
 from asset2sim.intake.formats.xacro import find_package
 from asset2sim.intake.origin import extract
 from asset2sim.runs.plan.asset_files import asset_files
@@ -148,7 +149,7 @@ def test_a_package_is_found_by_folder_manifest_or_place(tmp_path: Path) -> None:
         ("<sdf><model/><model/></sdf>", "sdf_models", "2 in <sdf>"),
         ("<world/>", "sdf_models", "gz sdf"),
         ("<sdf><model>", "not_xml", "export the SDF again"),
-        (sdf().replace('type="revolute"', 'type="ball"'), "sdf_joint", "joint 'door_hinge' is ball"),
+        (sdf().replace('type="revolute"', 'type="spring"'), "sdf_joint", "joint 'door_hinge' is spring"),
         (sdf().replace("<parent>body<", "<parent>bod<", 1), "sdf_joint", "its parent 'bod' is not a link"),
         (sdf().replace("<link name", "<include/><link name", 1), "sdf_nested", "<include>"),
         (
@@ -178,11 +179,44 @@ def test_sdf_frames_axes_and_the_world(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("kind", "rest", "axes"),
+    [
+        ("revolute2", "<axis2><xyz>0 1 0</xyz></axis2>", ["0 0 1", "0 1 0"]),
+        ("universal", "<axis2><xyz>0 1 0</xyz></axis2>", ["0 0 1", "0 1 0"]),
+        ("revolute2", "<axis2><xyz>0 1 0</xyz></axis2>LOCKED", ["0 1 0"]),
+        ("ball", "", ["1 0 0", "0 1 0", "0 0 1"]),
+        ("screw", "<thread_pitch>500</thread_pitch>", ["0 0 1"]),
+    ],
+)
+def test_an_sdf_joint_of_several_axes_is_a_chain_of_hinges(
+    tmp_path: Path, kind: str, rest: str, axes: list[str]
+) -> None:
+    limit = "<limit><lower>0</lower><upper>0</upper></limit>" if "LOCKED" in rest else ""
+    joint = (
+        f'<joint name="j" type="{kind}"><parent>body</parent><child>wheel</child><axis><xyz>0 0 1</xyz>{limit}</axis>'
+        f'{rest.replace("LOCKED", "")}</joint><joint name="gears" type="gearbox"><parent>body</parent>'
+        "<child>wheel</child></joint>"
+    )
+    wheel = '<link name="wheel"><pose>0.3 0 0 0 0 0</pose></link>'
+    (tmp_path / "model.sdf").write_text(
+        f'<sdf version="1.7"><model name="cart"><link name="body"/>{wheel}{joint}</model></sdf>'
+    )
+    made = urdf_of_sdf(tmp_path / "model.sdf", tmp_path, ANYWHERE)
+    joints = made.robot.findall("joint")
+    found = [str(item.get("xyz")) for joint in joints for item in joint.findall("axis")]
+    assert found == axes and [joint.get("type") for joint in joints] == ["continuous"] * len(axes)
+    parents, children = ([str(joint.find(end).get("link")) for joint in joints] for end in ("parent", "child"))  # type: ignore[union-attr]
+    assert parents == ["body", *children[:-1]] and children[-1] == "wheel"
+    assert {str(link.get("name")) for link in made.robot.findall("link")} == {"body", *children}
+    origins = [str(item.get("xyz")) for joint in joints for item in joint.findall("origin")]
+    assert origins == ["0.3 0 0", *["0 0 0"] * (len(axes) - 1)]
+    assert "gearbox 'gears' is left out" in made.notes and ("thread" in str(made.notes)) == (kind == "screw")
+
+
+@pytest.mark.parametrize(
     ("old", "new", "code", "said"),
     [
-        ("<freejoint/>", "<freejoint/><bad/>", "mjcf_refused", "bad"),
-        ('<joint name="door_hinge" axis="0 0 -1" pos="0 -0.24 0" range="0 85.94366926962348"/>',
-         '<joint name="door_hinge" type="ball"/>', "mjcf_joint", "'door_hinge' is ball"),
+        ("<freejoint/>", "<freejoint/><geom type=\"bad\"/>", "mjcf_refused", "bad"),
         ("</worldbody>", '<body name="other"><geom size="1"/></body></worldbody>', "mjcf_bodies", "(body, other)"),
     ],
 )  # fmt: skip
@@ -191,6 +225,17 @@ def test_an_mjcf_that_no_urdf_can_say_is_refused(tmp_path: Path, old: str, new: 
     (folder / "thing.xml").write_text(MJCF.replace(old, new))
     error = refused(folder)
     assert error.code == code and said in str(error) and "thing.xml" in str(error)
+
+
+def test_an_mjcf_ball_is_three_hinges(tmp_path: Path) -> None:
+    folder = written_cabinet(tmp_path / "one", "mjcf")
+    hinge = '<joint name="door_hinge" axis="0 0 -1" pos="0 -0.24 0" range="0 85.94366926962348"/>'
+    assert hinge in MJCF
+    (folder / "thing.xml").write_text(MJCF.replace(hinge, '<joint name="door_hinge" type="ball" pos="0 -0.24 0"/>'))
+    found = read(folder)
+    door = [joint for joint in found.features.joints if joint.name.startswith("door_hinge")]
+    assert [joint.type for joint in door] == ["continuous"] * 3 and door[-1].child == "door"
+    assert any("ball joint 'door_hinge' is three hinges" in finding.message for finding in found.findings)
 
 
 def test_mjcf_ties_springs_and_zeros_become_urdf(tmp_path: Path) -> None:

@@ -125,7 +125,7 @@ def test_a_block_replaces_the_old_one_and_nothing_else() -> None:
 
 def test_the_way_of_one_asset_is_that_of_the_pipeline() -> None:
     rows = re.findall(r"^\| (\w+) \| .* \| `(tasks/\w+\.py)` \| (.*) \|$", PAGES["method.md"], flags=re.MULTILINE)
-    pipeline = (ROOT / "tasks/pipeline.py").read_text(encoding="utf-8")
+    pipeline = (ROOT / "tasks/pipeline.py").read_text(encoding="utf-8").partition("def run_stages")[2]
     order = [name.lower() for name in re.findall(r"run\(\s*Stage\.(\w+)", pipeline)]
     assert [name for name, _, _ in rows] == list(dict.fromkeys(order))
     assert [module for _, module, _ in rows] == [f"tasks/{name}.py" for name, _, _ in rows]

@@ -15,6 +15,7 @@ from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.metric import metric_evidence
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
@@ -28,7 +29,7 @@ from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode, Keep, Severity, Stage
 
 INPUTS = InputSettings()
 
@@ -46,6 +47,8 @@ class DescriptionFile:
     """Reference in ``urdf`` that is not read, since it means a file outside the dataset → what it was, and why."""
     work: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
     """The folder of a URDF that was made; it is deleted with the last reference to it."""
+    metric_format: str = ""
+    """The name of its format where that says that lengths are metres."""
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -155,6 +158,7 @@ def read_asset(
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=vector(front_of(robot, urdf)),
+        metric="" if inputs.keep is Keep.NOTHING else metric_evidence(opened.metric_format, links),
     )
     return Extraction(
         folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,

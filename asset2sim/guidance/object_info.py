@@ -102,6 +102,8 @@ class ObjectInfo:
     links: tuple[LinkInfo, ...]
     joints: tuple[JointInfo, ...]
     edges: tuple[tuple[str, str], ...]
+    lengths: str = ""
+    """Why its lengths are metres already; empty where nothing says so."""
 
     @classmethod
     def from_json(cls, data: Mapping[str, Json]) -> "ObjectInfo":
@@ -117,6 +119,7 @@ class ObjectInfo:
             links=unique(_link(item) for item in dicts(data.get("links"))),
             joints=unique(_joint(item) for item in joints if item.get("type") in _MOVABLE),
             edges=tuple((text_or_empty(item.get("parent")), text_or_empty(item.get("child"))) for item in joints),
+            lengths=text_or_empty(data.get("lengths")),
         )
 
     @cached_property

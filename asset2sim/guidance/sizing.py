@@ -16,6 +16,8 @@ KEEP_WITHIN = 0.2
 """An object that is within this share of the asked size is taken to be in real metres already."""
 REAL_SLACK = 1.5
 """Factor by which an object that its user calls real-sized may be outside the table's range."""
+METRIC_SLACK = 5.0
+"""Factor by which an object whose file is in metres may be outside the table's range: toys, and models for a robot."""
 TABLETOP_M = 0.36
 """Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
 one, the upper end of the paper's 0.10 to 0.20 m."""
@@ -100,6 +102,8 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
         value, note = stated
         return Scale(value, True, authored * value, note)
     real = asks_real_size(asked)
+    if keeps_size(info, size, asked):
+        return Scale(1.0, real, authored, f"scale 1: {info.lengths}")
     phrase, factor = size_word(asked)
     target = size.typical_m * factor
     if authored <= 0.0:
@@ -116,6 +120,15 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
     word = f", '{phrase}' × {factor:g}" if phrase else ""
     note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{word}, authored {authored:.3g} m"
     return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note)
+
+
+def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
+    """Whether the authored size stays: its lengths are metres, no words ask for another size, and it is not far from
+    all things of its kind."""
+    authored = dimension(info, size)
+    if not info.lengths or stated_scale(info, asked) is not None or size_word(asked)[0]:
+        return False
+    return size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
 
 
 def dimension(info: ObjectInfo, size: Size) -> float:

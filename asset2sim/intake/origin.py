@@ -50,7 +50,8 @@ def open_origin(folder: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANY
     converted = FORMATS[file.suffix].converter(file, place, reach)
     robot = converted.robot
     confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
-    if file.suffix == ".urdf" and up is UpAxis.Z and not confined.moved and is_utf8(robot):
+    as_it_is = not converted.notes and not confined.moved and is_utf8(robot)
+    if file.suffix == ".urdf" and up is UpAxis.Z and as_it_is:
         return DescriptionFile(file, file, (file,))
     rename(robot, confined)
     if not robot.get("name"):
@@ -66,13 +67,20 @@ def open_origin(folder: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANY
     if up is not UpAxis.Z:
         message = f"its file has {up} up; what is written is turned about the root's origin so that z is up"
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code="up_axis", message=message))
-    if file.suffix != ".urdf":
+    if file.suffix == ".urdf":
+        told = (f"{file.name}: {note}" for note in converted.notes)
+        findings += [
+            Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code="xml_recovered", message=text) for text in told
+        ]
+    else:
         said = "".join(f"; {note}" for note in converted.notes)
         message = f"read from {file.name}, of which a URDF was made{said}"
         code = f"converted_{FORMATS[file.suffix].name.lower()}"
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
-    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work)
+    form = FORMATS[file.suffix]
+    metric = form.name if form.metric else ""
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric)
 
 
 def extract(

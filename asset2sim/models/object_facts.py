@@ -16,6 +16,7 @@ def object_facts(features: Features) -> dict[str, object]:
     return {
         "asset_id": features.asset_id,
         "category": features.category,
+        **({"lengths": features.metric} if features.metric else {}),
         "size_m": features.rest_size,
         "size_closed_m": features.closed_size,
         "links": [_link(link, features.link_centers.get(link.name)) for link in features.links],

@@ -24,6 +24,7 @@ from schemas.vocabulary import (
     Export,
     Gate,
     Grouping,
+    Keep,
     Method,
     Proposer,
     StateMode,
@@ -116,6 +117,7 @@ MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 PROPOSER = TypeAliasType("PROPOSER", Proposer)
 STATE = TypeAliasType("STATE", StateMode)
+KEEP = TypeAliasType("KEEP", Keep)
 CORRECT = TypeAliasType("CORRECT", Correction)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)

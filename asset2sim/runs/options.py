@@ -24,6 +24,7 @@ from asset2sim.runs.option_types import (
     GATE,
     GROUP,
     IDS,
+    KEEP,
     METHOD,
     MODE,
     NAME,
@@ -61,6 +62,7 @@ from schemas.vocabulary import (
     Export,
     Gate,
     Grouping,
+    Keep,
     Method,
     Proposer,
     StateMode,
@@ -127,6 +129,10 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     )
     package: Listed[PACKAGES] = Field(
         (), description="a folder outside data that is read as package://NAME/…, repeatable"
+    )
+    keep: KEEP = Field(
+        Keep.PLAUSIBLE,
+        description=f"{', '.join(Keep)}: authored sizes in metres and masses that stay where no words ask otherwise",
     )
     allow_outside: CliDualFlag[bool] = Field(
         False, description="read files outside data that an asset names or links to"

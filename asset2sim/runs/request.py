@@ -24,6 +24,7 @@ SETS: Mapping[str, str] = {
     "base": "base",
     "up": "up",
     "allow_outside": "inputs.allow_outside",
+    "keep": "inputs.keep",
     "package": "inputs.packages",
     "export": "exports",
     "model": "model.model",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.linalg import LinAlgError
 
+from asset2sim.assets.metric import are_placeholders, is_plausible_mass
 from asset2sim.intake.authored_numbers import BOX_MARGIN
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
@@ -43,9 +44,12 @@ def link_masses(
     settings: PhysicsSettings,
     notes: Notes,
     theirs: Collection[str] = (),
+    *,
+    keep: bool = False,
 ) -> dict[str, LinkMass]:
     """Mass properties of every link; links without geometry take a share of their neighbour's. ``theirs`` names the
-    links whose proposed masses are the user's."""
+    links whose proposed masses are the user's; to ``keep`` plausible masses of the file goes before a proposal."""
+    keep = keep and not are_placeholders(features.links)
     solid = [link for link in features.links if link.has_geometry]
     at_rest = link_to_root(tree_of(features.joints), features.root, {})
     masses = {
@@ -58,6 +62,7 @@ def link_masses(
             notes,
             at_rest[link.name][:3, :3],
             mass_by=Source.USER if link.name in theirs else source,
+            keep=keep and link.name not in theirs and is_plausible_mass(link),
         )
         for link in solid
     }
@@ -77,10 +82,16 @@ def link_mass(
     notes: Notes,
     to_root: Array | None = None,
     mass_by: Source | None = None,
+    keep: bool = False,
 ) -> LinkMass:
     """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material.
     ``to_root`` is the (3, 3) rotation into the root link's frame at rest, by which contents are placed; ``mass_by`` is
-    whose the proposed mass is, if not of ``source``."""
+    whose the proposed mass is, if not of ``source``; to ``keep`` the authored mass, its centre and its inertia where
+    they can be goes before the proposal's."""
+    if keep and link.inertial is not None:
+        stated = {"mass_kg": link.inertial.mass_kg, "com": link.inertial.com, "inertia": link.inertial.inertia}
+        proposal = (proposal or LinkProposal(name=link.name)).model_copy(update=stated)
+        source = mass_by = Source.AUTHORED
     made = built_link(link, proposal, scale, settings, np.eye(3) if to_root is None else to_root)
     mass, rule, mass_source = made.mass, made.rule, Source.RULE
     if proposal is not None and (proposal.density_kg_m3 is not None or proposal.mass_kg is not None):

@@ -87,8 +87,9 @@ def sensible(
         overlay = convert_misread_units(extraction.features, overlay, notes)
     if semantics:
         info = rounded_object_info(extraction.features)
-        if correction is Correction.SEMANTIC:
+        if correction is not Correction.OFF and (correction is Correction.SEMANTIC or info.lengths):
             overlay = with_sensible_size(info, guidance, overlay, notes)
+        if correction is Correction.SEMANTIC:
             overlay = with_asked_state(info, guidance, overlay, settings, notes)
         note_out_of_reach(info, guidance, overlay.scale, notes)
     return overlay, tuple(notes.findings)

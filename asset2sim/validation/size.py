@@ -9,6 +9,7 @@ from asset2sim.guidance.sizing import (
     REAL_SLACK,
     asks_real_size,
     dimension,
+    keeps_size,
     narrow_enough,
     size_word,
     stated_scale,
@@ -67,14 +68,18 @@ def with_sensible_size(info: ObjectInfo, guidance: Guidance, overlay: Overlay, n
 def size_bounds(info: ObjectInfo, size: Size, asked: AskedSize) -> SizeBounds:
     """The sizes that the words and the table of household sizes allow.
 
-    In this order: a size or scale that the user states in numbers; the category's range times the factor of the user's
-    word of size, which for words like "small" also includes what a hand handles on a table; the range itself.
+    In this order: a size or scale that the user states in numbers; the file's own, where it is in metres; the
+    category's range times the factor of the user's word of size, which for words like "small" also includes what a hand
+    handles on a table; the range itself.
     """
     authored = dimension(info, size)
     stated = stated_scale(info, asked)
     if stated is not None:
         exact = stated[0] * authored
         return SizeBounds(exact * (1.0 - STATED_SHARE), exact * (1.0 + STATED_SHARE), "the user's number", exact)
+    if keeps_size(info, size, asked):
+        slack = 1.0 + STATED_SHARE
+        return SizeBounds(authored / slack, authored * slack, info.lengths, authored, asked=asks_real_size(asked))
     kind = "any household object" if size.category == "*" else f"a household {size.category}"
     if asks_real_size(asked):
         return SizeBounds(size.min_m / REAL_SLACK, size.max_m * REAL_SLACK, f"the real size of {kind}")

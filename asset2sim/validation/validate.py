@@ -28,6 +28,8 @@ from schemas.settings import PhysicsSettings
 from schemas.support import Support
 from schemas.vocabulary import Source
 
+SAME_SCALE = 1e-3
+"""How far a scale may be from 1 for the authored masses to be those of the object."""
 WEIGHED_SHARE = 0.05
 """How far an object's mass may be from the one that its user's words state without a finding."""
 
@@ -48,10 +50,14 @@ def validate(
     the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
+    in_metres = bool(features.metric) and abs(scale - 1.0) <= SAME_SCALE
+    if features.metric and not in_metres:
+        message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}"
+        notes.info("rescaled", message, value=scale, limit=1.0)
     note_mass_change(overlay, notes)
     links = {proposal.name: proposal for proposal in overlay.links}
     weighed = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
-    masses = link_masses(features, links, scale, source, settings, notes, weighed)
+    masses = link_masses(features, links, scale, source, settings, notes, weighed, keep=in_metres)
     masses = with_armature(masses, features, settings, notes)
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}

@@ -1,5 +1,6 @@
 """The URDF document as every reader of ours sees it: what origins write differently is brought to one form."""
 
+import re
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
@@ -25,6 +26,8 @@ SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 LISTS = ("xyz", "rpy", "size", "scale", "rgba")
 """Attributes that hold several numbers, which some exporters separate by commas."""
 NAMED = ("link", "joint")
+HARMLESS = {"NS_ERR_UNDEFINED_NAMESPACE"}
+"""libxml2's name of a mistake that costs nothing: an undeclared prefix."""
 LONGEST_NAME = 255
 """Longest name of a robot, link or joint, bytes, as of a file: PyBullet dies of one of 5000."""
 info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
@@ -42,14 +45,11 @@ class Document:
 def read_document(path: Path) -> Document:
     """The document of a URDF. Raises AssetError: unreadable_asset where the file is not XML, not a URDF, or lacks a
     name, a parent or a child; invalid_joint_configuration for a joint type that is not simulated."""
-    try:
-        robot = deepcopy(parsed(path))
-    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
-        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the URDF again") from error
+    robot, recovered = parse_xml(path, "URDF")
     strip_namespace(robot)
     if robot.tag != "robot":
         raise unreadable(path, "not_urdf", f"the root element is <{robot.tag!s}>, not <robot>")
-    findings = []
+    findings = [warning(code="xml_recovered", message=f"{path.name}: {text}") for text in recovered]
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
@@ -68,6 +68,27 @@ def read_document(path: Path) -> Document:
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
     return Document(robot, tuple(findings))
+
+
+def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
+    """The root element of a file as people write XML, and the first mistake in it that was passed over, with its line.
+
+    Passed over is what takes nothing from the content: a version that XML does not have, hyphens in a comment, space
+    before the declaration, an undeclared prefix. Raises AssetError (unreadable_asset) for anything else, naming the
+    ``kind`` of file."""
+    try:
+        return deepcopy(parsed(path)), ()
+    except OSError as error:
+        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the {kind} again") from error
+    except (etree.XMLSyntaxError, UnicodeError) as error:
+        text = path.read_bytes().lstrip()
+        text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", text)
+        text = re.sub(rb"<!--.*?-->", lambda comment: b"\n" * comment.group().count(b"\n"), text, flags=re.DOTALL)
+        recovering = etree.XMLParser(remove_comments=False, recover=True)
+        root = etree.fromstring(text, recovering) if text else None
+        if root is None or {entry.type_name for entry in recovering.error_log} - HARMLESS:
+            raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the {kind} again") from error
+        return root, (f"{' '.join(str(error).split())[:120]}; passed over",)
 
 
 def textures_of(robot: Element) -> list[Element]:

@@ -45,6 +45,8 @@ class Format:
     converter: Callable[[Path, Path, AllowedFolders], Converted]
     preferred: str = ""
     """The name that is taken where a folder has several files of the format."""
+    metric: bool = True
+    """Whether lengths are metres, as in all formats of simulators; a URDF may be of normalised meshes."""
     recognises: Callable[[bytes], bool] | None = None
     """Whether the first ``HEAD_BYTES`` of a file are of this format, where other files have its suffix too."""
     not_models: tuple[str, ...] = ()

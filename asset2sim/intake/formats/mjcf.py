@@ -1,9 +1,10 @@
 """MJCF to URDF by MuJoCo's own compiler: what the compiled model holds, written as links and joints.
 
-Compiling resolves defaults, includes, angles and mesh scales. Meshes are written anew, as they stand in their link.
+Compiling resolves defaults, includes, angles and mesh scales; what MuJoCo refuses is compiled once more as a mended
+document. Meshes are written anew, as they stand in their link.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, lies_outside
 from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
+from asset2sim.intake.formats.mjcf_document import mended_document
 from asset2sim.physics.arrays import Array
 from asset2sim.storage.regular_files import is_file
 from schemas.errors import AssetError
@@ -27,6 +29,9 @@ BASE = "base"
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
+LEAST_MASS_KG, LEAST_INERTIA_KG_M2 = 1e-6, 1e-9
+"""Given to bodies of a mended file that state none, for MuJoCo's compiler alone: they are not read from it."""
+
 
 def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
     """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError (unreadable_asset) where MuJoCo
@@ -37,14 +42,25 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
     except ModuleNotFoundError as error:
         problem = "reading MJCF needs MuJoCo: pip install 'asset2sim[engines]', or keep a URDF of it"
         raise unconvertible(file, "mujoco_missing", problem) from error
+    notes: tuple[str, ...] = ()
     try:
-        spec = mujoco.MjSpec.from_file(str(file))
-        # Static bodies would be merged into their parents, and geoms that are only seen dropped.
-        spec.compiler.fusestatic = spec.compiler.discardvisual = False
-        model = spec.compile()
+        spec, model = compiled(mujoco.MjSpec.from_file(str(file)))
     except (ValueError, OSError) as error:
-        raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(error).split())}") from error
-    return _Model(file, work, mujoco, spec, model).converted()
+        text, notes = mended_document(file)
+        try:
+            spec = mujoco.MjSpec.from_string(text.decode())
+            # What has no mass is to be given one later; MuJoCo only has to read it.
+            spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS_KG, LEAST_INERTIA_KG_M2
+            spec, model = compiled(spec)
+        except (ValueError, OSError):
+            raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(error).split())}") from error
+    return _Model(file, work, mujoco, spec, model, notes).converted()
+
+
+def compiled(spec: Any) -> tuple[Any, Any]:
+    """The specification and its model, in which static bodies and geoms that are only seen are kept."""
+    spec.compiler.fusestatic = spec.compiler.discardvisual = False
+    return spec, spec.compile()
 
 
 def check_files(file: Path, reach: AllowedFolders) -> None:
@@ -75,10 +91,10 @@ def check_files(file: Path, reach: AllowedFolders) -> None:
 class _Model:
     """One compiled model being converted."""
 
-    def __init__(self, file: Path, work: Path, mujoco: Any, spec: Any, model: Any) -> None:
+    def __init__(self, file: Path, work: Path, mujoco: Any, spec: Any, model: Any, notes: Sequence[str]) -> None:
         self.file, self.work = file, work
         self.mj, self.spec, self.model = mujoco, spec, model
-        self.notes: list[str] = []
+        self.notes = list(notes)
         self.meshes: dict[str, str] = {}
 
     def converted(self) -> Converted:
@@ -143,8 +159,12 @@ class _Model:
         m, name = self.model, self.name("body", body)
         pose = parent_to_link @ pose_of(m.body_pos[body], m.body_quat[body])
         anchor = np.zeros(3)
-        joints = [joint for joint in self.joints(body) if m.jnt_type[joint] != self.mj.mjtJoint.mjJNT_FREE]
-        for number, joint in enumerate(joints):
+        ball, free = self.mj.mjtJoint.mjJNT_BALL, self.mj.mjtJoint.mjJNT_FREE
+        joints = [
+            (joint, turn) for joint in self.joints(body) if m.jnt_type[joint] != free
+            for turn in (range(3) if m.jnt_type[joint] == ball else [None])
+        ]  # fmt: skip
+        for number, (joint, turn) in enumerate(joints):
             last = number == len(joints) - 1
             child = name if last else f"{name}_{number}"
             step = np.eye(4)
@@ -152,7 +172,7 @@ class _Model:
             anchor = m.jnt_pos[joint]
             if parent is None:
                 raise self.refused("mjcf_joint", f"body '{name}' has joints beside a free one")
-            self.add_joint(robot, joint, parent, child, pose @ step)
+            self.add_joint(robot, joint, turn, parent, child, pose @ step)
             if not last:
                 add(robot, "link", name=child)
             parent, pose = child, np.eye(4)
@@ -179,13 +199,20 @@ class _Model:
         pose = body_to_link @ pose_of(m.body_ipos[body], m.body_iquat[body])
         add_inertial(link, float(m.body_mass[body]), pose, (x, 0.0, 0.0, y, 0.0, z))
 
-    def add_joint(self, robot: Element, joint: int, parent: str, child: str, pose: Array) -> None:
-        """A hinge or slide; its zero is where the model is drawn."""
+    def add_joint(self, robot: Element, joint: int, turn: int | None, parent: str, child: str, pose: Array) -> None:
+        """A hinge or slide, or one ``turn`` (0 to 2) of a ball, which a URDF has as three hinges; its zero is where the
+        model is drawn."""
         m, name = self.model, self.name("joint", joint)
+        if turn is not None:
+            element = add(robot, "joint", name=name if turn == 2 else f"{name}_{turn}", type="continuous")
+            add_origin(element, pose)
+            add(element, "parent", link=parent)
+            add(element, "child", link=child)
+            add(element, "axis", xyz=words(np.eye(3)[turn]))
+            add(element, "dynamics", damping=words([first(m.dof_damping[m.jnt_dofadr[joint]])]))
+            self.notes.append(f"ball joint '{name}' is three hinges")
+            return
         hinge = m.jnt_type[joint] == self.mj.mjtJoint.mjJNT_HINGE
-        if not hinge and m.jnt_type[joint] != self.mj.mjtJoint.mjJNT_SLIDE:
-            kind = self.mj.mjtJoint(m.jnt_type[joint]).name.removeprefix("mjJNT_").lower()
-            raise self.refused("mjcf_joint", f"joint '{name}' is {kind}; a URDF has hinges and slides")
         limited, dof, at = bool(m.jnt_limited[joint]), m.jnt_dofadr[joint], m.jnt_qposadr[joint]
         kind = ("revolute" if limited else "continuous") if hinge else "prismatic"
         element = add(robot, "joint", name=name, type=kind)

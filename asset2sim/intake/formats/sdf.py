@@ -4,6 +4,7 @@ Written here since no package for it is kept on PyPI: ROS's converter, sdformat_
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
@@ -23,22 +25,21 @@ BASE = "base"
 UNLIMITED = 1e15
 """SDF writes ±1e16 for a joint without limits."""
 SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
-JOINTS = ("revolute", "continuous", "prismatic", "fixed")
+JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", "universal", "ball")
+TURNS = ("1 0 0", "0 1 0", "0 0 1")
+"""Axes of the hinges that stand for a ball joint."""
 FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
 
 
 def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     """The URDF of the one model in an SDF file. Raises AssetError (unreadable_asset) for what is no SDF, and for joints
     and nesting that a URDF does not have."""
-    try:
-        document = etree.parse(str(file)).getroot()
-    except (etree.XMLSyntaxError, OSError, UnicodeError) as error:
-        raise unconvertible(file, "not_xml", f"not readable as XML ({error}); export the SDF again") from error
+    document, recovered = parse_xml(file, "SDF")
     models = [*document.findall("model"), *document.findall("world/model")]
     if document.tag != "sdf" or len(models) != 1:
         problem = f"an SDF file of one <model> is needed; it has {len(models)} in <{document.tag}>; {FLATTEN}"
         raise unconvertible(file, "sdf_models", problem)
-    return _Model(file, models[0], _version(document)).converted()
+    return _Model(file, models[0], _version(document), recovered).converted()
 
 
 def _version(document: Element) -> tuple[int, ...]:
@@ -49,7 +50,7 @@ def _version(document: Element) -> tuple[int, ...]:
 class _Model:
     """One model being converted. Poses are (4, 4) in the model's frame."""
 
-    def __init__(self, file: Path, model: Element, version: tuple[int, ...]) -> None:
+    def __init__(self, file: Path, model: Element, version: tuple[int, ...], notes: Sequence[str]) -> None:
         self.file, self.model, self.version = file, model, version
         for tag in ("include", "model"):
             if model.find(tag) is not None:
@@ -57,9 +58,11 @@ class _Model:
         kinds = ("link", "joint", "frame")
         self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
         self.links = [str(link.get("name")) for link in model.findall("link")]
-        self.notes: list[str] = []
+        self.notes = list(notes)
         self.poses: dict[str, Array] = {}
-        self.joint_of = {self.text(joint, "child"): joint for joint in model.findall("joint")}
+        self.joint_of = {
+            self.text(item, "child"): item for item in model.findall("joint") if item.get("type") != "gearbox"
+        }
 
     def converted(self) -> Converted:
         """The model as a URDF."""
@@ -160,31 +163,62 @@ class _Model:
             add(add(element, "material", name=f"{link.get('name')}_{item.get('name')}"), "color", rgba=color)
 
     def add_joint(self, robot: Element, joint: Element) -> None:
-        """A joint; one that fixes a link to the world only makes that link the root."""
+        """A joint, or the chain of hinges that stands for one of several axes. One that fixes a link to the world only
+        makes that link the root; a gearbox, which moves nothing by itself, is left out."""
         name, kind = str(joint.get("name")), str(joint.get("type"))
-        if kind not in JOINTS:
-            raise self.refused("sdf_joint", f"joint '{name}' is {kind}; a URDF has {', '.join(JOINTS)}")
         parent, child = self.text(joint, "parent"), self.text(joint, "child")
-        for role, link in (("parent", parent), ("child", child)):
-            if link not in (*self.links, "world"):
-                raise self.refused("sdf_joint", f"joint '{name}': its {role} '{link}' is not a link of the model")
-        if parent == "world" and kind == "fixed":
-            self.notes.append(f"link '{child}' is fixed to the world")
+        if kind == "gearbox" or (parent == "world" and kind == "fixed"):
+            fixed = f"link '{child}' is fixed to the world"
+            self.notes.append(fixed if kind == "fixed" else f"gearbox '{name}' is left out")
             return
+        self.check(name, kind, parent, child)
         above = np.eye(4) if parent == "world" else self.frame(parent)
         if parent == "world":
             parent = BASE
             if all(link.get("name") != BASE for link in robot.findall("link")):
                 add(robot, "link", name=BASE)
-        pose, axis = self.pose(name), joint.find("axis")
+        if kind == "screw":
+            self.notes.append(f"screw '{name}' turns without its thread, which a URDF cannot say")
+        steps, pose = self.axes(joint, kind), np.linalg.inv(above) @ self.pose(name)
+        for number, axis in enumerate(steps):
+            last = number == len(steps) - 1
+            end = child if last else f"{child}_{number + 1}"
+            if not last:
+                add(robot, "link", name=end)
+            simple = kind if kind in ("prismatic", "fixed") else "revolute"
+            self.add_step(robot, name if last else f"{name}_{number + 1}", simple, axis, (parent, end), pose, name)
+            parent, pose = end, np.eye(4)
+
+    def check(self, name: str, kind: str, parent: str, child: str) -> None:
+        """Refuse a joint of another kind, and one between links that are not there."""
+        if kind not in JOINTS:
+            raise self.refused("sdf_joint", f"joint '{name}' is {kind}; read are {', '.join(JOINTS)} and gearbox")
+        for role, link in (("parent", parent), ("child", child)):
+            if link not in (*self.links, "world"):
+                raise self.refused("sdf_joint", f"joint '{name}': its {role} '{link}' is not a link of the model")
+
+    def axes(self, joint: Element, kind: str) -> list[Element | None]:
+        """The axes about which a joint turns or slides, the outermost first, without those whose limits lock them."""
+        if kind == "ball":
+            return [etree.fromstring(f"<axis><xyz>{turn}</xyz></axis>") for turn in TURNS]
+        if kind not in ("revolute2", "universal"):
+            return [joint.find("axis")]
+        stated = [axis for axis in (joint.find("axis"), joint.find("axis2")) if axis is not None]
+        free = [axis for axis in stated if (limit := self.limit(axis)).get("lower", "") != limit.get("upper", "-")]
+        return [*(free or stated[-1:])] or [None]
+
+    def add_step(
+        self, robot: Element, name: str, kind: str, axis: Element | None, ends: tuple[str, str], pose: Array, of: str
+    ) -> None:
+        """One joint of a URDF between two links; ``pose`` is its own in the parent link, ``of`` the SDF's joint."""
         limit = {} if axis is None else self.limit(axis)
         kind = "continuous" if kind == "revolute" and "lower" not in limit else kind
         element = add(robot, "joint", name=name, type=kind)
-        add_origin(element, np.linalg.inv(above) @ pose)
-        add(element, "parent", link=parent)
-        add(element, "child", link=child)
+        add_origin(element, pose)
+        add(element, "parent", link=ends[0])
+        add(element, "child", link=ends[1])
         if axis is not None and kind != "fixed":
-            add(element, "axis", xyz=words(self.axis_in_joint(axis, pose)))
+            add(element, "axis", xyz=words(self.axis_in_joint(axis, self.pose(of))))
             self.add_terms(element, axis, limit)
 
     def limit(self, axis: Element) -> dict[str, str]:
