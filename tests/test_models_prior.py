@@ -437,3 +437,20 @@ def test_paper9_scales_are_near_the_experts() -> None:
         errors[row["asset_id"]] = abs(overlay.scale / reference[row["asset_id"]] - 1.0)
     errors.pop("102181")  # GenSim2 states no scale for it
     assert sum(errors.values()) / len(errors) < 0.25, errors
+
+
+@pytest.mark.parametrize(
+    "part", [known.hinged("tap", "switch"), known.spinning("tap", "switch"), known.sliding("tap", "lever")]
+)
+def test_a_tap_stays_as_it_is_turned_and_its_handle_is_a_casting(part: tuple[known.Json, known.Json]) -> None:
+    """A handle that a spring brings back to off is a latch's."""
+    overlay = ask(known.thing("Faucet", part))
+    term = felt(overlay, "tap")
+    assert term["holds"] is True and not term.get("spring_hz")
+    handle = next(item for item in overlay["links"] if item["name"] == "tap_link")
+    assert handle["material"] == "brass" and 0.0 < handle["wall_m"] <= 0.0025, "no solid"
+
+
+def test_a_wall_switch_stays_on() -> None:
+    term = felt(ask(known.thing("Switch", known.hinged("rocker", "switch"))), "rocker")
+    assert term["holds"] is True and not term.get("spring_hz")
