@@ -227,6 +227,31 @@ def test_an_mjcf_that_no_urdf_can_say_is_refused(tmp_path: Path, old: str, new: 
     assert error.code == code and said in str(error) and "thing.xml" in str(error)
 
 
+@pytest.mark.parametrize("version", ["1.4", "1.7"])
+def test_a_nested_model_stands_where_its_own_pose_puts_it(tmp_path: Path, version: str) -> None:
+    """The frame's model is turned by a quarter about z and moved by 1 m; the door hangs in it from outside, and has a
+    latch of its own."""
+    latch = (
+        '<link name="latch"><pose>0.1 0 0 0 0 0</pose></link><joint name="turn" type="revolute"><parent>door</parent>'
+        "<child>latch</child><axis><xyz>1 0 0</xyz></axis></joint>"
+    )
+    (tmp_path / "model.sdf").write_text(
+        f'<sdf version="{version}"><model name="doorway"><model name="wall"><pose>1 0 0 0 0 1.5707963267948966</pose>'
+        '<link name="frame"><pose>0.5 0 0 0 0 0</pose></link></model><model name="leaf">'
+        f'<pose>1 0 0 0 0 1.5707963267948966</pose><link name="door"/>{latch}</model><joint name="hinge" '
+        'type="revolute"><parent>wall::frame</parent><child>leaf::door</child><axis><xyz>0 0 1</xyz></axis></joint>'
+        "</model></sdf>"
+    )
+    made = urdf_of_sdf(tmp_path / "model.sdf", tmp_path, ANYWHERE).robot
+    assert [link.get("name") for link in made.findall("link")] == ["wall__frame", "leaf__door", "leaf__latch"]
+    joints = {str(joint.get("name")): joint for joint in made.findall("joint")}
+    place = {name: [float(v) for v in str(joint.find("origin").get("xyz")).split()] for name, joint in joints.items()}  # type: ignore[union-attr]
+    assert place["hinge"] == pytest.approx([-0.5, 0.0, 0.0]) and place["leaf__turn"] == pytest.approx([0.1, 0.0, 0.0])
+    axis = joints["leaf__turn"].find("axis")
+    assert axis is not None
+    assert [float(v) for v in str(axis.get("xyz")).split()] == pytest.approx([1.0, 0.0, 0.0]), "in the leaf's own frame"
+
+
 def test_an_mjcf_ball_is_three_hinges(tmp_path: Path) -> None:
     folder = written_cabinet(tmp_path / "one", "mjcf")
     hinge = '<joint name="door_hinge" axis="0 0 -1" pos="0 -0.24 0" range="0 85.94366926962348"/>'

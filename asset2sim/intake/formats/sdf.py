@@ -16,6 +16,7 @@ from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
+from asset2sim.intake.formats.sdf_nested import flatten
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
 from schemas.errors import AssetError
@@ -52,9 +53,9 @@ class _Model:
 
     def __init__(self, file: Path, model: Element, version: tuple[int, ...], notes: Sequence[str]) -> None:
         self.file, self.model, self.version = file, model, version
-        for tag in ("include", "model"):
-            if model.find(tag) is not None:
-                raise self.refused("sdf_nested", f"its model holds <{tag}>; {FLATTEN}")
+        if next(model.iter("include"), None) is not None:
+            raise self.refused("sdf_nested", f"its model holds <include>; {FLATTEN}")
+        flatten(model, version)
         kinds = ("link", "joint", "frame")
         self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
         self.links = [str(link.get("name")) for link in model.findall("link")]

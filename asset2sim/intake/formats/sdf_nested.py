@@ -1,0 +1,66 @@
+"""Nested models of an SDF file, brought up into the model that holds them."""
+
+from lxml import etree
+from lxml.etree import _Element as Element
+
+KINDS = ("link", "joint", "frame")
+SEPARATOR = "__"
+"""Between the names of a model and of what it holds, in place of SDF's ``::``, which file names do not bear."""
+
+
+def flatten(model: Element, version: tuple[int, ...]) -> None:
+    """Move links, joints and frames of nested models into ``model``, named after both, with poses relative to a frame
+    that stands for the nested model. ``version``: SDF's, up to 1.4 of which axes are stated in the model's frame."""
+    for inner in model.findall("model"):
+        flatten(inner, version)
+        name = str(inner.get("name"))
+        frame = etree.SubElement(model, "frame", name=_joined(name, "model"))
+        frame.extend(inner.findall("pose"))
+        for item in [item for kind in KINDS for item in inner.findall(kind)]:
+            item.set("name", _joined(name, str(item.get("name"))))
+            _place(item, name)
+            if item.tag == "joint":
+                _connect(item, name, version)
+            model.append(item)
+        model.remove(inner)
+    for joint in model.findall("joint"):
+        for end in (*joint.findall("parent"), *joint.findall("child")):
+            end.text = str(end.text or "").strip().replace("::", SEPARATOR)
+
+
+def _joined(model: str, name: str) -> str:
+    return f"{model}{SEPARATOR}{name}"
+
+
+def _frame_in(model: str, name: str) -> str:
+    return _joined(model, "model" if name in ("", "__model__") else name)
+
+
+def _place(item: Element, model: str) -> None:
+    """State an item's pose relative to the frame of its model, or to what it was stated relative to."""
+    attached = item.get("attached_to")
+    if attached:
+        item.set("attached_to", _frame_in(model, attached))
+    pose = item.find("pose")
+    if pose is None and (item.tag == "joint" or attached):
+        return  # its child's frame, or the one that it is attached to
+    if pose is None:
+        pose = etree.SubElement(item, "pose")
+        pose.text = "0 0 0 0 0 0"
+    stated = str(pose.get("relative_to") or pose.get("frame") or "")
+    if stated or (item.tag == "link" or not (item.tag == "joint" or attached)):
+        pose.set("relative_to", _frame_in(model, stated))
+
+
+def _connect(joint: Element, model: str, version: tuple[int, ...]) -> None:
+    """Name a joint's links, and the frames of its axes, as they are called outside."""
+    for end in (*joint.findall("parent"), *joint.findall("child")):
+        link = str(end.text or "").strip()
+        end.text = link if link == "world" else _joined(model, link)
+    for axis in (*joint.findall("axis"), *joint.findall("axis2")):
+        direction = axis.find("xyz")
+        in_model = (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true") or version <= (1, 4)
+        if direction is not None and (direction.get("expressed_in") or in_model):
+            direction.set("expressed_in", _frame_in(model, str(direction.get("expressed_in") or "")))
+        for mimic in axis.findall("mimic"):
+            mimic.set("joint", _joined(model, str(mimic.get("joint"))))
