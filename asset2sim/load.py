@@ -163,8 +163,7 @@ def module(name: str) -> Any:
 
 def describe(folder: str | Path) -> Description:
     """Description of a refined folder: joints with range, unit, initial position, whether they hold and where to pull;
-    what
-    carries the object; its mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there."""
+    support and mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there."""
     place = Path(folder).resolve()
     missing = [name for name in ("mobility.urdf", "overlay.json") if not (place / name).is_file()]
     if missing:

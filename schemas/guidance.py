@@ -143,8 +143,7 @@ class UnmetNumber(Wish):
 
 class Guidance(Frozen):
     """Requests of a sentence for one object. ``category`` is a row of the table of sizes, "*" where nothing names one,
-    and
-    ``category_from`` says what named it; ``called`` is what the first phrase calls the object, by the name that the
+    and ``category_from`` says what named it; ``called`` is what the first phrase calls the object, by the name that the
     table of supports has for it. ``free``: something is to move freely, so that gravity may take it from its state."""
 
     category: str = "*"

@@ -15,8 +15,8 @@ RUN = ("sh", "python")
 """Languages of blocks that can be run."""
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINKED = (
-    *(".venv", "asset2sim", "flows", "tasks", "schemas", "tests", "examples", "docs", "Makefile", "pyproject.toml"),
-    *("constraints.txt", "catalog.yaml", "prefect.yaml"),
+    *(".venv", "asset2sim", "flows", "tasks", "schemas", "lab", "tests", "examples", "docs", "Makefile"),
+    *("pyproject.toml", "constraints.txt", "catalog.yaml", "prefect.yaml"),
 )
 """What a walk sees of the checkout beside the samples; it writes into its own folder."""
 

@@ -8,6 +8,9 @@ from asset2sim.intake.formats.mjcf import urdf_of_mjcf
 from asset2sim.intake.formats.mjcf_document import schema
 from schemas.errors import AssetError
 
+pytestmark = pytest.mark.system
+"""Reading MJCF loads MuJoCo, which starts a program."""
+
 BODY = '<body name="base"><geom type="box" size="0.1 0.1 0.1"/>{more}</body>'
 LID = '<body name="lid" pos="0 0 0.1"><joint name="hinge" axis="1 0 0" range="0 90"/>{more}</body>'
 SOLID = '<geom type="box" size="0.1 0.1 0.01"/>'

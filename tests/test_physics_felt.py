@@ -112,3 +112,10 @@ def test_whatever_is_proposed_the_spring_is_simulable(
     share = found.stiffness.value * STEP**2 / (mass + found.armature)
     assert 0.0 <= share <= SETTINGS.max_stiffness_step * (1.0 + 1e-6)
     assert found.damping.value * STEP / mass <= SETTINGS.max_damping_step * (1.0 + 1e-9)
+
+
+def test_a_press_that_no_finger_feels_is_none() -> None:
+    """The smallest of numbers would divide by zero."""
+    assert (
+        terms(press_end=5e-324).stiffness.value == 0.0 and terms(press_start=5e-324, press_end=5e-324).armature == 0.0
+    )

@@ -100,10 +100,8 @@ def read_asset(
 
     ``cache`` is a folder in which the shapes and the triangles of its meshes are kept, so that those of unchanged files
     are not computed again; the result is the same with it and without. Only files that ``reach`` and ``inputs`` allow
-    are read.
-    Raises AssetError: unreadable_asset (not a tree), missing_mesh (a link none of whose meshes is there),
-    invalid_joint_configuration (joint numbers that make no sense).
-    """
+    are read. Raises AssetError: unreadable_asset (not a tree), missing_mesh (a link none of whose meshes is there),
+    invalid_joint_configuration (joint numbers that make no sense)."""
     folder = Path(ref.path)
     urdf = opened.urdf
     robot = read_urdf(urdf)

@@ -40,10 +40,9 @@ def efforts(
     carried: SupportKind = SupportKind.FREESTANDING,
 ) -> tuple[Effort, ...]:
     """Forces that a hand needs at the edge of every joint's part, each way that it has room, from the least efforts
-    that were
-    measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing tips, nor
-    where the object is ``carried`` by a hand. A light object whose button is pressed sideways or from below is held in
-    the other hand."""
+    that were measured with the root held, and statics on ``support`` at this Coulomb ``friction``; without one nothing
+    tips, nor where the object is ``carried`` by a hand. A light object whose button is pressed sideways or from below
+    is held in the other hand."""
     poses = poses_at(item, item.start)
     joints = {joint.name: joint for joint in item.joints}
     found = []

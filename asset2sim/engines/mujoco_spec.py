@@ -83,12 +83,10 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
 
     Links (but one named world), joints and geoms keep their URDF's names and frames, fixed joints stay, no mass is
     invented. Joints have damping, frictionloss, stiffness and springref as the URDF states them; every geom the sliding
-    coefficient
-    ``contact_friction`` (MuJoCo takes the larger of two). ``free`` puts a free joint on the root, which is held
-    otherwise; links next to each other in the tree do not collide either way. Mesh bytes are in ``assets`` under their
-    paths relative to the URDF's folder. Visuals are left out. Raises AssetError (engine_refused) where MuJoCo cannot
-    read it.
-    """
+    coefficient ``contact_friction`` (MuJoCo takes the larger of two). ``free`` puts a free joint on the root, which is
+    held otherwise; links next to each other in the tree do not collide either way. Mesh bytes are in ``assets`` under
+    their paths relative to the URDF's folder. Visuals are left out. Raises AssetError (engine_refused) where MuJoCo
+    cannot read it."""
     root = prepared(urdf)
     try:
         with collected_warnings():

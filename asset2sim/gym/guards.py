@@ -30,10 +30,10 @@ class Rollout:
 @dataclass(frozen=True)
 class Guards:
     """Findings of the guards. Shares of the way to the target: ``drift_share`` was gone before anything touched the
-    object,
-    ``fallen_share`` untouched after that but downwards, as a lid falls that was pushed over, ``untouched_share`` all
-    that was gone untouched but for the fall; ``spring_share`` is the spring's share of the spring's and the arm's work.
-    ``moved_untouched``, ``drifted`` and ``spring_did_it`` are these shares over their bounds."""
+    object, ``fallen_share`` untouched after that but downwards, as a lid falls that was pushed over,
+    ``untouched_share`` all that was gone untouched but for the fall; ``spring_share`` is the spring's share of the
+    spring's and the arm's work. ``moved_untouched``, ``drifted`` and ``spring_did_it`` are these shares over their
+    bounds."""
 
     solved_at_start: bool
     untouched_share: float

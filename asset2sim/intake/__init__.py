@@ -1,1 +1,1 @@
-"""What comes in: datasets, formats, the user's own numbers, and what is wrong with a file or an authored number."""
+"""Datasets, formats and the user's own numbers as they come in, and findings on files and authored numbers."""

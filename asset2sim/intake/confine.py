@@ -20,9 +20,8 @@ NOT_READ = "not_read"
 @dataclass
 class Confined:
     """Files that a URDF's references mean within reach: ``names`` maps each reference to the file that it means, or to
-    a name
-    that means none, of which ``refused`` says why. ``moved`` says that a later reader would take one for another file,
-    so that the URDF has to be written anew."""
+    a name that means none, of which ``refused`` says why. ``moved`` says that a later reader would take one for another
+    file, so that the URDF has to be written anew."""
 
     names: dict[str, str] = field(default_factory=dict)
     refused: dict[str, Refused] = field(default_factory=dict)
@@ -38,8 +37,7 @@ class Confined:
 
 def confine(robot: Element, file: Path, reach: AllowedFolders, work: Path) -> Confined:
     """The files that the references of a URDF mean within ``reach``; ``file`` is where they are relative to. Meshes
-    that name
-    pictures or materials outside are copied into ``work`` without them."""
+    that name pictures or materials outside are copied into ``work`` without them."""
     found = Confined()
     for element, reference in references(robot):
         if reference in found.names:

@@ -13,6 +13,8 @@ START_SHARE = 0.7
 preloaded to about two thirds, and a flat curve is what a key feels like."""
 QUICK_S = 0.2
 """Time to return, s, up to which the felt spring itself meets the wish: it brings its part back within 0.1 s."""
+LEAST_PRESS_N = 1e-6
+"""Force at a part, N, below which it is not pressed at all: no finger feels a ten-thousandth of a gram."""
 LEAST_RISE = 0.1
 """Least rise of the spring's force over its travel, as a share of the force at the start: without one it has no end."""
 
@@ -57,7 +59,7 @@ def felt_spring(
     armature would exceed ``max_armature_ratio`` are lowered together.
     """
     forces = press_forces(proposal)
-    if forces is None or moved.far == 0.0:
+    if forces is None or max(forces) < LEAST_PRESS_N or moved.far == 0.0:
         return None
     start, end = (force * moved.reach for force in forces)
     outward, way, step = math.copysign(1.0, moved.far), abs(moved.far), settings.coarse_timestep_s

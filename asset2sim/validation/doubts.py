@@ -52,8 +52,7 @@ class AnswerOutcome:
 @dataclass(frozen=True)
 class ObjectQuestion:
     """Subject of a question to a model: the object, what the user's words ask of it, whose answers these are, what
-    carries
-    the object if that is stated, and which of ``scale`` and the joints the user states as numbers."""
+    carries the object if that is stated, and which of ``scale`` and the joints the user states as numbers."""
 
     extraction: Extraction
     guidance: Guidance

@@ -78,9 +78,8 @@ class JointInputs:
 @dataclass(frozen=True)
 class JointMechanics:
     """Inertia that one joint moves (kg·m² or kg) at the start: ``inertia`` as it accelerates, ``held`` with all else
-    still, and
-    ``least`` over all poses; gravity's ``pull`` there, and the largest in any direction. ``bears_most``: it carries
-    more than half of the object."""
+    still, and ``least`` over all poses; gravity's ``pull`` there, and the largest in any direction. ``bears_most``: it
+    carries more than half of the object."""
 
     inertia: float
     held: float

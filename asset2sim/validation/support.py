@@ -131,8 +131,7 @@ def doubted(said: SupportProposal, polygon: SupportPolygon) -> SupportProposal:
 
 def by_shape(polygon: SupportPolygon, points: Array) -> Support:
     """The support by the shape alone: what stands is freestanding; of what does not, small things are held in a hand,
-    and
-    the rest is fixed, to a wall where it has a flat back."""
+    and the rest is fixed, to a wall where it has a flat back."""
     size = np.ptp(points, axis=0)
     margin = f"closed, it tips over at {np.degrees(polygon.margin_rad):.2g}°"
     if polygon.margin_rad >= STANDS_RAD:

@@ -28,6 +28,8 @@ from schemas.settings import PhysicsSettings
 from schemas.support import Support
 from schemas.vocabulary import Source
 
+ROOM_OF_METRES = 20.0
+"""Factor by which an object whose file is in metres may be larger or smaller than household objects: halls, worlds."""
 SAME_SCALE = 1e-3
 """How far a scale may be from 1 for the authored masses to be those of the object."""
 WEIGHED_SHARE = 0.05
@@ -49,8 +51,10 @@ def validate(
     what ``overlay.asked`` names counts as the user's. ``support`` says what carries the object; None: it is found, from
     the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked."""
     notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
-    scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes)
-    in_metres = bool(features.metric) and abs(scale - 1.0) <= SAME_SCALE
+    in_metres = bool(features.metric) and abs(overlay.scale - 1.0) <= SAME_SCALE
+    room = ROOM_OF_METRES if in_metres else 1.0
+    scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes, room)
+    in_metres = in_metres and scale == overlay.scale
     if features.metric and not in_metres:
         message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}"
         notes.info("rescaled", message, value=scale, limit=1.0)
@@ -97,10 +101,13 @@ def validate(
     return complete, tuple(notes.findings)
 
 
-def bounded_scale(overlay: Overlay, longest_m: float, source: Source, notes: Notes) -> tuple[float, Source]:
-    """The proposed scale, clamped so that the longest edge is ``SMALLEST_M`` to ``LARGEST_M``, and its source."""
+def bounded_scale(
+    overlay: Overlay, longest_m: float, source: Source, notes: Notes, room: float = 1.0
+) -> tuple[float, Source]:
+    """The proposed scale, clamped so that the longest edge is within ``SMALLEST_M`` and ``LARGEST_M``, times ``room``
+    either way, and its source."""
     wanted = overlay.scale * longest_m
-    if SMALLEST_M <= wanted <= LARGEST_M:
+    if SMALLEST_M / room <= wanted <= LARGEST_M * room:
         return overlay.scale, Source.USER if "scale" in overlay.asked else source
     bounded = float(np.clip(wanted, SMALLEST_M, LARGEST_M)) / longest_m
     message = f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}"

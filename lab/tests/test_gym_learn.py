@@ -165,7 +165,7 @@ def test_files_that_cannot_be_read_cost_their_own_training_alone(out: Path, tmp_
 
 def test_a_missing_library_is_said_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "LIBRARIES", ("numpy", "no_such_library"))
-    with pytest.raises(UsageError, match=r"needs no_such_library: pip install 'asset2sim\[learn\]'"):
+    with pytest.raises(UsageError, match=r"needs no_such_library: pip install '\./lab\[learn\]'"):
         check_libraries()
 
 

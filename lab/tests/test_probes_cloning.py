@@ -63,7 +63,7 @@ def test_nobody_learns_from_what_was_not_done(tmp_path: Path) -> None:
 
 def test_without_pytorch_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(cloning, "import_module", lambda name: (_ for _ in ()).throw(ImportError(name)))
-    with pytest.raises(UsageError, match=r"asset2sim\[learn\]"):
+    with pytest.raises(UsageError, match=r"\./lab\[learn\]"):
         Cloned(tmp_path / NETWORK)
 
 

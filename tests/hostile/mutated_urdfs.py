@@ -11,12 +11,13 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from queue import Queue
 from random import Random
 
+from asset2sim.baselines.ours import by_rules
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.asset_attempt import attempt_in_child
 from lab.samples.sample_dataset import sample_files
@@ -68,12 +69,13 @@ def validated(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> As
     progress = pkgutil.resolve_name("tasks.progress:Progress")()
     extract, propose, validate = (
         pkgutil.resolve_name(f"tasks.{name}")
-        for name in ("extract:extract_asset", "synthesize:by_rules", "validate:validate_overlay")
+        for name in ("extract:extract_asset", "synthesize:with_users_numbers", "validate:validate_overlay")
     )
     verdict = pkgutil.resolve_name("asset2sim.checks.verdict:Verdict")(FailureMode.NONE, "")
     try:
-        extraction = progress.run(Stage.EXTRACT, extract, job, correct_joints=True).extraction
-        proposal = progress.run(Stage.SYNTHESIZE, propose, job, extraction).proposal
+        extracted = progress.run(Stage.EXTRACT, extract, job, correct_joints=True)
+        job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
+        proposal = progress.run(Stage.SYNTHESIZE, propose, by_rules, job, extraction).proposal
         progress.run(Stage.VALIDATE, validate, job, extraction, proposal, rules=True)
     except AssetError as error:
         verdict = progress.failed(error)

@@ -1,6 +1,7 @@
 """The URDF document as every reader of ours sees it: what origins write differently is brought to one form."""
 
 import re
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
@@ -84,8 +85,9 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
         text = path.read_bytes().lstrip()
         text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", text)
         text = re.sub(rb"<!--.*?-->", lambda comment: b"\n" * comment.group().count(b"\n"), text, flags=re.DOTALL)
-        recovering = etree.XMLParser(remove_comments=False, recover=True)
-        root = etree.fromstring(text, recovering) if text else None
+        recovering, root = etree.XMLParser(remove_comments=False, recover=True), None
+        with suppress(etree.XMLSyntaxError):  # there is nothing in it that could be recovered
+            root = etree.fromstring(text, recovering)
         if root is None or {entry.type_name for entry in recovering.error_log} - HARMLESS:
             raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the {kind} again") from error
         return root, (f"{' '.join(str(error).split())[:120]}; passed over",)

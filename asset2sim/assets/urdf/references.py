@@ -1,4 +1,4 @@
-"""What an asset's references mean: the file of each, within the folders from which its files may be read."""
+"""The file that each of an asset's references means, within the folders from which its files may be read."""
 
 import os
 import re

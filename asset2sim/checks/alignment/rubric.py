@@ -12,9 +12,8 @@ from schemas.features import Features, JointFeatures
 
 class Rubric(Frozen):
     """Bounds of what is met, and of what is near. Sizes are compared by their ratio, states by the share of a joint's
-    range.
-    Chosen before any methods were compared, by what a person tells apart by eye; ``slightly_share`` was widened once,
-    after seeing what experts call slightly open, and narrowed again to what the words say."""
+    range. Chosen before any methods were compared, by what a person tells apart by eye; ``slightly_share`` was widened
+    once, after seeing what experts call slightly open, and narrowed again to what the words say."""
 
     stated_ratio: Positive = 1.1
     """Ratio of sizes up to which a size that the user states in numbers is met: a tenth more or less."""

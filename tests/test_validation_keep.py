@@ -1,0 +1,104 @@
+"""What a file says and is plausible stays: sizes in metres, weighed masses. Words of the user go first."""
+
+from pathlib import Path
+
+import pytest
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.read import read_guidance
+from asset2sim.intake.origin import extract
+from asset2sim.validation.size import with_sensible_size
+from asset2sim.validation.validate import validate
+from schemas.asset import AssetRef
+from schemas.finding import Finding, Notes
+from schemas.inputs import InputSettings
+from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Keep, Source
+from tests.assets import joint, link, read, robot, shape, written
+from tests.cabinets import written_cabinet
+from tests.prior_objects import ask, hinged, thing
+
+WEIGHED = (
+    '<inertial><origin xyz="0.01 0 0"/><mass value="{mass}"/>'
+    '<inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+
+
+def box_with_lid(folder: Path, *masses: float, moment: float = 0.02, size: float = 0.4) -> Extraction:
+    """A cube and a lid, weighed where ``masses`` (kg) are given."""
+    said = [WEIGHED.format(mass=mass, i=moment * mass) for mass in masses] or ["", ""]
+    parts = [
+        link(name, text + shape(" ".join([f"{size}"] * 3))) for name, text in zip(("box", "lid"), said, strict=True)
+    ]
+    hinge = joint("hinge", "revolute", "box", "lid", xyz=f"0 0 {size}", axis="1 0 0", limit="0 1.5")
+    return read(written(folder, robot(*parts, hinge)))
+
+
+def complete(item: Extraction, overlay: Overlay) -> tuple[PhysicsOverlay, dict[str, Finding]]:
+    done, findings = validate(item, overlay, Source.MODEL, 0.5, PhysicsSettings())
+    return done, {finding.code: finding for finding in findings}
+
+
+@pytest.mark.system  # reading MJCF loads MuJoCo, which starts a program
+@pytest.mark.parametrize(("kind", "metric"), [("sdf", "SDF"), ("mjcf", "MJCF"), ("xacro", "xacro"), ("urdf", "")])
+def test_formats_of_simulators_have_metres_and_a_urdf_without_masses_may_have_anything(
+    kind: str, metric: str, tmp_path: Path
+) -> None:
+    folder = written_cabinet(tmp_path / "one", kind)
+    assert read(folder).features.metric == (f"lengths of {metric} are metres" if metric else "")
+    ref = AssetRef(asset_id="one", category="", path=str(folder))
+    assert extract(ref, inputs=InputSettings(keep=Keep.NOTHING)).features.metric == ""
+
+
+def test_masses_that_fit_their_volumes_speak_for_metres(tmp_path: Path) -> None:
+    assert box_with_lid(tmp_path / "a", 3.0, 1.5).features.metric == "its masses fit its volumes in metres"
+    assert box_with_lid(tmp_path / "b").features.metric == "", "nothing is stated"
+    assert box_with_lid(tmp_path / "c", 1.0, 1.0).features.metric == "", "placeholders"
+    assert box_with_lid(tmp_path / "d", 3.0, 1.5, size=4.0).features.metric == "", "a normalised mesh"
+
+
+def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:
+    def final(words: str, size: float, lengths: str) -> tuple[float, float]:
+        told = {**thing("Microwave", hinged("door", "door"), size=size), **({"lengths": lengths} if lengths else {})}
+        info = ObjectInfo.from_json(told)
+        proposed = ask(told, words)["scale"]
+        moved = with_sensible_size(info, read_guidance(words, info), Overlay(scale=0.4), Notes()).scale
+        return proposed, moved
+
+    assert final("", 0.9, "lengths of MJCF are metres") == (1.0, pytest.approx(1.0))
+    assert final("A microwave whose door is open.", 0.2, "lengths of SDF are metres")[0] == 1.0
+    assert final("", 0.9, "")[0] != 1.0 and final("", 0.9, "")[1] < 0.5
+    small, moved = final("A small microwave.", 0.9, "lengths of MJCF are metres")
+    assert small < 0.5 and moved < 0.5
+    assert final("", 30.0, "lengths of MJCF are metres")[0] < 0.1, "no microwave is so large"
+
+
+def test_plausible_masses_stay_and_others_are_supplied(tmp_path: Path) -> None:
+    light = Overlay(scale=1.0, links=tuple(LinkProposal(name=name, density_kg_m3=20.0) for name in ("box", "lid")))
+    done, findings = complete(box_with_lid(tmp_path / "a", 3.0, 1.5), light)
+    assert [item.mass_kg for item in done.links] == [3.0, 1.5]
+    assert {item.mass_source for item in done.links} == {Source.AUTHORED} and "rescaled" not in findings
+    assert done.links[0].com == (0.01, 0.0, 0.0) and done.links[0].inertia[0] == pytest.approx(0.06)
+    users = light.model_copy(
+        update={"links": (LinkProposal(name="box", mass_kg=9.0), light.links[1]), "asked": ("links.box.mass_kg",)}
+    )
+    done, _ = complete(box_with_lid(tmp_path / "b", 3.0, 1.5), users)
+    assert [(item.mass_kg, item.mass_source) for item in done.links] == [(9.0, Source.USER), (1.5, Source.AUTHORED)]
+    for other, masses in (("c", (1.0, 1.0)), ("d", ())):
+        done, _ = complete(box_with_lid(tmp_path / other, *masses), light)
+        assert {item.mass_source for item in done.links} == {Source.MODEL}, "placeholders, and nothing"
+
+
+def test_another_size_of_an_object_in_metres_is_a_finding(tmp_path: Path) -> None:
+    done, findings = complete(box_with_lid(tmp_path / "a", 3.0, 1.5), Overlay(scale=0.5))
+    assert findings["rescaled"].value == 0.5 and "fit its volumes" in findings["rescaled"].message
+    assert done.scale == 0.5
+
+
+def test_a_hall_in_metres_is_larger_than_any_household_object(tmp_path: Path) -> None:
+    weighed = box_with_lid(tmp_path / "a", 30_000.0, 15_000.0, moment=2.0, size=6.0)
+    done, findings = complete(weighed, Overlay(scale=1.0))
+    assert done.scale == 1.0 and "scale_bounded" not in findings
+    assert complete(box_with_lid(tmp_path / "b", size=6.0), Overlay(scale=1.0))[0].scale < 1.0
