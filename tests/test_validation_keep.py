@@ -67,7 +67,7 @@ def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:
         moved = with_sensible_size(info, read_guidance(words, info), Overlay(scale=0.4), Notes()).scale
         return proposed, moved
 
-    assert final("", 0.9, "lengths of MJCF are metres") == (1.0, pytest.approx(1.0))
+    assert final("", 0.9, "lengths of MJCF are metres") == pytest.approx((1.0, 1.0))
     assert final("A microwave whose door is open.", 0.2, "lengths of SDF are metres")[0] == 1.0
     assert final("", 0.9, "")[0] != 1.0 and final("", 0.9, "")[1] < 0.5
     small, moved = final("A small microwave.", 0.9, "lengths of MJCF are metres")
