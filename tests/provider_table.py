@@ -36,19 +36,19 @@ PROVIDERS: tuple[Provider, ...] = (
     Provider("Groq", "groq/<model>", ("GROQ_API_KEY",)),
     Provider("DeepSeek", "deepseek/deepseek-chat", ("DEEPSEEK_API_KEY",), also="text alone: takes no images"),
     Provider("Ollama", "ollama/<model>", (), also="`OLLAMA_API_BASE` where it is not `http://localhost:11434`"),
-    Provider("vLLM", "hosted_vllm/<model>", (), also="`API_BASE=http://host:8000/v1`"),
+    Provider("vLLM", "hosted_vllm/<model>", (), also="`--api-base http://host:8000/v1`"),
     Provider(
         "any OpenAI-compatible server",
         "openai/<model>",
         (),
-        also="`API_BASE=http://host:port/v1`; `OPENAI_API_KEY` where it is not on your own network",
+        also="`--api-base http://host:port/v1`; `OPENAI_API_KEY` where it is not on your own network",
     ),
 )
 
 
 def provider_table() -> str:
     """The table of providers in Markdown, as the documentation has it; ends with a line break."""
-    rows = ["| provider | `MODEL=` | variables | also |", "|---|---|---|---|"]
+    rows = ["| provider | `--model` | variables | also |", "|---|---|---|---|"]
     rows += [f"| {p.name} | `{p.example}` | {_variables(p)} | {p.also or '–'} |" for p in PROVIDERS]
     return "\n".join(rows) + "\n"
 

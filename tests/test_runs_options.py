@@ -1,7 +1,5 @@
-"""Models, budgets and limits on the command line and in the Makefile, and how they reach the workers."""
+"""Models, budgets and limits on the command line, and how they reach the workers."""
 
-import os
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -32,28 +30,28 @@ from schemas.vocabulary import Correction, Engine, FailureMode, Gate, Method, Pr
 from tests.assets import ROOT
 from tests.model_server import Reply, serve
 
-OPTIONS = {
-    "REFINEMENT_MODEL": ("--refinement-model", "openai/two"),
-    "JUDGE_MODEL": ("--judge-model", "openai/three"),
-    "PROPOSER": ("--proposer", "model"),
-    "CORRECT": ("--correct", "units"),
-    "SAMPLES": ("--samples", "3"),
-    "BUDGET_USD": ("--budget-usd", "1.5"),
-    "BUDGET_CALLS": ("--budget-calls", "0"),
-    "BUDGET_TOKENS": ("--budget-tokens", "90000"),
-    "ASSET_BUDGET_USD": ("--asset-budget-usd", "0"),
-    "ASSET_BUDGET_CALLS": ("--asset-budget-calls", "4"),
-    "RPM": ("--rpm", "30"),
-    "ASSET_TIMEOUT": ("--asset-timeout", "20"),
-    "MIN_SUCCESS": ("--min-success", "0.95"),
-    "MAX_NEW_FAILURES": ("--max-new-failures", "3"),
-    "GATE": ("--gate", "warn"),
-    "CHECK": ("--check", "reachable"),
-}
+OPTIONS = (
+    ("--refinement-model", "openai/two"),
+    ("--judge-model", "openai/three"),
+    ("--proposer", "model"),
+    ("--correct", "units"),
+    ("--samples", "3"),
+    ("--budget-usd", "1.5"),
+    ("--budget-calls", "0"),
+    ("--budget-tokens", "90000"),
+    ("--asset-budget-usd", "0"),
+    ("--asset-budget-calls", "4"),
+    ("--rpm", "30"),
+    ("--asset-timeout", "20"),
+    ("--min-success", "0.95"),
+    ("--max-new-failures", "3"),
+    ("--gate", "warn"),
+    ("--check", "reachable"),
+)
 
 
 def test_the_options_become_settings() -> None:
-    words = [word for option in OPTIONS.values() for word in option]
+    words = [word for option in OPTIONS for word in option]
     request = parse_request(["refine", "data", "--out", "out", *words, "--no-answer-cache"])
     assert request.settings.model == ModelSettings(
         refinement_model="openai/two", judge_model="openai/three", run_usd=1.5, run_calls=0, run_tokens=90_000,
@@ -175,19 +173,6 @@ def test_views_at_no_such_time_are_a_mistake(words: list[str]) -> None:
         parse_request(["refine", "data", "--out", "out", *words])
 
 
-@pytest.mark.parametrize("target", ["flow", "nightly"])
-def test_make_has_a_variable_for_each(target: str) -> None:
-    variables = [f"{name}={value}" for name, (_, value) in OPTIONS.items()]
-    command = ["make", "--dry-run", "--old-file=.venv/.installed", target, *variables, "NO_ANSWER_CACHE=1"]
-    shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
-    line = next(line for line in shown.replace("\\\n", " ").splitlines() if "flows.command" in line)
-    for option, value in OPTIONS.values():
-        assert f'{option} "{value}"' in line
-    assert line.rstrip().endswith("--no-answer-cache")
-    listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
-    assert all(name in listed.split() for name in OPTIONS) and "NO_ANSWER_CACHE=1" in listed
-
-
 @pytest.mark.system
 def test_the_doctor_checks_each_named_model(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
@@ -237,15 +222,6 @@ def test_an_empty_folder_is_a_mistake_and_not_the_current_one(word: str) -> None
     for words in (["refine", word, "--out", "out"], ["refine", "data", "--out", word], ["failures", "--out", word]):
         with pytest.raises(UsageError, match="name is empty"):
             parse(words)
-
-
-@pytest.mark.parametrize("variable", ["OUT", "DATA"])
-def test_make_refuses_an_empty_folder(variable: str) -> None:
-    command = ["make", "--dry-run", "--old-file=.venv/.installed", "flow", f"{variable}="]
-    # As from a terminal, also where make runs these tests.
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
-    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=30)
-    assert ran.returncode == 2 and f"{variable} is empty; name a folder" in ran.stderr and ran.stdout == ""
 
 
 def test_workers_are_bounded_by_memory_with_a_sentence() -> None:

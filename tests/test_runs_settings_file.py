@@ -1,7 +1,6 @@
 """The settings file: read back as printed, below the options, above the built-in values, mistakes in one line."""
 
 import json
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from flows.serve_nightly import parameters
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings, RunSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, Export, Method
-from tests.assets import RAW, ROOT
+from tests.assets import RAW
 from tests.commands import one_after_the_other
 from tests.prefect_server import using
 
@@ -150,13 +149,6 @@ def test_a_nightly_reads_its_file_when_a_night_begins_and_its_options_go_before(
         tonight(kept["settings"], kept["settings_file"])
     without = parameters(parse_request(["nightly", "data", "--out", "out"]))
     assert without["settings_file"] is None and without["settings"] == asked([]).settings.model_dump(mode="json")
-
-
-def test_make_hands_the_file_on_and_states_no_model_over_it() -> None:
-    command = ["make", "--dry-run", "--old-file=.venv/.installed", "flow", "nightly", "settings", "SETTINGS=my s.yaml"]
-    shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=30).stdout
-    lines = [line for line in shown.replace("\\\n", " ").splitlines() if "flows.command" in line]
-    assert len(lines) == 3 and all('--settings "my s.yaml"' in line and "--model" not in line for line in lines)
 
 
 @pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
