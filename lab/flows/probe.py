@@ -42,11 +42,7 @@ def probe(options: ProbeOptions, settings: Settings) -> None:
     rates = published_rates(options.published) if options.published is not None else None
     real = real_rates(options.published)
     pages = Pages[pd.DataFrame](
-        BLOCK,
-        {
-            options.page: lambda trials: fidelity_block(trials, real),
-            options.readme: lambda trials: short_block(trials, rates),
-        },
+        BLOCK, {options.page: lambda trials: f"{short_block(trials, rates)}\n\n{fidelity_block(trials, real)}"}
     )
     jobs = jobs_of(folders, spec, choice)
     limits = ProbeSettings()

@@ -12,7 +12,7 @@ from lab.judged.variant_folders import variant_folders
 from lab.options.trial_options import RecordMotionOptions
 from lab.pages.blocks import Pages
 from lab.schemas.tables_trials import TRIALS
-from lab.trials.show_trials import described, methods_block, trials_block
+from lab.trials.show_trials import described, trials_block
 from lab.trials.study import STUDY, jobs_of
 from schemas.settings import Settings
 
@@ -26,7 +26,7 @@ def record_motion(options: RecordMotionOptions, settings: Settings) -> None:
     if options.gripper == ROBOTIQ.name:
         robotiq_file()
     folders = [Path(folder) for folder in variant_folders(options.folders())]
-    pages = Pages(BLOCK, {options.page: trials_block, options.readme: methods_block})
+    pages = Pages(BLOCK, {options.page: trials_block})
     jobs = [job for out in folders for job in jobs_of(out, options.assets, options.film, options.gripper)]
     in_flow(STUDY.name, lambda: run_study(STUDY, jobs, settings.run))
     trials = latest_own(folders, TRIALS)

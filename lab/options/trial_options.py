@@ -42,7 +42,6 @@ class RecordMotionOptions(FileOptions):
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of each trial")
     workers: N | None = Field(None, description="trials at once (default: all cores)")
     page: FILE | None = Field(None, description="write the tables between this file's markers too")
-    readme: FILE | None = Field(None, description="write the methods' table alone between this file's markers")
 
     def folders(self) -> tuple[Path, ...]:
         """The output folders. Raises UsageError for a URL: recordings are written beside the objects."""
@@ -72,7 +71,6 @@ class ProbeOptions(FileOptions):
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
     published: FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
     page: FILE | None = Field(None, description="write the tables between this file's markers too")
-    readme: FILE | None = Field(None, description="write the policies' table alone between this file's markers")
     workers: N | None = Field(None, description="trials at once (default: all cores)")
 
     def folders(self) -> tuple[Path, ...]:

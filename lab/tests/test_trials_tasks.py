@@ -9,7 +9,7 @@ from asset2sim.gym.arm.tasks import PAPER, Task, Verb, is_near, joint_of, target
 from lab.options.trial_options import RecordMotionOptions
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.figures import FAULTS, method_figures, task_rows
-from lab.trials.show_trials import methods_block, trials_block
+from lab.trials.show_trials import trials_block
 from lab.trials.study import motion_folder
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -87,7 +87,7 @@ def test_each_task_says_what_became_of_it(trials: pd.DataFrame) -> None:
         ("box close", {("asset2sim", "m"): "done", ("reference", "m"): "not done; moved before contact"}),
         ("cup grasp 7", {("asset2sim", "m"): "unreachable"}),
     ]
-    assert "| asset2sim | 1 of 2 | 2.50 |" in methods_block(trials)
+    assert "| asset2sim | 1 of 2 | 2.50 |" in trials_block(trials)
     assert "| box close | not done; moved before contact | done |" in trials_block(trials)
 
 

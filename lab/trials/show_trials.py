@@ -9,8 +9,6 @@ from asset2sim.catalog.text import markdown_table, number_table, titled_table
 from lab.trials.figures import FAULTS, MethodTrials, method_figures, task_rows
 
 HEADINGS = ("method", "tasks done", "score, of 5", "recorded", *FAULTS.values())
-SHORT = (0, 1, 2, 4, 5)
-"""Columns of the short table."""
 
 
 def described(trials: pd.DataFrame) -> list[RenderableType]:
@@ -32,12 +30,6 @@ def trials_block(trials: pd.DataFrame) -> str:
         (task, *(cells.get((item.method, item.model), "") for item in figures)) for task, cells in task_rows(trials)
     ]
     return f"{methods}\n\n{markdown_table(('task', *names(figures)), rows)}"
-
-
-def methods_block(trials: pd.DataFrame) -> str:
-    """The methods alone, their tasks done, score, and the first two faults, as Markdown."""
-    rows = [[row[index] for index in SHORT] for row in rows_of(method_figures(trials))]
-    return markdown_table([HEADINGS[index] for index in SHORT], rows, range(1, len(SHORT)))
 
 
 def names(figures: Sequence[MethodTrials]) -> list[str]:
