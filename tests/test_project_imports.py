@@ -10,7 +10,7 @@ import networkx as nx
 from tests.assets import ROOT
 
 ROOTS = ("schemas", "asset2sim", "tasks", "flows")
-MOST_FLOORS = 10
+MOST_FLOORS = 9
 
 
 @cache

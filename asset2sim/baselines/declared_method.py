@@ -73,6 +73,8 @@ class DeclaredMethod:
     """Where its numbers come from; None where from the model or the offline prior."""
     given: Callable[[ModelAsk, Extraction], tuple[ModelAsk, Extraction]] = as_it_is
     """How a model is asked, and what of the asset the method, rules and all, may know."""
+    reads_above: str = ""
+    """File in the folders above an asset that it reads, which is fetched with an asset behind a URL."""
     colour: str = "#222222"
     """Colour of its curve, of Okabe and Ito's palette; ours is the darkest blue."""
     dashes: Dashes = "-"

@@ -5,6 +5,7 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import DOTTED, DeclaredMethod, ProposalJob, Proposed
 from asset2sim.checks.alignment.reference import FILE, read_references
+from asset2sim.intake.fetch import LEVELS
 from schemas.alignment import Reference
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError
@@ -12,9 +13,6 @@ from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage
-
-LEVELS = 3
-"""Parent folders searched for the dataset's reference file: category, dataset, and one more."""
 
 
 def propose_reference(ref: AssetRef, features: Features) -> tuple[Overlay, tuple[Finding, ...]]:
@@ -82,6 +80,7 @@ METHOD = DeclaredMethod(
     place=10,
     asks=False,
     source=Source.USER,
+    reads_above=FILE,
     colour="#009E73",
     dashes=DOTTED,
 )

@@ -16,8 +16,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import conform, to_arrow
 from asset2sim.catalog.switch import replace_file
-from asset2sim.storage.cache import reading_folder
-from asset2sim.storage.mirror import pull
+from asset2sim.storage.mirror import local_parts
 from asset2sim.storage.objects import StoreError, send_objects, store_usage_error
 from schemas.errors import UsageError
 from schemas.location import Location
@@ -89,14 +88,10 @@ def write_own_file(out: Location, table: Table, name: str, rows: pa.Table) -> No
 def read_own_files(out: Path | str, table: Table) -> pd.DataFrame:
     """All rows of a table in OUT, in today's schema and in the order of their files; empty where there is none. Raises
     CatalogError for a file of another version, UsageError where OUT's store cannot be read."""
-    place = Location(out)
-    folder = reading_folder(place) if place.is_url else place.folder
-    if place.is_url:
-        try:
-            pull(place, folder, (f"{table.name}/",))
-        except StoreError as error:
-            raise store_usage_error(error) from error
-    files = own_files(folder, table)
+    try:
+        files = own_files(local_parts(Location(out), (f"{table.name}/",)), table)
+    except StoreError as error:
+        raise store_usage_error(error) from error
     found = [conform(table, pq.read_table(path, partitioning=None), str(path)) for path in files]
     whole = pa.concat_tables(found) if found else table.schema.empty_table()
     frame: pd.DataFrame = whole.to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)

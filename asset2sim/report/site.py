@@ -22,11 +22,10 @@ from asset2sim.report.object_page import object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
-from asset2sim.runs.remote.fetch_asset import local_copy_path
-from asset2sim.storage.cache import working_folder
+from asset2sim.storage.cache import local_copy_path, working_folder
 from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull, push
-from asset2sim.storage.objects import StoreError, fetch_objects, list_objects, remove_objects, store_usage_error
+from asset2sim.storage.objects import StoreError, list_objects, remove_objects, store_usage_error
 from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.table import ASSET_KEY
@@ -79,7 +78,7 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
     # A run and a command, or two commands, may write the same report.
     with lock_output(folder, wait=True):
         if url is not None:
-            _fetch(url, {f"{FOLDER}/{STATE}": folder / STATE})
+            pull(url, out, (f"{FOLDER}/{STATE}",))
         state = {} if anew else _read_state(folder)
         assets = newest(found)
         drawn = _draw(found, assets, out, url, state, workers, before)
@@ -128,7 +127,7 @@ def _draw(
         folder.mkdir(parents=True, exist_ok=True)
         view = out / "assets" / name / VIEW
         if url is not None and asset["refined_path"]:
-            _fetch(url, {f"assets/{name}/{VIEW}": view})
+            pull(url, out, (f"assets/{name}/{VIEW}",))
         seen = write_after(view, folder)
         raw = _here(asset["source_path"])
         (folder / BEFORE).unlink(missing_ok=True)
@@ -252,18 +251,6 @@ def _read_state(folder: Path) -> dict[str, list[str]]:
     except (OSError, ValueError):
         return {}
     return state
-
-
-def _fetch(url: str, files: Mapping[str, Path]) -> None:
-    """Download what is there of these files below a URL; what is not is removed here."""
-    for name, place in files.items():
-        place.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            fetch_objects({f"{url}/{name}": place})
-        except StoreError as error:
-            if not error.missing:
-                raise
-            place.unlink(missing_ok=True)
 
 
 def _send(url: str, out: Path, changed: Sequence[str], gone: Collection[str]) -> None:

@@ -14,7 +14,7 @@ from asset2sim.models.gateway.chat_messages import downscaled
 from asset2sim.models.gateway.recorded import RecordingError, answer_names, read_recording
 from asset2sim.runs.asset_attempt import attempt_in_child
 from asset2sim.runs.record_answers import write_files
-from asset2sim.runs.remote.fetch_asset import run_with_local_files
+from asset2sim.runs.remote.transfer import run_with_local_files
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.location import Location

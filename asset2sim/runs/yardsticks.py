@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from asset2sim.checks.alignment import expectations as expected
 from asset2sim.checks.alignment import reference
-from asset2sim.runs.remote.fetch_asset import local_file
+from asset2sim.intake.fetch import local_file
 from schemas.asset import AssetRef
 from schemas.location import Location
 

@@ -5,6 +5,7 @@ import os
 import re
 from pathlib import Path
 
+from asset2sim.storage.objects import key_of, scheme_of
 from schemas.location import Location
 
 VARIABLE = "ASSET2SIM_CACHE"
@@ -35,6 +36,11 @@ def reading_folder(out: str) -> Path:
 def data_root() -> Path:
     """The local folder below which objects of datasets lie, as ``<scheme>/<bucket>/<key>``."""
     return cache_root() / "data"
+
+
+def local_copy_path(url: str) -> Path:
+    """Path of the local copy of a dataset's URL; relative paths between objects stay the same."""
+    return data_root() / scheme_of(url) / key_of(url)
 
 
 def _folder(purpose: str, url: str) -> Path:

@@ -10,6 +10,7 @@ from contextlib import closing, contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
+from asset2sim.storage.cache import reading_folder
 from asset2sim.storage.objects import (
     Stored,
     StoreError,
@@ -19,6 +20,7 @@ from asset2sim.storage.objects import (
     remove_objects,
     send_objects,
 )
+from schemas.location import Location
 
 FILE = ".mirror.db"
 WAIT_S = 60.0
@@ -145,6 +147,16 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> None:
     else:
         raise ObjectsChangedError(f"{url} is being written to all the time; try again later")
     remove_others(folder, parts, there)
+
+
+def local_parts(place: Location, parts: Collection[str]) -> Path:
+    """The folder that holds these parts of an output for who only reads: its own, or that of up-to-date copies. Raises
+    StoreError."""
+    if not place.is_url:
+        return place.folder
+    folder = reading_folder(place)
+    pull(place, folder, parts)
+    return folder
 
 
 def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:

@@ -8,12 +8,11 @@ from pathlib import Path
 
 from asset2sim.catalog.index import ASSETS_FOLDER, latest_by_asset
 from asset2sim.catalog.read import query, read_table
-from asset2sim.runs.remote.fetch_asset import fetch_asset
-from asset2sim.storage.cache import reading_folder
-from asset2sim.storage.mirror import pull
+from asset2sim.intake.fetch import fetch_asset
+from asset2sim.storage.mirror import local_parts
 from asset2sim.viewer.viewed_object import ViewedObject, raw_subject, refined_subject
 from schemas.location import Location
-from schemas.vocabulary import Method, Status
+from schemas.vocabulary import Status
 
 _NEW_FAILURES = """
 SELECT asset_id, method, model
@@ -124,18 +123,13 @@ def refined_of(out: Path | str, stop: Stop) -> ViewedObject:
     """The refined object, downloaded where OUT is a URL. Raises AssetError or StoreError."""
     if stop.refined is None:
         raise FileNotFoundError(f"nothing was written of it: {stop.reason}")
-    place = Location(out)
-    if place.is_url:
-        folder = reading_folder(place)
-        pull(place, folder, (f"{ASSETS_FOLDER}/{stop.asset_id}/",))
-        return refined_subject(folder / ASSETS_FOLDER / stop.asset_id)
-    return refined_subject(place.folder / stop.refined)
+    return refined_subject(local_parts(Location(out), (f"{ASSETS_FOLDER}/{stop.asset_id}/",)) / stop.refined)
 
 
 def raw_of(stop: Stop, *, held: bool) -> ViewedObject:
     """The object as it came, downloaded where its dataset is behind a URL. Raises AssetError or StoreError."""
     source = Location(stop.source)
-    folder = fetch_asset(source, Method(stop.method)) if source.is_url else source.folder
+    folder = fetch_asset(source) if source.is_url else source.folder
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder} is not here: run the viewer from the folder of the run")
     return raw_subject(folder, held=held)

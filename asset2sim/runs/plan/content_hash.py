@@ -29,7 +29,7 @@ ROOMS = (
     # An asset's rows, and the records of those that fail outside the pipeline.
     *("asset2sim/catalog/rows.py", "asset2sim/catalog/rows_engines.py", "asset2sim/catalog/summarize.py"),
     *("asset2sim/experiments/isolation", "asset2sim/runs/asset_attempt.py"),
-    *("asset2sim/runs/remote/fetch_asset.py", "asset2sim/runs/spread/worker.py"),
+    *("asset2sim/runs/remote/transfer.py", "asset2sim/runs/spread/worker.py"),
 )
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
 IRRELEVANT_SOURCES = ("tasks/check.py",)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from asset2sim.assets.urdf.references import allowed_folders
 from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, recorded_run_ids
+from asset2sim.intake.url_files import allowed_urls, remote_content_hashes
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
@@ -26,7 +27,6 @@ from asset2sim.runs.plan.state import (
     refined_folders,
 )
 from asset2sim.runs.plan.timeouts import Timeouts, is_left, timed_out, timeouts_in_a_row
-from asset2sim.runs.plan.url_files import allowed_urls, remote_content_hashes
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.inputs import InputSettings
 from schemas.location import Location

@@ -20,8 +20,8 @@ from asset2sim.runs.plan.records import (
     read_record,
     write_record,
 )
-from asset2sim.runs.remote.fetch_asset import run_with_local_files, with_local_packages
 from asset2sim.runs.remote.output import send_record
+from asset2sim.runs.remote.transfer import run_with_local_files, with_local_packages
 from asset2sim.runs.spread.job import Job, JobResult
 from asset2sim.storage.cache import working_folder
 from asset2sim.storage.objects import StoreError

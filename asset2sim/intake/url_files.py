@@ -58,7 +58,7 @@ BUCKET = AllowedUrls()
 
 
 def allowed_urls(ref: AssetRef, inputs: InputSettings) -> AllowedUrls:
-    """Where the objects of an asset may lie: as ``reach_of``, within its bucket."""
+    """Where the objects of an asset may lie: as ``allowed_folders`` says of folders, within its bucket."""
     packages = {name: place for name, place in inputs.package_folders.items() if Location(place).is_url}
     return AllowedUrls(() if inputs.allow_outside else (ref.root or ref.path,), packages)
 

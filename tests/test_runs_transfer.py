@@ -7,18 +7,13 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.fetch import fetch_asset, local_file
 from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
-from asset2sim.runs.remote.fetch_asset import (
-    fetch_asset,
-    fetched,
-    local_file,
-    run_with_local_files,
-    with_local_packages,
-)
 from asset2sim.runs.remote.output import open_output
+from asset2sim.runs.remote.transfer import fetched, run_with_local_files, with_local_packages
 from asset2sim.runs.request import RefineRequest
 from asset2sim.storage import listing
 from asset2sim.storage.cache import data_root, working_folder
@@ -170,23 +165,27 @@ def test_an_asset_is_fetched_as_far_as_it_changed(store: Store, tmp_path: Path) 
     url = f"{store.url}/set"
     store.put(with_outer(tmp_path / "data"), url)
     folder = f"{url}/a"
-    fetched = sorted(store.asked("GET", lambda: fetch_asset(folder, Method.ASSET2SIM)))
+    got = sorted(store.asked("GET", lambda: fetch_asset(folder)))
     outer = [f"set/shared/{name}" for name in ("part.mtl", "part.obj", "wood.png")]
-    assert fetched == ["set/a/meshes/own.obj", "set/a/mobility.urdf", *outer]
+    assert got == ["set/a/meshes/own.obj", "set/a/mobility.urdf", *outer]
     place = data_root() / "s3" / folder.removeprefix("s3://")
     assert (place / "mobility.urdf").read_text() == OUTER
-    assert store.asked("GET", lambda: fetch_asset(folder, Method.ASSET2SIM)) == []
+    assert store.asked("GET", lambda: fetch_asset(folder)) == []
     store.files.rm(f"{folder}/meshes/own.obj")
     store.files.pipe_file(f"{folder}/new.txt", b"new")
-    assert store.asked("GET", lambda: fetch_asset(folder, Method.ASSET2SIM)) == ["set/a/new.txt"]
+    assert store.asked("GET", lambda: fetch_asset(folder)) == ["set/a/new.txt"]
     assert sorted(path.name for path in place.rglob("*")) == ["mobility.urdf", "new.txt"]
     store.files.rm(folder, recursive=True)
-    fetch_asset(folder, Method.ASSET2SIM)
+    fetch_asset(folder)
     assert not place.exists()
     # The experts' choices lie above the assets.
     store.files.pipe_file(f"{url}/reference.csv", b"asset_id\n")
+    ref = AssetRef(asset_id="b", path=f"{url}/b", root=url)
+    experts = NO_VIEWS.model_copy(update={"method": Method.REFERENCE})
+    for settings in (NO_VIEWS, experts):
+        local = Path(fetched(ref, settings).path)
+        assert local.parent.joinpath("reference.csv").is_file() == (settings is experts)
     assert local_file(Location(f"{url}/reference.csv")).read_text() == "asset_id\n"
-    assert fetch_asset(f"{url}/b", Method.REFERENCE).parent.joinpath("reference.csv").is_file()
 
 
 def test_what_lies_outside_a_dataset_in_its_bucket_is_not_fetched(store: Store, tmp_path: Path) -> None:
