@@ -5,7 +5,8 @@ from pathlib import Path
 
 from asset2sim.gym.arm.tasks import Task
 from lab.learning.progress import TrainingProgress, key_of
-from schemas.learning_settings import LearningSettings, PpoSettings
+from lab.schemas.ppo_settings import PpoSettings
+from schemas.learning_settings import LearningSettings
 
 
 @dataclass(frozen=True)

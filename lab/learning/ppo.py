@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from asset2sim.gym.environment import Action, ObjectEnv
 from lab.learning.rollouts import Act
-from schemas.learning_settings import PpoSettings
+from lab.schemas.ppo_settings import PpoSettings
 
 MODEL, SCALING = "policy.zip", "scaling.pkl"
 """Files of a checkpoint: the policy with its optimiser, and the running mean and deviation of what it observes."""
@@ -27,7 +27,7 @@ def environments(make: Callable[[], ObjectEnv], settings: PpoSettings, seed: int
     """Environments side by side in this thread, what they show and pay scaled to deviation 1 as it comes."""
     torch.set_num_threads(1)
     if settings.physics == "warp":
-        from asset2sim.gym.warp_env import WarpEnv
+        from lab.learning.warp_env import WarpEnv
         from lab.learning.warp_ppo import WarpVecEnv
 
         several: VecEnv = WarpVecEnv(WarpEnv(make(), settings.environments, on_device(settings)))

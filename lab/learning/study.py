@@ -16,9 +16,10 @@ from asset2sim.gym.subject import learned_tasks, task_to_learn
 from lab.learning.learning_log import begin_run, end_run, log_point
 from lab.learning.lesson import Lesson
 from lab.learning.progress import Point, read_progress
+from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.learning_settings import LearningSettings, PpoSettings
+from schemas.learning_settings import LearningSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.table import Row
 

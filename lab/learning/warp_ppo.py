@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
-from asset2sim.gym.warp_env import WarpEnv
+from lab.learning.warp_env import WarpEnv
 
 
 class WarpVecEnv(VecEnv):  # type: ignore[misc]

@@ -30,9 +30,10 @@ from lab.learning.progress import PROGRESS, Point, TrainingProgress
 from lab.learning.rollouts import roll
 from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_of
 from lab.learning.training import train
+from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
-from schemas.learning_settings import LearningSettings, PpoSettings
+from schemas.learning_settings import LearningSettings
 from tests.factories import make_record
 from tests.refined_things import block, drawer
 from tests.test_catalog_history import night

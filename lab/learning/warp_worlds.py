@@ -11,7 +11,7 @@ import warp
 from numpy.typing import NDArray
 
 from asset2sim.gym.subject import TrialSubject
-from asset2sim.gym.warp_kernels import blend, nearest, touching
+from lab.learning.warp_kernels import blend, nearest, touching
 
 CONTACTS, ROWS = 96, 512
 """Room for contacts and for rows of constraints of a world: pushes of the paper's nine have at most 14 and 46."""

@@ -16,8 +16,8 @@ from asset2sim.gym.arm.record import LOST_M
 from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
 from asset2sim.gym.reward import TERMS, reward_terms, success
-from asset2sim.gym.warp_worlds import Worlds
 from asset2sim.physics.arrays import Array
+from lab.learning.warp_worlds import Worlds
 from schemas.learning_settings import LearningSettings
 
 Arrays = NDArray[np.float32]

@@ -10,13 +10,14 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed: it comes with the extra warp")
 import mujoco
 
-from asset2sim.gym import warp_worlds
 from asset2sim.gym.environment import OBSERVATION, ObjectEnv
 from asset2sim.gym.scripted import planned_action
-from asset2sim.gym.warp_env import WarpEnv, make_warp_env
-from asset2sim.gym.warp_worlds import part_surfaces, surface
+from lab.learning import warp_worlds
+from lab.learning.warp_env import WarpEnv, make_warp_env
+from lab.learning.warp_worlds import part_surfaces, surface
+from lab.schemas.ppo_settings import PpoSettings, warp_settings
 from schemas.errors import UsageError
-from schemas.learning_settings import LearningSettings, PpoSettings, warp_settings
+from schemas.learning_settings import LearningSettings
 from schemas.support import SupportKind
 from tests.refined_things import drawer
 
