@@ -285,7 +285,7 @@ def test_mjcf_ties_springs_and_zeros_become_urdf(tmp_path: Path) -> None:
 
 def test_a_folder_without_any_format_says_which_there_are(tmp_path: Path) -> None:
     (tmp_path / "notes.xml").write_text("<notes/>")
-    assert "nor a xacro, SDF or MJCF file" in str(refused(tmp_path))
+    assert "nor a xacro, SDF, MJCF or USD file" in str(refused(tmp_path))
 
 
 def test_collada_units_are_applied_and_up_axes_are_not(tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from asset2sim.storage.regular_files import NOT_THERE, file_problem, folder_prob
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
-_INCLUDED = re.compile(r"""<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']([^"']+)""")
-_FIRST, *_MORE, _LAST = (form.name for form in FORMATS.values())
+_INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")
+_FIRST, *_MORE, _LAST = dict.fromkeys(form.name for form in FORMATS.values())
 FURTHER = f"{', '.join(_MORE)} or {_LAST} file"
 """The formats after the first, in words: "xacro, SDF or MJCF file"."""
 TELLING = tuple(form.suffix for form in FORMATS.values() if form.recognises is None)
@@ -33,7 +33,7 @@ def candidates(names: Iterable[str]) -> list[str]:
 
 
 def find_source(folder: Path, within: Callable[[Path], bool] = lambda path: True) -> Path:
-    """The file that describes an asset: ``mobility.urdf`` or its only URDF, else its xacro, SDF or MJCF file.
+    """The file that describes an asset: ``mobility.urdf`` or its only URDF, else a file of another format.
 
     Of several files of a format it is the one that ``Format.of_several`` finds. Files that are not ``within`` are
     not looked into; one of them is returned where there is no other.
@@ -100,6 +100,6 @@ def _names_in(folder: Path) -> list[str]:
 
 
 def _included(file: Path) -> set[str]:
-    """Names of the files that a file includes, as xacro and MJCF do."""
+    """Names of the files that a file includes, as xacro, MJCF and USD do."""
     text = read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")
     return {re.split(r"[/\\]", path)[-1] for path in _INCLUDED.findall(text)}

@@ -79,7 +79,7 @@ def open_origin(folder: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANY
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     form = FORMATS[file.suffix]
-    metric = form.name if form.metric else ""
+    metric = form.name if form.metric and converted.metric else ""
     return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric)
 
 

@@ -14,7 +14,8 @@ from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.vocabulary import FailureMode
 
-_REFERENCE = re.compile(r"""(?:\bfile(?:name)?\s*=\s*["']|<uri>\s*)([^"'<]+)""")
+_REFERENCE = re.compile(r"""(?:\bfile(?:name)?\s*=\s*["']|<uri>\s*|@(?=[^@\n]+@))([^"'<@]+)""")
+"""A file that a URDF, a format like it or a USD in text names."""
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\s*\)")
 """A package's folder as xacro names it."""
 MOST_DESCRIBED = 64 * 1024 * 1024

@@ -11,7 +11,9 @@ def declared() -> Mapping[str, Format]:
     """Suffix → format, in the order of their ranks."""
     modules = (import_module(f"{__name__}.{module.name}") for module in iter_modules(__path__))
     found: list[Format] = [module.FORMAT for module in modules if hasattr(module, "FORMAT")]
-    return {item.suffix: item for item in sorted(found, key=lambda item: item.rank)}
+    return {
+        suffix: item for item in sorted(found, key=lambda item: item.rank) for suffix in (item.suffix, *item.further)
+    }
 
 
 FORMATS = declared()

@@ -1,15 +1,18 @@
 """A format of assets as its module declares it, the result of its converter, and small pieces of URDF to write."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
+from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import AllowedFolders
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, Faces
 from asset2sim.physics.kinematics import rpy_of
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -26,11 +29,19 @@ class Converted:
     robot: Element
     files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
+    metric: bool = True
+    """Whether a file of a metric format says so itself, where its format leaves that to it."""
 
 
 def alone(included: Mapping[Path, set[str]]) -> list[Path]:
     """All files: of several none is told apart by what it includes."""
     return list(included)
+
+
+def outermost(included: Mapping[Path, set[str]]) -> list[Path]:
+    """The files that no other includes."""
+    every = set().union(*included.values())
+    return [file for file in included if file.name not in every] or list(included)
 
 
 @dataclass(frozen=True)
@@ -53,6 +64,17 @@ class Format:
     """Names of files with its suffix that never describe an asset."""
     of_several: Callable[[Mapping[Path, set[str]]], list[Path]] = alone
     """Of several files, each with the names that it includes, those that may describe the asset."""
+    further: tuple[str, ...] = ()
+    """Other suffixes of its files."""
+
+
+def pose_of(position: Array, quaternion: Array) -> Array:
+    """(4, 4) of a (3,) position and a quaternion (w x y z)."""
+    w, x, y, z = quaternion
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix()
+    pose[:3, 3] = position
+    return pose
 
 
 def unconvertible(file: Path, code: str, problem: str) -> AssetError:
@@ -68,6 +90,34 @@ def add(parent: Element, tag: str, **attributes: str) -> Element:
 def add_origin(parent: Element, pose: Array) -> None:
     """State the (4, 4) pose of an element in its link, or of a joint in its parent link."""
     add(parent, "origin", xyz=words(pose[:3, 3]), rpy=words(rpy_of(pose[:3, :3])))
+
+
+def add_joint(robot: Element, name: str, kind: str, parent: str, child: str, pose: Array) -> Element:
+    """A new joint between two links; ``pose`` is its (4, 4) own in the parent."""
+    element = add(robot, "joint", name=name, type=kind)
+    add_origin(element, pose)
+    add(element, "parent", link=parent)
+    add(element, "child", link=child)
+    return element
+
+
+def write_obj(work: Path, name: str, vertices: Array, faces: Faces, uv: Array | None = None) -> str:
+    """The absolute path of a mesh, written below ``work``: (n, 3) vertices, (m, 3) faces, and for each of their corners
+    (m, 3, 2) texture coordinates."""
+    place = work / "meshes" / f"{re.sub(r'[^A-Za-z0-9_]', '_', name)[-100:]}.obj"
+    place.parent.mkdir(exist_ok=True)
+    while place.exists():
+        place = place.with_stem(f"{place.stem}_")
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(vertices, dtype=float).tolist()]
+    if uv is None:
+        lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
+    else:
+        lines += [f"vt {u!r} {v!r}" for u, v in uv.reshape(-1, 2).tolist()]
+        lines += [
+            f"f {a}/{3 * i + 1} {b}/{3 * i + 2} {c}/{3 * i + 3}" for i, (a, b, c) in enumerate((faces + 1).tolist())
+        ]
+    place.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return str(place)
 
 
 def add_inertial(link: Element, mass: float, pose: Array, inertia: Sequence[float]) -> None:

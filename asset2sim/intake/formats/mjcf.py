@@ -12,11 +12,20 @@ import numpy as np
 import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
-from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, lies_outside
-from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
+from asset2sim.intake.formats.format import (
+    Converted,
+    Format,
+    add,
+    add_inertial,
+    add_joint,
+    add_origin,
+    pose_of,
+    unconvertible,
+    write_obj,
+)
 from asset2sim.intake.formats.mjcf_document import mended_document
 from asset2sim.physics.arrays import Array
 from asset2sim.storage.regular_files import is_file
@@ -95,7 +104,7 @@ class _Model:
         self.file, self.work = file, work
         self.mj, self.spec, self.model = mujoco, spec, model
         self.notes = list(notes)
-        self.meshes: dict[str, str] = {}
+        self.meshes: dict[int, str] = {}
 
     def converted(self) -> Converted:
         """The model as a URDF."""
@@ -177,10 +186,7 @@ class _Model:
                 add(robot, "link", name=child)
             parent, pose = child, np.eye(4)
         if not joints and parent is not None:
-            element = add(robot, "joint", name=f"{name}_fixed", type="fixed")
-            add_origin(element, pose)
-            add(element, "parent", link=parent)
-            add(element, "child", link=name)
+            add_joint(robot, f"{name}_fixed", "fixed", parent, name, pose)
         link = add(robot, "link", name=name)
         body_to_link = np.eye(4)
         body_to_link[:3, 3] = -anchor
@@ -204,10 +210,8 @@ class _Model:
         model is drawn."""
         m, name = self.model, self.name("joint", joint)
         if turn is not None:
-            element = add(robot, "joint", name=name if turn == 2 else f"{name}_{turn}", type="continuous")
-            add_origin(element, pose)
-            add(element, "parent", link=parent)
-            add(element, "child", link=child)
+            turned = name if turn == 2 else f"{name}_{turn}"
+            element = add_joint(robot, turned, "continuous", parent, child, pose)
             add(element, "axis", xyz=words(np.eye(3)[turn]))
             add(element, "dynamics", damping=words([first(m.dof_damping[m.jnt_dofadr[joint]])]))
             self.notes.append(f"ball joint '{name}' is three hinges")
@@ -215,10 +219,7 @@ class _Model:
         hinge = m.jnt_type[joint] == self.mj.mjtJoint.mjJNT_HINGE
         limited, dof, at = bool(m.jnt_limited[joint]), m.jnt_dofadr[joint], m.jnt_qposadr[joint]
         kind = ("revolute" if limited else "continuous") if hinge else "prismatic"
-        element = add(robot, "joint", name=name, type=kind)
-        add_origin(element, pose)
-        add(element, "parent", link=parent)
-        add(element, "child", link=child)
+        element = add_joint(robot, name, kind, parent, child, pose)
         add(element, "axis", xyz=words(m.jnt_axis[joint]))
         zero = float(m.qpos0[at])
         if limited:
@@ -248,9 +249,11 @@ class _Model:
         elif kind == kinds.mjGEOM_MESH:
             values = {"filename": self.mesh_file(int(m.geom_dataid[geom]))}
         elif kind == kinds.mjGEOM_CAPSULE:
-            values = {"filename": self.written(f"geom_{geom}", trimesh.creation.capsule(2.0 * b, a))}
+            solid = trimesh.creation.capsule(2.0 * b, a)
+            values = {"filename": write_obj(self.work, f"geom_{geom}", solid.vertices, solid.faces)}
         elif kind == kinds.mjGEOM_ELLIPSOID:
-            values = {"filename": self.written(f"geom_{geom}", trimesh.creation.icosphere(3).apply_scale([a, b, c]))}
+            solid = trimesh.creation.icosphere(3).apply_scale([a, b, c])
+            values = {"filename": write_obj(self.work, f"geom_{geom}", solid.vertices, solid.faces)}
         else:
             self.notes.append(f"geom '{self.name('geom', geom)}' is left out: a URDF has no such shape")
             return
@@ -266,23 +269,13 @@ class _Model:
                 add(add(element, "material", name=f"color_{geom}"), "color", rgba=words(color))
 
     def mesh_file(self, mesh: int) -> str:
-        """The file of a compiled mesh, in which its pose is that of its geoms."""
+        """The file of a compiled mesh, in which its pose is that of its geoms; written once."""
         m = self.model
-        start, count = m.mesh_vertadr[mesh], m.mesh_vertnum[mesh]
-        first_face, faces = m.mesh_faceadr[mesh], m.mesh_facenum[mesh]
-        shape = trimesh.Trimesh(
-            m.mesh_vert[start : start + count], m.mesh_face[first_face : first_face + faces], process=False
-        )
-        return self.written(f"mesh_{mesh}", shape)
-
-    def written(self, name: str, mesh: trimesh.Trimesh) -> str:
-        """The absolute path of a mesh, written once."""
-        if name not in self.meshes:
-            place = self.work / "meshes" / f"{name}.obj"
-            place.parent.mkdir(exist_ok=True)
-            place.write_text(trimesh.exchange.obj.export_obj(mesh, include_normals=False), encoding="utf-8")
-            self.meshes[name] = str(place)
-        return self.meshes[name]
+        if mesh not in self.meshes:
+            corners = slice(m.mesh_vertadr[mesh], m.mesh_vertadr[mesh] + m.mesh_vertnum[mesh])
+            faces = slice(m.mesh_faceadr[mesh], m.mesh_faceadr[mesh] + m.mesh_facenum[mesh])
+            self.meshes[mesh] = write_obj(self.work, f"mesh_{mesh}", m.mesh_vert[corners], m.mesh_face[faces])
+        return self.meshes[mesh]
 
     def add_mimics(self, robot: Element) -> None:
         """Joints that an equality ties to another, as mimics; other equalities are left out."""
@@ -309,15 +302,6 @@ class _Model:
 def first(value: object) -> float:
     """The number, or the linear term of a polynomial."""
     return float(np.ravel(np.asarray(value, dtype=float))[0])
-
-
-def pose_of(position: Array, quaternion: Array) -> Array:
-    """(4, 4) of a (3,) position and a quaternion (w x y z)."""
-    w, x, y, z = quaternion
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix()
-    pose[:3, 3] = position
-    return pose
 
 
 def is_mjcf(head: bytes) -> bool:

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import AllowedFolders
-from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_origin, unconvertible
+from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_joint, add_origin, unconvertible
 from asset2sim.intake.formats.sdf_nested import flatten
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
@@ -214,10 +214,7 @@ class _Model:
         """One joint of a URDF between two links; ``pose`` is its own in the parent link, ``of`` the SDF's joint."""
         limit = {} if axis is None else self.limit(axis)
         kind = "continuous" if kind == "revolute" and "lower" not in limit else kind
-        element = add(robot, "joint", name=name, type=kind)
-        add_origin(element, pose)
-        add(element, "parent", link=ends[0])
-        add(element, "child", link=ends[1])
+        element = add_joint(robot, name, kind, *ends, pose)
         if axis is not None and kind != "fixed":
             add(element, "axis", xyz=words(self.axis_in_joint(axis, self.pose(of))))
             self.add_terms(element, axis, limit)

@@ -13,7 +13,7 @@ from lxml import etree
 from xacro import substitution_args
 
 from asset2sim.assets.urdf.references import ANYWHERE, PARENTS_SEARCHED, AllowedFolders, lies_outside
-from asset2sim.intake.formats.format import Converted, Format, unconvertible
+from asset2sim.intake.formats.format import Converted, Format, outermost, unconvertible
 from schemas.errors import AssetError
 
 PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")
@@ -117,11 +117,10 @@ def _located(error: Exception, file: Path, stack: list[Path]) -> AssetError:
     return AssetError(error_.mode, error_.code, f"{where}: {problem}")
 
 
-def outermost(included: Mapping[Path, set[str]]) -> list[Path]:
+def whole(included: Mapping[Path, set[str]]) -> list[Path]:
     """The ``.urdf.xacro``, or the files that no other includes."""
-    every = set().union(*included.values())
-    found = [file for file in included if file.name not in every] or list(included)
+    found = outermost(included)
     return [file for file in found if file.name.endswith(".urdf.xacro")] or found
 
 
-FORMAT = Format("xacro", ".xacro", 1, urdf_of_xacro, of_several=outermost)
+FORMAT = Format("xacro", ".xacro", 1, urdf_of_xacro, of_several=whole)

@@ -1,0 +1,300 @@
+"""USD (UsdPhysics) to URDF: rigid bodies become links, joints the tree between them, and their shapes are written anew.
+
+A link's axes are its body's, its origin is the joint that turns it; the root's axes are the world's, with z up.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders
+from asset2sim.intake.formats.format import (
+    Converted,
+    Format,
+    add,
+    add_inertial,
+    add_joint,
+    add_origin,
+    outermost,
+    write_obj,
+)
+from asset2sim.intake.formats.usd_joints import Step, UsdJoint, read_joints
+from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
+from asset2sim.intake.formats.usd_shapes import BOUNDS, Form, bounds, painted, picture_file, read_form
+from asset2sim.intake.formats.usd_stage import SUFFIXES, UsdStage, opened
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import apply
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+WORLD, BASES = "", ("base", "world", "stage", "/")
+"""Path that stands for the world in joints, and names of the link for what stands still in it: the first that no body
+has."""
+
+
+def urdf_of_usd(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
+    """The URDF of the one object on a USD stage; its meshes are written into ``work``. Raises AssetError
+    (unreadable_asset) for what cannot be read, lies outside ``reach``, or no URDF can say."""
+    with opened(file, reach) as stage:
+        return _Object(stage, work, reach).converted()
+
+
+class _Object:
+    """One stage being converted. Bodies and joints go by their paths."""
+
+    def __init__(self, stage: UsdStage, work: Path, reach: AllowedFolders) -> None:
+        from pxr import UsdGeom, UsdPhysics
+
+        self.stage, self.work, self.reach = stage, work, reach
+        default, everything = stage.stage.GetDefaultPrim(), stage.stage.GetPseudoRoot()
+        self.bodies: dict[str, Usd.Prim] = {}
+        self.shapes: dict[str, list[Usd.Prim]] = {WORLD: []}
+        for top in (default, everything) if default else (everything,):
+            for prim in stage.prims(top):
+                if prim.HasAPI(UsdPhysics.RigidBodyAPI) and self.body_of(prim) == prim:
+                    self.bodies[str(prim.GetPath())] = prim
+                if prim.IsA(UsdGeom.Gprim):
+                    body = self.body_of(prim)
+                    self.shapes.setdefault(WORLD if body is None else str(body.GetPath()), []).append(prim)
+            if self.bodies or self.shapes[WORLD]:
+                break
+        self.joints = sorted(
+            (joint for joint in read_joints(stage, self.body_of) if {*joint.bodies} - {WORLD} <= self.bodies.keys()),
+            key=lambda joint: joint.spare,
+        )
+        self.names = unique_names(self.bodies)
+        self.names[WORLD] = next(name for name in BASES if name not in self.names.values())
+        self.joint_names = unique_names({joint.path: stage.stage.GetPrimAtPath(joint.path) for joint in self.joints})
+        self.in_body: dict[str, Array] = {}
+        """Body → its link's (4, 4) frame in it."""
+
+    def body_of(self, prim: "Usd.Prim") -> "Usd.Prim | None":
+        """The rigid body of which a prim is a part; None for what stands still in the world."""
+        from pxr import UsdPhysics
+
+        while prim and not prim.IsPseudoRoot():
+            api = UsdPhysics.RigidBodyAPI(prim)
+            if prim.HasAPI(UsdPhysics.RigidBodyAPI) and api.GetRigidBodyEnabledAttr().Get(self.stage.time) is not False:
+                return prim
+            prim = prim.GetParent()
+        return None
+
+    def converted(self) -> Converted:
+        """The object as a URDF."""
+        stage = self.stage
+        top = stage.stage.GetDefaultPrim()
+        robot = etree.Element("robot", name=str(top.GetDisplayName() or top.GetName()) if top else stage.file.stem)
+        if not self.bodies:
+            if not self.shapes[WORLD]:
+                raise stage.refused("usd_empty", "it has no rigid body and no geometry: is it a part of another file?")
+            stage.notes.append("it states no physics: it is one rigid link")
+        root, tree = self.tree()
+        self.in_body[root] = np.eye(4)
+        if root != WORLD:
+            self.in_body[root][:3, :3] = stage.rigid(self.bodies[root])[:3, :3].T
+        self.add_link(robot, root)
+        for joint, turned in tree:
+            self.add_chain(robot, joint, turned)
+        self.add_mimics(robot, [joint for joint, _ in tree])
+        return Converted(robot, stage.layers, tuple(dict.fromkeys(stage.notes)), metric=stage.states_metres)
+
+    def tree(self) -> tuple[str, list[tuple[UsdJoint, bool]]]:
+        """The root, and the joints from it on, parents first, each with whether it is turned round: its second body is
+        the parent. A joint that closes a loop is left out."""
+        stage, joints = self.stage, self.joints
+        root = self.root()
+        held = [joint for joint in joints if WORLD in joint.bodies]
+        if (
+            root == WORLD
+            and self.bodies
+            and not self.shapes[WORLD]
+            and len(held) == 1
+            and held[0].steps[0].kind == "fixed"
+        ):
+            root = next(body for body in held[0].bodies if body != WORLD)
+            joints = [joint for joint in joints if joint is not held[0]]
+            stage.notes.append(f"link '{self.names[root]}' is fixed to the world")
+        reached, left, found = [root], list(joints), list[tuple[UsdJoint, bool]]()
+        for body in reached:
+            for joint in [joint for joint in left if body in joint.bodies]:
+                left.remove(joint)
+                other = joint.bodies[joint.bodies[0] == body]
+                if other in reached:
+                    stage.notes.append(f"joint {joint.path} closes a loop, which a URDF cannot say: it is left out")
+                    continue
+                reached.append(other)
+                found.append((joint, joint.bodies[1] == body))
+        apart = [body for body in self.bodies if body not in reached]
+        if apart:
+            names = ", ".join([*apart[:5], *["…"] * (len(apart) > 5)])
+            problem = f"it has several objects: no joint ties {names} to {root or 'the world'}; keep one in the file"
+            raise stage.refused("usd_objects", problem)
+        if root != WORLD and self.shapes[WORLD]:
+            names = ", ".join(str(prim.GetPath()) for prim in self.shapes[WORLD][:5])
+            stage.notes.append(f"what stands beside the object is left out: {names}")
+        return root, found
+
+    def root(self) -> str:
+        """The body from which the tree is built: the world where a joint hangs from it, else what is held still, else
+        the articulation's own root, else a body that is no joint's second."""
+        from pxr import UsdPhysics
+
+        if not self.bodies or any(WORLD in joint.bodies for joint in self.joints):
+            return WORLD
+        seconds = {joint.bodies[1] for joint in self.joints}
+        firsts = {joint.bodies[0] for joint in self.joints}
+
+        def order(path: str) -> tuple[bool, ...]:
+            prim = self.bodies[path]
+            still = UsdPhysics.RigidBodyAPI(prim).GetKinematicEnabledAttr().Get(self.stage.time) is True
+            marked = prim.HasAPI(UsdPhysics.ArticulationRootAPI)
+            return not still, not marked, path in seconds, path not in firsts
+
+        return min(self.bodies, key=order)
+
+    def add_chain(self, robot: Element, joint: UsdJoint, turned: bool) -> None:
+        """The link that a joint moves, and the joint, or one after the other its degrees of freedom."""
+        parent, child = joint.bodies[::-1] if turned else joint.bodies
+        in_parent, in_child = joint.frames[::-1] if turned else joint.frames
+        steps = joint.steps[::-1] if turned else joint.steps
+        here = np.eye(4)
+        if any(step.kind in ("revolute", "continuous") for step in steps):
+            here[:3, 3] = in_child[:3, 3]
+        self.in_body[child] = here
+        to_child = np.linalg.inv(in_child) @ here
+        pose = np.linalg.inv(self.in_body[parent]) @ in_parent @ to_child
+        above = self.names[parent]
+        for number, step in enumerate(steps):
+            last = number == len(steps) - 1
+            below = self.names[child] if last else f"{self.names[child]}_{number + 1}"
+            name = self.joint_names[joint.path] + ("" if last else f"_{number + 1}")
+            if last:
+                self.add_link(robot, child)
+            else:
+                add(robot, "link", name=below)
+            element = add_joint(robot, name, step.kind, above, below, pose)
+            add_step(element, step, to_child[:3, :3].T @ step.axis * (-1.0 if turned else 1.0))
+            above, pose = below, np.eye(4)
+
+    def add_link(self, robot: Element, body: str) -> None:
+        """A body's link with its mass, visuals and collisions."""
+        link = add(robot, "link", name=self.names[body])
+        to_link: Array = np.asarray(np.linalg.inv(self.in_body[body]), dtype=float)
+        frame = np.eye(4) if body == WORLD else self.stage.rigid(self.bodies[body])
+        weighed, unweighed = list[WeighedForm](), list[Form]()
+        for prim in self.shapes.get(body, ()):
+            to_body = np.linalg.inv(frame) @ self.stage.world(prim)
+            shown, api = self.is_shown(prim), self.collision(prim)
+            form = read_form(self.stage, prim, to_body) if shown or api is not None else None
+            if form is None:
+                continue
+            if shown:
+                self.add_visuals(link, prim, form, to_link)
+            if api is not None:
+                kind = str(api.GetAttribute("physics:approximation").Get() or "")
+                form = bounds(form, to_body, kind) if kind in BOUNDS else form
+                weighed.append(WeighedForm.of(self.stage, prim, form))
+                self.add_shape(link, "collision", str(prim.GetPath()), form, to_link)
+            elif shown:
+                unweighed.append(form)
+        if body != WORLD:
+            found = mass_of(self.stage, self.bodies[body], weighed or [WeighedForm(form) for form in unweighed])
+            if found is not None:
+                add_inertial(link, found.mass_kg, to_link @ found.pose, found.inertia)
+        friction = [item.friction for item in weighed if item.friction > 0.0]
+        if friction:
+            add(add(link, "contact"), "lateral_friction", value=words([sum(friction) / len(friction)]))
+
+    def add_visuals(self, link: Element, prim: "Usd.Prim", form: Form, to_link: Array) -> None:
+        """A piece of geometry as visuals, one for each of its paints."""
+        for index, (piece, paint) in enumerate(painted(self.stage, prim, form)):
+            item = self.add_shape(link, "visual", f"{prim.GetPath()}_{index}", piece, to_link)
+            if paint is not None:
+                material = add(item, "material", name=f"{link.get('name')}_{len(link)}")
+                add(material, "color", rgba=words(paint.color))
+                if picture := picture_file(paint.picture, self.work, self.reach):
+                    add(material, "texture", filename=picture)
+
+    def is_shown(self, prim: "Usd.Prim") -> bool:
+        """Whether a prim is drawn in a finished picture."""
+        from pxr import UsdGeom
+
+        item = UsdGeom.Imageable(prim)
+        hidden = item.ComputeVisibility(self.stage.time) == UsdGeom.Tokens.invisible
+        return not hidden and item.ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+    def collision(self, prim: "Usd.Prim") -> "Usd.Prim | None":
+        """The prim that makes a piece of geometry collide: itself, or a group of it in the same body; None for none."""
+        from pxr import UsdGeom, UsdPhysics
+
+        at = prim
+        while at and not at.IsPseudoRoot():
+            if at.HasAPI(UsdPhysics.CollisionAPI) and (at == prim or not at.IsA(UsdGeom.Gprim)):
+                enabled = UsdPhysics.CollisionAPI(at).GetCollisionEnabledAttr().Get(self.stage.time) is not False
+                return at if enabled else None
+            if at.HasAPI(UsdPhysics.RigidBodyAPI):
+                return None
+            at = at.GetParent()
+        return None
+
+    def add_shape(self, link: Element, role: str, name: str, form: Form, to_link: Array) -> Element:
+        """A visual or collision; a mesh is written in its link's frame, under the path of its prim."""
+        element = add(link, role)
+        if form.kind == "mesh":
+            file = write_obj(self.work, f"{role}{name}", apply(to_link, form.vertices), form.faces, form.uv)
+            add(add(element, "geometry"), "mesh", filename=file)
+        else:
+            add_origin(element, to_link @ form.pose)
+            add(add(element, "geometry"), form.kind, **{key: words(value) for key, value in form.size.items()})
+        return element
+
+    def add_mimics(self, robot: Element, joints: Sequence[UsdJoint]) -> None:
+        """Joints that follow others, as mimics."""
+        elements = {str(item.get("name")): item for item in robot.findall("joint")}
+        single = {joint.path for joint in joints if len(joint.steps) == 1}
+        for joint in joints:
+            if joint.mimic is None:
+                continue
+            leader, multiplier, offset = joint.mimic
+            if leader not in single:
+                self.stage.notes.append(f"{joint.path} follows {leader}, which is no hinge or slider: it moves freely")
+                continue
+            add(elements[self.joint_names[joint.path]], "mimic", joint=self.joint_names[leader],
+                multiplier=words([multiplier]), offset=words([offset]))  # fmt: skip
+
+
+def add_step(element: Element, step: Step, axis: Array) -> None:
+    """State the axis, limits and dynamics of one degree of freedom."""
+    if step.kind == "fixed":
+        return
+    add(element, "axis", xyz=words(axis))
+    for tag, numbers in (("limit", step.limit), ("dynamics", step.dynamics)):
+        if numbers:
+            add(element, tag, **{key: words([value]) for key, value in numbers.items()})
+
+
+def unique_names(prims: Mapping[str, "Usd.Prim"]) -> dict[str, str]:
+    """Path → the name that its prim shows, with the names above it where another has it."""
+    found, used = dict[str, str](), set[str]()
+    for path, prim in prims.items():
+        parts = path.strip("/").split("/")
+        longer = ("_".join(parts[-count:]) for count in range(2, len(parts) + 1))
+        name = str(prim.GetDisplayName() or prim.GetName())
+        found[path] = next(item for item in (name, *longer, path) if item not in used)
+        used.add(found[path])
+    return found
+
+
+def whole(included: Mapping[Path, set[str]]) -> list[Path]:
+    """The file that is named for its folder, or those of which no other is composed; binary files do not tell."""
+    found = outermost(included)
+    return [file for file in found if file.stem == file.parent.name] or found
+
+
+FORMAT = Format("USD", SUFFIXES[0], 4, urdf_of_usd, further=SUFFIXES[1:], of_several=whole)

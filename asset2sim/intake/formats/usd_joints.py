@@ -1,0 +1,205 @@
+"""Joints of a USD stage, their numbers in metres, kilograms and radians: one step for each degree of freedom."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from asset2sim.intake.formats.format import pose_of
+from asset2sim.intake.formats.usd_stage import UsdStage, wxyz
+from asset2sim.physics.arrays import Array
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+UNLIMITED = 1e15
+"""Limits from which on there is none; Isaac Sim writes the largest float."""
+DEGREE = math.radians(1.0)
+AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
+FREE = (-math.inf, math.inf)
+FREEDOMS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
+"""Degrees of freedom of a joint that only limits make what it is; where all are free it ties nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One degree of freedom of a joint in its own frame: URDF's type, its (3,) axis, and URDF's numbers, ``limit`` and
+    ``dynamics``, by the names of their attributes (rad or m, N·m or N)."""
+
+    kind: str
+    axis: Array
+    limit: dict[str, float]
+    dynamics: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class UsdJoint:
+    """A joint between two ``bodies``, paths of prims, of which an empty one is the world; ``frames`` are its (4, 4)
+    frames in theirs. ``mimic``: path of the joint that it follows, multiplier and offset. One that is ``spare`` is left
+    out first where joints close a loop."""
+
+    name: str
+    path: str
+    bodies: tuple[str, str]
+    frames: tuple[Array, Array]
+    steps: tuple[Step, ...]
+    mimic: tuple[str, float, float] | None
+    spare: bool
+
+
+def read_joints(stage: UsdStage, body_of: Callable[["Usd.Prim"], "Usd.Prim | None"]) -> Iterator[UsdJoint]:
+    """The enabled joints that tie two bodies, or one to the world. ``body_of``: the body of which a prim is a part.
+    Raises AssetError for a joint of a body with itself, or of what is not there."""
+    from pxr import UsdPhysics
+
+    prims = list(stage.prims(stage.stage.GetPseudoRoot()))
+    in_radians = any(prim.GetAttribute("mjc:compiler:angle").Get() == "radian" for prim in prims)
+    for prim in prims:
+        joint = UsdPhysics.Joint(prim)
+        if not joint or joint.GetJointEnabledAttr().Get(stage.time) is False:
+            continue
+        steps = tuple(steps_of(stage, prim, 1.0 if in_radians else DEGREE))
+        if len(steps) == len(FREEDOMS):
+            stage.notes.append(f"joint {prim.GetPath()} ({prim.GetTypeName()}) is left out: a URDF has none like it")
+            continue
+        (first, frame0), (second, frame1) = (end(stage, prim, side, body_of) for side in (0, 1))
+        if first == second:
+            problem = f"joint {prim.GetPath()} ties {first or 'the world'} to itself: name two bodies, or remove it"
+            raise stage.refused("usd_joint", problem)
+        yield UsdJoint(
+            name=str(prim.GetDisplayName() or prim.GetName()),
+            path=str(prim.GetPath()),
+            bodies=(first, second),
+            frames=(frame0, frame1),
+            steps=steps or (Step("fixed", AXES["X"], {}, {}),),
+            mimic=mimic_of(stage, prim) if len(steps) == 1 else None,
+            spare=bool(joint.GetExcludeFromArticulationAttr().Get(stage.time)),
+        )
+
+
+def end(
+    stage: UsdStage, prim: "Usd.Prim", side: int, body_of: Callable[["Usd.Prim"], "Usd.Prim | None"]
+) -> tuple[str, Array]:
+    """The body at one side of a joint, and the joint's (4, 4) frame in it. Positions are in the scale of the prim that
+    the joint names, which may be a part of a body, or stand still in the world."""
+    targets = prim.GetRelationship(f"physics:body{side}").GetForwardedTargets()
+    named = stage.stage.GetPrimAtPath(targets[0]) if targets else stage.stage.GetPseudoRoot()
+    if not named:
+        problem = f"joint {prim.GetPath()}: its body{side} {targets[0]} is not there: name a prim of the stage"
+        raise stage.refused("usd_joint", problem)
+    at = prim.GetAttribute(f"physics:localPos{side}").Get(stage.time) or (0.0, 0.0, 0.0)
+    turn = prim.GetAttribute(f"physics:localRot{side}").Get(stage.time)
+    found = stage.rigid(named) @ pose_of(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]) if turn is None else wxyz(turn))
+    found[:3, 3] = (stage.world(named) @ [*at, 1.0])[:3]
+    if not np.isfinite(found).all():
+        raise stage.refused("usd_number", f"the frame of joint {prim.GetPath()} at body{side} is not finite: mend it")
+    body = body_of(named)
+    return ("", found) if body is None else (str(body.GetPath()), np.linalg.inv(stage.rigid(body)) @ found)
+
+
+def steps_of(stage: UsdStage, prim: "Usd.Prim", angle: float) -> Iterator[Step]:
+    """The degrees of freedom of a joint, the outermost first; none for one that is fixed, all for one that ties
+    nothing. ``angle`` is the unit of MuJoCo's own angles, rad."""
+    from pxr import UsdPhysics
+
+    first = str(prim.GetAttribute("physics:axis").Get() or "X")
+    if prim.IsA(UsdPhysics.RevoluteJoint) or prim.IsA(UsdPhysics.PrismaticJoint):
+        ends = ends_of(stage, prim, "physics:lowerLimit", "physics:upperLimit")
+        words = ("angular", "rotX") if prim.IsA(UsdPhysics.RevoluteJoint) else ("linear", "transX")
+        yield step(stage, prim, words, AXES[first], ends, angle)
+    elif prim.IsA(UsdPhysics.SphericalJoint):
+        stage.notes.append(f"ball joint {prim.GetPath()} is three hinges")
+        # A cone from the axis towards the next one is a turn about the one after that.
+        for further, cone in ((2, "0"), (1, "1"), (0, "")):
+            name = "XYZ"[("XYZ".index(first) + further) % 3]
+            most = stage.number(prim, f"physics:coneAngle{cone}Limit", default=-1.0)
+            yield step(
+                stage, prim, (f"rot{name}", "angular"), AXES[name], (-most, most) if most >= 0.0 else FREE, angle
+            )
+    elif prim.IsA(UsdPhysics.DistanceJoint) or prim.GetTypeName() not in ("PhysicsJoint", "PhysicsFixedJoint"):
+        yield from [Step("floating", AXES["X"], {}, {})] * len(FREEDOMS)
+    elif not prim.IsA(UsdPhysics.FixedJoint):
+        for name in FREEDOMS:
+            ends = ends_of(stage, prim, f"limit:{name}:physics:low", f"limit:{name}:physics:high")
+            if ends[0] <= ends[1]:
+                yield step(stage, prim, (name,), AXES[name[-1]], ends, angle)
+
+
+def ends_of(stage: UsdStage, prim: "Usd.Prim", low: str, high: str) -> tuple[float, float]:
+    """Limits as they are authored, infinite where they are not."""
+    return stage.number(prim, low, default=FREE[0]), stage.number(prim, high, default=FREE[1])
+
+
+def step(
+    stage: UsdStage, prim: "Usd.Prim", words: Sequence[str], axis: Array, ends: tuple[float, float], angle: float
+) -> Step:
+    """One degree of freedom: its ``ends`` in degrees or the stage's lengths. ``words`` are the names by which drives
+    and PhysX may have it. A drive is taken for the spring and damper that it is."""
+    turns = words[0].startswith(("ang", "rot"))
+    kg, metre = stage.kilogram, stage.metre
+    inertia, force, unit = (kg * metre**2, kg * metre**2, DEGREE) if turns else (kg, kg * metre, metre)
+    per_unit = inertia / unit if turns else kg
+
+    def number(*names: str, default: float = 0.0) -> float:
+        every = [name.format(word) for name in names for word in words]
+        return stage.number(prim, *dict.fromkeys(every), default=default)
+
+    zero = stage.number(prim, "mjc:ref") * (angle if turns else metre)
+    bounded = [abs(value) < UNLIMITED for value in ends]
+    limit = dict[str, float]()
+    if all(bounded):
+        limit = {"lower": ends[0] * unit - zero, "upper": ends[1] * unit - zero}
+    elif any(bounded):
+        stage.notes.append(f"joint {prim.GetPath()} is limited on one side alone, which a URDF cannot say")
+    most = {"effort": number("drive:{}:physics:maxForce") * force,
+            "velocity": stage.number(prim, "physxJoint:maxJointVelocity") * unit}  # fmt: skip
+    limit |= {key: value for key, value in most.items() if 0.0 < value < UNLIMITED * unit}
+    drive = 1.0
+    if any(prim.GetAttribute(f"drive:{word}:physics:type").Get(stage.time) == "acceleration" for word in words):
+        drive = 0.0
+        stage.notes.append(f"the drive of {prim.GetPath()} is an acceleration, which a URDF cannot say: it is left out")
+    stiffness = drive * number("drive:{}:physics:stiffness") * per_unit
+    reference = number("drive:{}:physics:targetPosition") * unit
+    if not stiffness:
+        stiffness = stage.number(prim, "mjc:stiffness") * inertia
+        reference = stage.number(prim, "mjc:springref") * (angle if turns else metre) - zero
+    passive = stage.number(prim, "newton:damping", default=math.nan) * per_unit
+    if math.isnan(passive):
+        passive = stage.number(prim, "mjc:damping") * inertia
+    if stage.number(prim, "physxJoint:jointFriction") > 0.0:
+        stage.notes.append(f"the friction coefficient of {prim.GetPath()}, which has no unit, is left out")
+    friction = ("newton:friction", "mjc:frictionloss", "physxJointAxis:{}:staticFrictionEffort",
+                "physxJointAxis:{}:dynamicFrictionEffort")  # fmt: skip
+    armature = ("newton:armature", "mjc:armature", "physxJointAxis:{}:armature", "physxJoint:armature")
+    dynamics = {
+        "damping": drive * number("drive:{}:physics:damping") * per_unit + passive,
+        "friction": number(*friction) * force,
+        "spring_stiffness": stiffness,
+        "spring_reference": reference if stiffness else 0.0,
+        "armature": number(*armature) * inertia,
+    }
+    kind = ("revolute" if "lower" in limit else "continuous") if turns else "prismatic"
+    return Step(kind, axis, limit, {key: value for key, value in dynamics.items() if value})
+
+
+def mimic_of(stage: UsdStage, prim: "Usd.Prim") -> tuple[str, float, float] | None:
+    """The joint that this one follows, by Newton's attributes or PhysX's, with multiplier and offset."""
+    for relation in prim.GetRelationships():
+        name, targets = relation.GetName(), relation.GetForwardedTargets()
+        newton = name == "newton:mimicJoint"
+        if not targets or not (newton or (name.startswith("physxMimicJoint:") and name.endswith(":referenceJoint"))):
+            continue
+        if newton and prim.GetAttribute("newton:mimicEnabled").Get(stage.time) is False:
+            continue
+        if newton:
+            ratio = stage.number(prim, "newton:mimicCoef1", default=1.0)
+            offset = stage.number(prim, "newton:mimicCoef0")
+        else:
+            scope = name.rpartition(":")[0]
+            ratio, offset = (-stage.number(prim, f"{scope}:{key}") for key in ("gearing", "offset"))
+        leader = stage.stage.GetPrimAtPath(targets[0])
+        own, other = (stage.metre if "Prismatic" in str(item.GetTypeName()) else DEGREE for item in (prim, leader))
+        return str(targets[0]), ratio * own / other, offset * own
+    return None

@@ -1,0 +1,122 @@
+"""The mass, centre and inertia of a body of a USD stage: as stated, else by UsdPhysics' rules from its shapes."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import trimesh
+
+from asset2sim.assets.meshes.volume import Solid, combined, shape_of
+from asset2sim.intake.formats.format import pose_of
+from asset2sim.intake.formats.usd_shapes import Form
+from asset2sim.intake.formats.usd_stage import UsdStage, wxyz
+from asset2sim.physics.arrays import Array, six
+from schemas.base import Inertia6
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+WATER_KG_M3 = 1000.0
+"""Density that UsdPhysics gives to a shape without any."""
+
+
+PRIMITIVES: dict[str, Callable[..., Any]] = {
+    "box": lambda size: trimesh.primitives.Box(extents=size),
+    "sphere": lambda radius: trimesh.primitives.Sphere(radius=radius[0]),
+    "cylinder": lambda radius, length: trimesh.primitives.Cylinder(radius=radius[0], height=length[0]),
+    "capsule": lambda radius, length: trimesh.primitives.Capsule(radius=radius[0], height=length[0], sections=64),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class WeighedForm:
+    """Geometry in its body's frame, with what is stated for it, 0 where nothing is: its mass (kg), density (kg/m³),
+    the density and Coulomb friction of its physics material."""
+
+    form: Form
+    mass_kg: float = 0.0
+    density_kg_m3: float = 0.0
+    material_kg_m3: float = 0.0
+    friction: float = 0.0
+
+    @classmethod
+    def of(cls, stage: UsdStage, prim: "Usd.Prim", form: Form) -> "WeighedForm":
+        """Collision geometry with what its prim and its physics material state."""
+        from pxr import UsdShade
+
+        unit = stage.kilogram / stage.metre**3
+        material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
+        density = friction = 0.0
+        if material:
+            density = stage.number(material.GetPrim(), "physics:density") * unit
+            friction = stage.number(material.GetPrim(), "physics:dynamicFriction", "physics:staticFriction")
+        mass = stage.number(prim, "physics:mass") * stage.kilogram
+        return cls(form, mass, stage.number(prim, "physics:density") * unit, density, friction)
+
+    def solid(self) -> Solid | None:
+        """Volume, centre and inertia; None for a sheet, which has none."""
+        if self.form.kind == "mesh":
+            mesh = trimesh.Trimesh(self.form.vertices, self.form.faces, process=False)
+            mesh.merge_vertices()
+            shape = shape_of(mesh)
+            return None if shape.flat else shape.solid
+        made = PRIMITIVES[self.form.kind](*self.form.size.values())
+        centered = Solid(float(made.volume), np.zeros(3), np.asarray(made.moment_inertia, dtype=float))
+        return centered.moved(self.form.pose[:3, :3], self.form.pose[:3, 3])
+
+
+@dataclass(frozen=True, eq=False)
+class BodyMass:
+    """Mass (kg) and inertia about its centre (kg·m²) in the axes of the (4, 4) ``pose``, which lies in that centre."""
+
+    mass_kg: float
+    pose: Array
+    inertia: Inertia6
+
+
+def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> BodyMass | None:
+    """The mass of a body; None where neither it nor its shapes nor their materials state a mass or a density."""
+    mass = stage.number(prim, "physics:mass") * stage.kilogram
+    density = stage.number(prim, "physics:density") * stage.kilogram / stage.metre**3
+    told = (mass, density, *(item.mass_kg + item.density_kg_m3 + item.material_kg_m3 for item in forms))
+    if max(told) <= 0.0:
+        return None
+    center, moments = (
+        prim.GetAttribute(f"physics:{name}").Get(stage.time) for name in ("centerOfMass", "diagonalInertia")
+    )
+    turn = prim.GetAttribute("physics:principalAxes").Get(stage.time)
+    stated = np.array([*(center or ()), *(moments or ()), *(() if turn is None else wxyz(turn))])
+    if np.isnan(stated).any():
+        raise stage.refused("usd_number", f"the mass of {prim.GetPath()} has a number that is not finite: mend it")
+    whole = None
+    if moments is None or not any(moments) or center is None or not np.isfinite(center).all() or mass <= 0.0:
+        whole = weighed(forms, mass, density)
+        mass = mass if whole is None or mass > 0.0 else whole.volume
+    if mass <= 0.0:
+        return None
+    pose = np.eye(4)
+    if center is not None and np.isfinite(center).all():
+        pose[:3, 3] = (np.linalg.inv(stage.rigid(prim)) @ stage.world(prim) @ [*center, 1.0])[:3]
+    elif whole is not None:
+        pose[:3, 3] = whole.center
+    if moments is not None and any(moments):
+        if turn is not None and any(wxyz(turn)):
+            pose[:3, :3] = pose_of(np.zeros(3), wxyz(turn))[:3, :3]
+        x, y, z = (float(value) * stage.kilogram * stage.metre**2 for value in moments)
+        return BodyMass(mass, pose, (x, 0.0, 0.0, y, 0.0, z))
+    stage.notes.append(f"{prim.GetPath()} states no inertia: that of its shapes is taken")
+    return BodyMass(mass, pose, six(np.zeros((3, 3)) if whole is None else whole.inertia * mass / whole.volume))
+
+
+def weighed(forms: Sequence[WeighedForm], mass: float, density: float) -> Solid | None:
+    """All shapes as one solid whose volume is its mass, kg; of ``mass`` where that is stated, each shape by its own
+    mass, else its own density, the body's, its material's, or water's. None where no shape encloses anything."""
+    found = list[Solid]()
+    for item in forms:
+        solid = item.solid()
+        if solid is None or solid.volume <= 0.0:
+            continue
+        share = item.mass_kg / solid.volume or item.density_kg_m3 or density or item.material_kg_m3 or WATER_KG_M3
+        found.append(Solid(solid.volume * share, solid.center, solid.inertia * share))
+    return combined(found) if found else None

@@ -1,0 +1,256 @@
+"""USD as it comes from three kinds of tools and from ourselves: every number read, every part where USD has it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yourdfpy
+from lxml import etree
+
+from asset2sim.assets.exports.usd import export_usd
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.urdf.read import read_dynamics, read_urdf
+from asset2sim.intake.formats.usd import urdf_of_usd
+from asset2sim.physics.arrays import Array
+from tests.assets import box_obj
+from tests.builders import UrdfJoint, UrdfLink, box, mesh, sphere
+from tests.exported import refined
+from tests.usd_stages import STAGES, Stage
+
+pxr = pytest.importorskip("pxr", reason="usd-core is not installed")
+
+
+class Truth:
+    """Where USD itself has bodies and their points, by its own parser of joints and frames, in its own unit."""
+
+    def __init__(self, file: Path) -> None:
+        from pxr import Gf, Usd, UsdGeom, UsdPhysics
+
+        self.stage = Usd.Stage.Open(str(file))
+        cache = UsdGeom.XformCache()
+        self.metre = UsdGeom.GetStageMetersPerUnit(self.stage)
+        upright = Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(1, 1, 1), 120.0))
+        self.up = np.array(upright).T if UsdGeom.GetStageUpAxis(self.stage) == "Y" else np.eye(3)
+        found = UsdPhysics.LoadUsdPhysicsFromRange(self.stage, ["/"])
+        self.joints = {str(path): (str(kind), item) for kind, (paths, items) in found.items()
+                       if "Joint" in str(kind) for path, item in zip(paths, items, strict=True)}  # fmt: skip
+        self.rest, self.scale = dict[str, Array](), dict[str, float]()
+        for path in map(str, found[UsdPhysics.ObjectType.RigidBody][0]):
+            matrix = cache.GetLocalToWorldTransform(self.stage.GetPrimAtPath(path))
+            self.rest[path] = np.array(matrix.RemoveScaleShear()).T
+            self.scale[path] = float(np.linalg.norm(np.array(matrix)[0, :3]))
+        self.points: dict[str, list[Array]] = {path: [] for path in self.rest}
+        for prim in Usd.PrimRange(self.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):
+            holders = [path for path in self.rest if str(prim.GetPath()).startswith(f"{path}/")]
+            if holders and prim.IsA(UsdGeom.Mesh):
+                body = max(holders, key=len)
+                to_body = np.linalg.inv(self.rest[body]) @ np.array(cache.GetLocalToWorldTransform(prim)).T
+                points = np.array(UsdGeom.Mesh(prim).GetPointsAttr().Get(), dtype=float)
+                self.points[body].append(points @ to_body[:3, :3].T + to_body[:3, 3])
+
+    def places(self, root: str, positions: Mapping[str, float]) -> dict[str, Array]:
+        """Body → its (4, 4) place in USD's world, each joint of one axis at its position (rad or m)."""
+        placed = {root: self.rest.get(root, np.eye(4))}
+        left = dict(self.joints)
+        while left:
+            ready = (path for path, (_, item) in left.items() if {str(item.body0), str(item.body1)} & placed.keys())
+            path = next(ready)
+            kind, item = left.pop(path)
+            first, second = str(item.body0), str(item.body1)
+            step = self.step(path, kind, item, positions.get(path.rpartition("/")[2], 0.0))
+            if first in placed:
+                placed[second] = placed[first] @ step
+            else:
+                placed[first] = placed[second] @ np.linalg.inv(step)
+        return placed
+
+    def step(self, path: str, kind: str, item: Any, value: float) -> Array:
+        """(4, 4) of a joint's second body in its first."""
+        from pxr import Gf
+
+        pairs = ((item.localPose0Position, item.localPose0Orientation),
+                 (item.localPose1Position, item.localPose1Orientation))  # fmt: skip
+        frames = [np.array(Gf.Matrix4d().SetRotate(Gf.Quatd(turn)).SetTranslateOnly(Gf.Vec3d(at))).T
+                  for at, turn in pairs]  # fmt: skip
+        motion = np.eye(4)
+        axis = "Y" if path.endswith("/turn") else str(getattr(item, "axis", "X"))[-1]
+        along = np.eye(3)["XYZ".index(axis)]
+        if "Revolute" in kind or "D6" in kind:
+            motion[:3, :3] = np.array(Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(*along), math.degrees(value)))).T
+        elif "Prismatic" in kind:
+            motion[:3, 3] = along * value / self.metre
+        return np.asarray(frames[0] @ motion @ np.linalg.inv(frames[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A stage, the URDF that was made of it, and the notes."""
+
+    stage: Stage
+    file: Path
+    robot: Any
+    notes: tuple[str, ...]
+
+    @cached_property
+    def truth(self) -> Truth:
+        return Truth(self.file)
+
+    @cached_property
+    def urdf(self) -> yourdfpy.URDF:
+        text = etree.tostring(self.robot).replace(b"<capsule", b"<cylinder")
+        (self.file.parent / "made.urdf").write_bytes(text)
+        return yourdfpy.URDF.load(str(self.file.parent / "made.urdf"), load_meshes=False, build_scene_graph=True)
+
+    @cached_property
+    def links(self) -> dict[str, str]:
+        """Link → its body: named as its prim, and with its parent where that name is taken."""
+        taken = {"/Thing/Geometry/cart/cart": "cart_cart"}
+        return {taken.get(path, path.rpartition("/")[2]): path for path in self.truth.rest}
+
+    def placed(self, positions: Mapping[str, float]) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Link → its body's place in USD, m, z up, and the link's in the same world by the URDF."""
+        self.urdf.update_cfg(dict(positions))
+        whole = dict(zip(self.urdf.actuated_joint_names, map(float, self.urdf.cfg), strict=True))
+        for name, told in self.stage.joints.items():
+            if "mimic" in told:
+                leader = whole[str(told["mimic"])]
+                whole[name] = float(told.get("multiplier", 1.0)) * leader + float(told.get("offset", 0.0))
+        root = self.links.get(self.stage.root, "")
+        theirs = dict[str, Array]()
+        for link, place in ((link, self.truth.places(root, whole)[path]) for link, path in self.links.items()):
+            theirs[link] = np.eye(4)
+            theirs[link][:3, :3] = self.truth.up @ place[:3, :3]
+            theirs[link][:3, 3] = self.truth.up @ place[:3, 3] * self.truth.metre
+        start = np.eye(4)
+        if root:
+            start[:3, 3] = self.truth.up @ self.truth.rest[root][:3, 3] * self.truth.metre
+        return theirs, {link: start @ self.urdf.get_transform(link) for link in self.links}
+
+
+@pytest.fixture(params=STAGES)
+def case(request: pytest.FixtureRequest, tmp_path: Path) -> Case:
+    stage = STAGES[request.param]
+    for name, text in stage.files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    file = tmp_path / next(iter(stage.files))
+    made = urdf_of_usd(file, tmp_path)
+    return Case(stage, file, made.robot, made.notes)
+
+
+def exact(value: Any) -> Any:
+    return pytest.approx(value, rel=1e-6, abs=1e-6)
+
+
+def moved(pose: Array, points: Array) -> Array:
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def obj_points(file: str) -> Array:
+    lines = Path(file).read_text().splitlines()
+    return np.array([[float(word) for word in line.split()[1:]] for line in lines if line.startswith("v ")])
+
+
+def test_every_part_stands_where_usd_has_it(case: Case) -> None:
+    rng = np.random.default_rng(0)
+    # Of joints of several axes only the place at zero is compared here.
+    several = {name.rpartition("_")[0] for name in case.stage.joints if name.endswith("_1")}
+    free = [name for name, told in case.stage.joints.items() if told["type"] != "fixed" and "mimic" not in told]
+    for trial in range(5):
+        still = {name for name in free if trial == 0 or name in several or name.rpartition("_")[0] in several}
+        theirs, ours = case.placed({name: 0.0 if name in still else float(rng.uniform(-0.5, 0.5)) for name in free})
+        for link, path in case.links.items():
+            shown = [item.geometry.mesh for item in case.urdf.link_map[link].visuals if item.geometry.mesh]
+            assert len(shown) >= len(case.truth.points[path])
+            for points, item in zip(case.truth.points[path], shown, strict=False):
+                expected = moved(theirs[link], points * case.truth.metre)
+                assert moved(ours[link], obj_points(item.filename)) == exact(expected), link
+
+
+def test_every_number_of_a_joint_is_read(case: Case) -> None:
+    found: dict[str, dict[str, float | str]] = {}
+    for joint in case.robot.findall("joint"):
+        told = found[joint.get("name")] = {"type": joint.get("type")}
+        for tag in ("limit", "dynamics", "mimic"):
+            for key, value in (pair for item in joint.findall(tag) for pair in item.attrib.items()):
+                told["mimic" if key == "joint" else key] = value if key == "joint" else float(value)
+    assert set(found) == set(case.stage.joints)
+    for name, expected in case.stage.joints.items():
+        for key in {*expected, *(key for key, value in found[name].items() if value != 0.0)}:
+            wanted = expected.get(key, 1.0 if key == "multiplier" else 0.0)
+            expected_value = wanted if isinstance(wanted, str) else exact(wanted)
+            assert found[name].get(key, 0.0) == expected_value, (name, key)
+    assert case.notes == tuple(case.stage.notes)
+
+
+def test_masses_centres_and_inertias_are_read(case: Case) -> None:
+    found = {link.name: link.inertial for link in case.urdf.robot.links if link.inertial is not None}
+    assert {name: item.mass for name, item in found.items()} == exact(dict(case.stage.masses))
+    theirs, ours = case.placed(dict.fromkeys(case.urdf.actuated_joint_names, 0.0))
+    unit = case.truth.stage.GetMetadata("kilogramsPerUnit") * case.truth.metre**2
+    for link, path in case.links.items():
+        center, moments, turn = (
+            case.truth.stage.GetPrimAtPath(path).GetAttribute(f"physics:{name}").Get()
+            for name in ("centerOfMass", "diagonalInertia", "principalAxes")
+        )
+        if moments is None:  # of its shapes
+            continue
+        expected = moved(theirs[link], np.array([center]) * case.truth.scale[path] * case.truth.metre)[0]
+        assert (ours[link] @ found[link].origin)[:3, 3] == exact(expected), link
+        axes = np.eye(3) if not turn.GetLength() else np.array(pxr.Gf.Matrix3d(pxr.Gf.Quatd(turn))).T
+        axes, own = theirs[link][:3, :3] @ axes, (ours[link] @ found[link].origin)[:3, :3]
+        tensor = axes @ np.diag(np.array(moments, dtype=float) * unit) @ axes.T
+        assert own @ found[link].inertia @ own.T == pytest.approx(tensor, abs=1e-6 * np.trace(tensor)), link
+
+
+def test_what_we_export_is_read_back(tmp_path: Path) -> None:
+    """A tree of every kind of joint, skew axes and tensors, meshes and primitives, in a state that is not zero."""
+    (tmp_path / "wedge.obj").write_text(box_obj((0.0, -0.02, 0.0), (0.2, 0.02, 0.05)))
+    skew = (0.0123456789, 1.1e-3, -2.2e-3, 0.0223456789, 3.3e-4, 0.0253456789)
+    shapes = ((mesh("wedge.obj"), (0.01, 0.02, 0.03)), (box(0.1, 0.2, 0.3), (0, 0, 0.1)), (sphere(0.04), (0.1, 0, 0)))
+    links = [UrdfLink("base", 4.0, (0.01, 0.0, -0.02), skew, shapes)]
+    kinds, axes = ("revolute", "prismatic", "continuous", "fixed"), ((0.6, -0.8, 0.0), (0, 0, -1), (-0.8, 0.36, 0.48))
+    joints = []
+    for index, kind in enumerate((*kinds, *kinds[:2])):
+        links.append(UrdfLink(f"part {index}", 0.1 + index, (0.1, 0.2, 0.3), skew, shapes[: index % 3]))
+        joints.append(UrdfJoint(f"joint {index}", kind, links[index // 2].name, links[-1].name, axes[index % 3],
+                                (0.1 * index, 0.3, -0.2), -0.7, 1.1 + index, 0.02 + index, 0.3, 0.9 + index, 0.25,
+                                0.004))  # fmt: skip
+    overlay = refined(tmp_path, links, joints, {f"joint {index}": 0.1 * index for index in range(6)})
+    made = urdf_of_usd(export_usd(tmp_path, overlay).path, tmp_path)
+    back = tmp_path / "back.urdf"
+    back.write_bytes(etree.tostring(made.robot))
+    was, now = read_urdf(tmp_path / URDF_NAME), read_urdf(back)
+    links_now, joints_now = ({item.name: item for item in items} for items in (now.links, now.joints))
+    assert set(links_now) == {link.name for link in was.links} and len(joints_now) == len(was.joints)
+    for old in was.links:
+        new = links_now[old.name]
+        assert new.inertial.mass == exact(old.inertial.mass)
+        assert new.inertial.origin[:3, 3] == exact(old.inertial.origin[:3, 3])
+        turn = new.inertial.origin[:3, :3]
+        assert turn @ new.inertial.inertia @ turn.T == pytest.approx(old.inertial.inertia, rel=1e-6, abs=1e-8)
+        for one, other in zip(old.collisions, new.collisions, strict=True):
+            if one.geometry.mesh is None:
+                assert other.origin == exact(one.origin)
+                for name, sizes in vars(one.geometry.box or one.geometry.sphere).items():
+                    found = getattr(other.geometry.box or other.geometry.sphere, name)
+                    assert found == exact(sizes)
+            else:
+                points = moved(one.origin, obj_points(str(tmp_path / one.geometry.mesh.filename)))
+                apart = np.linalg.norm(points[:, None] - obj_points(other.geometry.mesh.filename), axis=2)
+                assert apart.min(axis=0).max() < 1e-6 and apart.min(axis=1).max() < 1e-6
+    terms, found_terms = read_dynamics(tmp_path / URDF_NAME), read_dynamics(back)
+    for old in was.joints:
+        new = joints_now[old.name]
+        assert (new.type, new.parent, new.child) == (old.type, old.parent, old.child)
+        assert new.origin == exact(old.origin)
+        if old.type != "fixed":
+            assert new.axis == exact(old.axis)
+            assert vars(found_terms[old.name]) == exact(vars(terms[old.name]))
+            if old.type != "continuous":
+                assert (new.limit.lower, new.limit.upper) == exact((old.limit.lower, old.limit.upper))
