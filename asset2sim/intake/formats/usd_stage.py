@@ -120,7 +120,7 @@ def opened(file: Path, reach: AllowedFolders) -> Iterator[UsdStage]:
 
 
 def told(error: Exception) -> str:
-    """What USD says is wrong, without the places in its own source."""
+    """USD's own words on an error, without the places in its source."""
     said = re.findall(r" : '(.*?)'\s*(?=\n\s*Error in|$)", str(error), re.DOTALL)
     return " ".join("; ".join(said or [str(error)]).split())
 
