@@ -205,7 +205,7 @@ def paint_of(stage: UsdStage, prim: "Usd.Prim") -> Paint | None:
     from pxr import UsdGeom, UsdShade
 
     material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
-    sources = [material.ComputeSurfaceSource([word])[0] for word in ("", "mdl")] if material else []
+    sources = [material.ComputeSurfaceSource(word)[0] for word in ("", "mdl")] if material else []
     shader = next((source for source in sources if source), None)
     if shader is not None:
         color, picture = shaded(stage, shader, ("diffuseColor", "diffuse_color_constant"))
