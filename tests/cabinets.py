@@ -4,7 +4,9 @@ and a drawer front above it. Every number is known, so whatever it is read from,
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tests.assets import box_obj, joint, link, robot, shape
+from tests.assets import box_obj, link, robot, shape
+from tests.assets import joint as urdf_joint
+from tests.usd_stages import at, joint, limits, plate, prim, usda
 
 SIZE = (0.422, 0.5, 0.6)
 """Edges of its box, m."""
@@ -17,8 +19,8 @@ URDF = robot(
     link("body", shape("0.4 0.5 0.6", xyz="0 0 0.3")),
     link("door", shape("0.02 0.48 0.28", xyz="0 0.24 0")),
     link("drawer", shape("0.02 0.48 0.28")),
-    joint("door_hinge", "revolute", "body", "door", xyz="0.212 -0.24 0.15", axis="0 0 -1", limit="0 1.5"),
-    joint("drawer_slide", "prismatic", "body", "drawer", xyz="0.212 0 0.45", axis="1 0 0", limit="0 0.2"),
+    urdf_joint("door_hinge", "revolute", "body", "door", xyz="0.212 -0.24 0.15", axis="0 0 -1", limit="0 1.5"),
+    urdf_joint("drawer_slide", "prismatic", "body", "drawer", xyz="0.212 0 0.45", axis="1 0 0", limit="0 0.2"),
 )
 
 XACRO = """<?xml version="1.0"?>
@@ -128,6 +130,23 @@ def dae(size: Sequence[float], unit: float = 1.0, up: str = "Z_UP", nodes: Seque
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
 
 
+def usd_part(name: str, size: Sequence[float], place: Sequence[float], middle: Sequence[float] = (0, 0, 0)) -> str:
+    """A rigid body of a box, without a mass."""
+    return prim("Xform", name, at(place), plate("mesh", size, place=at(middle)), apis=("PhysicsRigidBodyAPI",))
+
+
+USD = usda(
+    prim("Xform", "thing",
+         usd_part("body", (50, 60, 40), (0, 0, 0), (0, 30, 0)), usd_part("door", (48, 28, 2), (0, 15, 21.2)),
+         usd_part("drawer", (48, 28, 2), (0, 45, 21.2)),
+         joint("Revolute", "door_hinge", ("/thing/body", "/thing/door"), limits(0.0, 85.94366926962348, "Y"),
+               frame0="-24 15 21.2|0 1 0 0", frame1="-24 0 0|0 1 0 0"),
+         joint("Prismatic", "drawer_slide", ("/thing/body", "/thing/drawer"), limits(0.0, 20.0, "Z"),
+               frame0="0 45 21.2")),
+    up="Y", metres=0.01, default="thing",
+)  # fmt: skip
+"""In centimetres, y up, its front towards z; the hinge's frame is turned round."""
+
 COLLADA = URDF.replace('<box size="0.4 0.5 0.6"/>', '<mesh filename="body.dae"/>').replace(
     '<box size="0.02 0.48 0.28"/>', '<mesh filename="plate.dae"/>'
 )
@@ -141,6 +160,7 @@ FORMATS: dict[str, Files] = {
     "sdf": {"model.sdf": sdf(), "model.config": "<model/>"},
     "sdf_1_4": {"model.sdf": sdf("1.4")},
     "mjcf": {"thing.xml": MJCF},
+    "usd": {"thing.usda": USD},
     "collada": {
         "thing.urdf": COLLADA,
         "body.dae": dae((40, 50, 30), 0.01, "Y_UP", HALVES),

@@ -20,6 +20,7 @@ from tasks.pipeline import refine_asset
 from tests.assets import near, prior, read
 from tests.cabinets import AXES, CENTERS, FORMATS, MJCF, RANGES, SIZE, XACRO, dae, sdf, written_cabinet
 
+pytest.importorskip("pxr")  # it reads USD
 pytest.importorskip("mujoco")  # it reads MJCF; imported here, since importing it starts a program
 
 
@@ -60,7 +61,7 @@ def test_names_in_another_encoding_are_engines_too(tmp_path: Path, encoding: str
     assert record.measurement is not None and "t\u00fcr" in [joint.name for joint in record.measurement.joints]
 
 
-@pytest.mark.parametrize("kind", ["urdf", "xacro", "sdf", "mjcf"])
+@pytest.mark.parametrize("kind", ["urdf", "xacro", "sdf", "mjcf", "usd"])
 def test_a_dataset_lists_assets_of_every_format(tmp_path: Path, kind: str) -> None:
     written_cabinet(tmp_path / "one", kind)
     assert [ref.asset_id for ref in load_dataset(tmp_path)] == ["one"]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 import yourdfpy
 from lxml import etree
 
@@ -20,7 +21,8 @@ from asset2sim.physics.arrays import Array
 from tests.assets import box_obj
 from tests.builders import UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import refined
-from tests.usd_stages import STAGES, Stage
+from tests.origins import png
+from tests.usd_stages import STAGES, Stage, at, plate, prim, usda
 
 pxr = pytest.importorskip("pxr", reason="usd-core is not installed")
 
@@ -45,12 +47,12 @@ class Truth:
             self.rest[path] = np.array(matrix.RemoveScaleShear()).T
             self.scale[path] = float(np.linalg.norm(np.array(matrix)[0, :3]))
         self.points: dict[str, list[Array]] = {path: [] for path in self.rest}
-        for prim in Usd.PrimRange(self.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):
-            holders = [path for path in self.rest if str(prim.GetPath()).startswith(f"{path}/")]
-            if holders and prim.IsA(UsdGeom.Mesh):
+        for item in Usd.PrimRange(self.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):
+            holders = [path for path in self.rest if str(item.GetPath()).startswith(f"{path}/")]
+            if holders and item.IsA(UsdGeom.Mesh):
                 body = max(holders, key=len)
-                to_body = np.linalg.inv(self.rest[body]) @ np.array(cache.GetLocalToWorldTransform(prim)).T
-                points = np.array(UsdGeom.Mesh(prim).GetPointsAttr().Get(), dtype=float)
+                to_body = np.linalg.inv(self.rest[body]) @ np.array(cache.GetLocalToWorldTransform(item)).T
+                points = np.array(UsdGeom.Mesh(item).GetPointsAttr().Get(), dtype=float)
                 self.points[body].append(points @ to_body[:3, :3].T + to_body[:3, 3])
 
     def places(self, root: str, positions: Mapping[str, float]) -> dict[str, Array]:
@@ -254,3 +256,115 @@ def test_what_we_export_is_read_back(tmp_path: Path) -> None:
             assert vars(found_terms[old.name]) == exact(vars(terms[old.name]))
             if old.type != "continuous":
                 assert (new.limit.lower, new.limit.upper) == exact((old.limit.lower, old.limit.upper))
+
+
+TEXTURED = """def Mesh "mesh" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+  point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,1,0), (2,0,0), (2,1,0), (3,0,0), (3,1,0), (4,0.5,0)]
+  int[] faceVertexCounts = [4, 4, 5]
+  int[] faceVertexIndices = [0,1,2,3, 1,4,5,2, 4,6,8,7,5]
+  int[] holeIndices = [HOLES]
+  texCoord2f[] primvars:st = [(0,0),(1,0),(1,1),(0,1),(0,0),(0,0),(0,0),(0,0),(0,0)] ( interpolation = "vertex" )
+  color3f[] primvars:displayColor = [(0, 0, 1)]
+  def GeomSubset "part" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    uniform token elementType = "face"
+    uniform token familyName = "materialBind"
+    int[] indices = [0]
+    rel material:binding = </Thing/paint>
+  }
+}
+def Material "paint" {
+  token outputs:surface.connect = </Thing/paint/s.outputs:surface>
+  def Shader "s" {
+    uniform token info:id = "UsdPreviewSurface"
+    color3f inputs:diffuseColor.connect = </Thing/paint/t.outputs:rgb>
+    float inputs:opacity = 0.5
+    token outputs:surface
+  }
+  def Shader "t" {
+    uniform token info:id = "UsdUVTexture"
+    asset inputs:file = @./wood.png@
+    float4 inputs:scale = (1, 0.5, 1, 1)
+    float3 outputs:rgb
+  }
+}"""
+
+
+@pytest.mark.parametrize("suffix", [".usda", ".usdz"])
+def test_subsets_textures_colours_polygons_and_holes(tmp_path: Path, suffix: str) -> None:
+    from pxr import UsdUtils
+
+    file = tmp_path / "thing.usda"
+    file.write_text(usda(prim("Xform", "Thing", TEXTURED.replace("HOLES", "1"))))
+    (tmp_path / "wood.png").write_bytes(png(150, 100, 50))
+    if suffix == ".usdz":
+        assert UsdUtils.CreateNewUsdzPackage(str(file), str(file.with_suffix(suffix)))
+        (tmp_path / "wood.png").unlink()
+    robot: Any = urdf_of_usd(file.with_suffix(suffix), tmp_path).robot
+    painted, plain = robot.findall("link/visual")
+    assert [float(v) for v in painted.find("material/color").get("rgba").split()] == exact([1, 0.5, 1, 0.5])
+    assert Path(painted.find("material/texture").get("filename")).read_bytes() == png(150, 100, 50)
+    assert plain.find("material/texture") is None and plain.find("material/color").get("rgba") == "0 0 1 1"
+    meshes = [trimesh.load_mesh(item.find("geometry/mesh").get("filename")) for item in (painted, plain)]
+    assert [mesh.area for mesh in meshes] == exact([1.0, 1.5]) and len(meshes[1].faces) == 3
+    assert "vt 1.0 1.0" in Path(painted.find("geometry/mesh").get("filename")).read_text()
+
+
+def link_of(folder: Path, *inside: str) -> Any:
+    """The one link of a stage."""
+    (folder / "thing.usda").write_text(usda(prim("Xform", "Thing", *inside)))
+    return urdf_of_usd(folder / "thing.usda", folder).robot.find("link")
+
+
+SHAPES = {
+    "box": ('def Cube "a" { double size = 2 PLACE }', (1, 2, 3), {"size": "2 4 6"}),
+    "sphere": ('def Sphere "a" { double radius = 0.5 PLACE }', (2, 2, 2), {"radius": "1"}),
+    "cylinder": ('def Cylinder "a" { double radius = 1\ndouble height = 3\nuniform token axis = "X" PLACE }', (2, 3, 3),
+                 {"radius": "3", "length": "6"}),
+    "capsule": ('def Capsule "a" { double radius = 1\ndouble height = 3\nuniform token axis = "Y" PLACE }', (2, 2, 2),
+                {"radius": "2", "length": "6"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("skewed", [False, True])
+def test_a_primitive_stays_one_where_its_scale_allows(tmp_path: Path, kind: str, skewed: bool) -> None:
+    """Else it is a mesh of the same extent."""
+    text, scale, size = SHAPES[kind]
+    inner = at((0, 0, 0), (math.sqrt(0.9), 0.1, 0.3, 0.0), scale)
+    text = text.replace("PLACE", f"\n{inner}\n").replace(" {", ' (prepend apiSchemas = ["PhysicsCollisionAPI"]) {')
+    outer = at((1, 2, 3), scale=(1, 1, 1.5) if skewed else (2, 2, 2))
+    shape = link_of(tmp_path, outer, text).find("collision/geometry")[0]
+    assert shape.tag == ("mesh" if skewed else kind)
+    if not skewed:
+        assert [float(v) for v in dict(shape.attrib).popitem()[1].split()] == exact(
+            [2 * float(v) for v in list(size.values())[-1].split()])  # fmt: skip
+        return
+    stage = pxr.Usd.Stage.Open(str(tmp_path / "thing.usda"))
+    low, high = obj_points(shape.get("filename")).min(axis=0), obj_points(shape.get("filename")).max(axis=0)
+    boxed = (
+        pxr.UsdGeom.BBoxCache(0.0, ["default"]).ComputeWorldBound(stage.GetPrimAtPath("/Thing")).ComputeAlignedRange()
+    )
+    assert np.all(low >= np.array(boxed.GetMin()) - 1e-6) and np.all(high <= np.array(boxed.GetMax()) + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("line", "roles"),
+    [
+        ("", ["visual", "collision"]),
+        ('uniform token purpose = "guide"', ["collision"]),
+        ('uniform token purpose = "proxy"', ["collision"]),
+        ('uniform token purpose = "render"', ["visual", "collision"]),
+        ('token visibility = "invisible"', ["collision"]),
+        ("bool physics:collisionEnabled = false", ["visual"]),
+    ],
+)
+def test_what_is_drawn_and_what_collides(tmp_path: Path, line: str, roles: list[str]) -> None:
+    assert [item.tag for item in link_of(tmp_path, plate("mesh", (1, 1, 1), line))] == roles
+
+
+@pytest.mark.parametrize(("how", "tag"), [("boundingCube", "box"), ("boundingSphere", "sphere"), ("none", "mesh")])
+def test_a_mesh_collides_as_it_says(tmp_path: Path, how: str, tag: str) -> None:
+    text = plate("mesh", (1, 2, 3)).replace('"convexHull"', f'"{how}"')
+    shape = link_of(tmp_path, text).find("collision/geometry")[0]
+    assert shape.tag == tag and shape.get("size", "1 2 3") == "1 2 3"
+    assert float(shape.get("radius", math.sqrt(3.5))) == exact(math.sqrt(3.5))

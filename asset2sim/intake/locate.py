@@ -16,7 +16,7 @@ _INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["'
 _FIRST, *_MORE, _LAST = dict.fromkeys(form.name for form in FORMATS.values())
 FURTHER = f"{', '.join(_MORE)} or {_LAST} file"
 """The formats after the first, in words: "xacro, SDF or MJCF file"."""
-TELLING = tuple(form.suffix for form in FORMATS.values() if form.recognises is None)
+TELLING = tuple(suffix for suffix, form in FORMATS.items() if form.recognises is None)
 """Suffixes that tell a format by themselves."""
 
 
