@@ -11,6 +11,7 @@ import trimesh
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.references import allowed_folders
 from asset2sim.intake.origin import extract, open_origin
+from asset2sim.runs.plan.asset_files import asset_files
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.inputs import InputSettings
@@ -149,7 +150,10 @@ def test_no_layer_outside_is_read(tmp_path: Path, text: str) -> None:
 def test_a_layer_elsewhere_in_the_dataset_is_inside_and_one_that_is_missing_is_said(tmp_path: Path) -> None:
     near = prim("Xform", "near", more="prepend references = @../shared/box.usda@")
     gone = prim("Xform", "gone", more="prepend references = @../shared/gone.usda@")
-    item = read(tmp_path, near, gone)
+    ref = dataset(tmp_path, thing(near, gone))
+    item = extract(ref)
+    names = [file.name for file in asset_files(Path(ref.path), allowed_folders(ref, InputSettings()))]
+    assert any("shared/box.usda" in name for name in names), "a change there is a change of the asset"
     assert item.features.rest_size == pytest.approx((0.3, 0.3, 0.3))
     assert "/Thing/gone: Could not open asset" in told(item) and "one rigid link" in told(item)
 
@@ -201,7 +205,9 @@ def test_a_picture_outside_is_a_finding_and_not_read(tmp_path: Path) -> None:
 def test_a_joint_that_closes_a_loop_is_named(tmp_path: Path) -> None:
     again = joint("Fixed", "again", ("/Thing/b", "/Thing/a"))
     spare = HINGE.replace('"hinge"', '"spare"').replace("{", "{\nbool physics:excludeFromArticulation = true", 1)
-    item = read(tmp_path, A, B, spare, HINGE, again)
+    still = joint("Fixed", "still", ("", "/Thing"))
+    item = read(tmp_path, A, B, spare, HINGE, again, still)
+    assert "/Thing/still is left out: both its sides stand still" in told(item)
     assert [j.name for j in item.features.joints] == ["hinge"]
     assert all(f"joint /Thing/{name} closes a loop" in told(item) for name in ("spare", "again"))
 

@@ -206,7 +206,8 @@ class _Object:
         if body != WORLD:
             found = mass_of(self.stage, self.bodies[body], weighed or [WeighedForm(form) for form in unweighed])
             if found is not None:
-                add_inertial(link, found.mass_kg, to_link @ found.pose, found.inertia)
+                mass, pose, inertia = found
+                add_inertial(link, mass, to_link @ pose, inertia)
         friction = [item.friction for item in weighed if item.friction > 0.0]
         if friction:
             add(add(link, "contact"), "lateral_friction", value=words([sum(friction) / len(friction)]))

@@ -65,8 +65,11 @@ def read_joints(stage: UsdStage, body_of: Callable[["Usd.Prim"], "Usd.Prim | Non
             stage.notes.append(f"joint {prim.GetPath()} ({prim.GetTypeName()}) is left out: a URDF has none like it")
             continue
         (first, frame0), (second, frame1) = (end(stage, prim, side, body_of) for side in (0, 1))
+        if not first and not second:
+            stage.notes.append(f"joint {prim.GetPath()} is left out: both its sides stand still")
+            continue
         if first == second:
-            problem = f"joint {prim.GetPath()} ties {first or 'the world'} to itself: name two bodies, or remove it"
+            problem = f"joint {prim.GetPath()} ties {first} to itself: name two bodies, or remove it"
             raise stage.refused("usd_joint", problem)
         yield UsdJoint(
             name=str(prim.GetDisplayName() or prim.GetName()),

@@ -66,17 +66,9 @@ class WeighedForm:
         return centered.moved(self.form.pose[:3, :3], self.form.pose[:3, 3])
 
 
-@dataclass(frozen=True, eq=False)
-class BodyMass:
-    """Mass (kg) and inertia about its centre (kg·m²) in the axes of the (4, 4) ``pose``, which lies in that centre."""
-
-    mass_kg: float
-    pose: Array
-    inertia: Inertia6
-
-
-def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> BodyMass | None:
-    """The mass of a body; None where neither it nor its shapes nor their materials state a mass or a density."""
+def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> tuple[float, Array, Inertia6] | None:
+    """A body's mass (kg), and its inertia about its centre (kg·m²) in the axes of the (4, 4) pose, which lies there; None
+    where neither it nor its shapes nor their materials state a mass or a density."""
     mass = stage.number(prim, "physics:mass") * stage.kilogram
     density = stage.number(prim, "physics:density") * stage.kilogram / stage.metre**3
     told = (mass, density, *(item.mass_kg + item.density_kg_m3 + item.material_kg_m3 for item in forms))
@@ -104,9 +96,9 @@ def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> 
         if turn is not None and any(wxyz(turn)):
             pose[:3, :3] = pose_of(np.zeros(3), wxyz(turn))[:3, :3]
         x, y, z = (float(value) * stage.kilogram * stage.metre**2 for value in moments)
-        return BodyMass(mass, pose, (x, 0.0, 0.0, y, 0.0, z))
+        return mass, pose, (x, 0.0, 0.0, y, 0.0, z)
     stage.notes.append(f"{prim.GetPath()} states no inertia: that of its shapes is taken")
-    return BodyMass(mass, pose, six(np.zeros((3, 3)) if whole is None else whole.inertia * mass / whole.volume))
+    return mass, pose, six(np.zeros((3, 3)) if whole is None else whole.inertia * mass / whole.volume)
 
 
 def weighed(forms: Sequence[WeighedForm], mass: float, density: float) -> Solid | None:

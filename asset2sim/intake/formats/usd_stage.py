@@ -113,7 +113,9 @@ def opened(file: Path, reach: AllowedFolders) -> Iterator[UsdStage]:
             notes.append(f"{where}: {text}")
         yield UsdStage(file, stage, layers, list(dict.fromkeys(notes)))
     except Tf.ErrorException as error:
-        raise unconvertible(file, "usd_unreadable", f"no USD that can be read: {told(error)}") from error
+        raise unconvertible(
+            file, "usd_unreadable", f"no USD that can be read; export it again: {told(error)}"
+        ) from error
     finally:
         quiet.TakeUncoalescedDiagnostics()
         del quiet
