@@ -67,8 +67,8 @@ class WeighedForm:
 
 
 def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> tuple[float, Array, Inertia6] | None:
-    """A body's mass (kg), and its inertia about its centre (kg·m²) in the axes of the (4, 4) pose, which lies there; None
-    where neither it nor its shapes nor their materials state a mass or a density."""
+    """A body's mass (kg), and its inertia about its centre (kg·m²) in the axes of the (4, 4) pose there; None where
+    neither it nor its shapes nor their materials state a mass or a density."""
     mass = stage.number(prim, "physics:mass") * stage.kilogram
     density = stage.number(prim, "physics:density") * stage.kilogram / stage.metre**3
     told = (mass, density, *(item.mass_kg + item.density_kg_m3 + item.material_kg_m3 for item in forms))
