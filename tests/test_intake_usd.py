@@ -17,12 +17,14 @@ from asset2sim.assets.exports.usd import export_usd
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.read import read_dynamics, read_urdf
 from asset2sim.intake.formats.usd import urdf_of_usd
+from asset2sim.intake.origin import extract
 from asset2sim.physics.arrays import Array
+from schemas.asset import AssetRef
 from tests.assets import box_obj
 from tests.builders import UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import refined
 from tests.origins import png
-from tests.usd_stages import STAGES, Stage, at, plate, prim, usda
+from tests.usd_stages import STAGES, Stage, at, body, joint, plate, prim, usda
 
 pxr = pytest.importorskip("pxr", reason="usd-core is not installed")
 
@@ -176,10 +178,10 @@ def test_every_part_stands_where_usd_has_it(case: Case) -> None:
 
 def test_every_number_of_a_joint_is_read(case: Case) -> None:
     found: dict[str, dict[str, float | str]] = {}
-    for joint in case.robot.findall("joint"):
-        told = found[joint.get("name")] = {"type": joint.get("type")}
+    for element in case.robot.findall("joint"):
+        told = found[element.get("name")] = {"type": element.get("type")}
         for tag in ("limit", "dynamics", "mimic"):
-            for key, value in (pair for item in joint.findall(tag) for pair in item.attrib.items()):
+            for key, value in (pair for item in element.findall(tag) for pair in item.attrib.items()):
                 told["mimic" if key == "joint" else key] = value if key == "joint" else float(value)
     assert set(found) == set(case.stage.joints)
     for name, expected in case.stage.joints.items():
@@ -368,3 +370,41 @@ def test_a_mesh_collides_as_it_says(tmp_path: Path, how: str, tag: str) -> None:
     shape = link_of(tmp_path, text).find("collision/geometry")[0]
     assert shape.tag == tag and shape.get("size", "1 2 3") == "1 2 3"
     assert float(shape.get("radius", math.sqrt(3.5))) == exact(math.sqrt(3.5))
+
+
+MASSES = {
+    "mass": ("float physics:mass = 6", "", 6.0),
+    "density": ("float physics:density = 500", "", 3000.0),
+    "shape": ("", "float physics:mass = 12", 12.0),
+    "shape's density": ("float physics:density = 500", "float physics:density = 2", 12.0),
+}
+
+
+@pytest.mark.parametrize("how", MASSES)
+def test_a_mass_without_an_inertia_has_that_of_its_shapes(tmp_path: Path, how: str) -> None:
+    of_body, of_shape, mass = MASSES[how]
+    shape = plate("mesh", (1, 2, 3), of_shape, place=at((0.5, 0.0, 0.0)))
+    part = prim("Xform", "part", of_body, shape, apis=("PhysicsRigidBodyAPI", "PhysicsMassAPI"))
+    inertial = link_of(tmp_path, part).find("inertial")
+    assert float(inertial.find("mass").get("value")) == exact(mass)
+    assert [float(v) for v in inertial.find("origin").get("xyz").split()] == exact([0.5, 0.0, 0.0])
+    moments = [float(inertial.find("inertia").get(key)) for key in ("ixx", "iyy", "izz", "ixy")]
+    assert moments == exact([mass * 13 / 12, mass * 10 / 12, mass * 5 / 12, 0.0])
+
+
+def test_the_ground_and_what_repeats_points_are_no_part_of_it(tmp_path: Path) -> None:
+    """The file has no unit either: its lengths are USD's centimetres, and no metres that must stay."""
+    ground = prim("Xform", "ground", prim("Plane", "endless"), plate("sheet", (100, 100, 0)))
+    many = prim("PointInstancer", "many", plate("seed", (1, 1, 1)))
+    foot = joint("Fixed", "foot", ("", "/Thing/part"))
+    text = usda(
+        prim("Xform", "Thing", body("part", plate("mesh", (30, 30, 30)), mass=1.0), foot, ground, many), metres=None
+    )
+    (tmp_path / "thing.usda").write_text(text)
+    item = extract(AssetRef(asset_id="one", path=str(tmp_path)))
+    assert item.features.rest_size == exact((0.3, 0.3, 0.3)) and item.features.root == "part"
+    told = next(finding.message for finding in item.findings if finding.code == "converted_usd")
+    assert (
+        all(word in told for word in ("/Thing/ground/endless", "/Thing/many", "metersPerUnit")) and "/seed" not in told
+    )
+    assert urdf_of_usd(tmp_path / "thing.usda", tmp_path).metric is False

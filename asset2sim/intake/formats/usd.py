@@ -25,7 +25,7 @@ from asset2sim.intake.formats.format import (
 )
 from asset2sim.intake.formats.usd_joints import Step, UsdJoint, read_joints
 from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
-from asset2sim.intake.formats.usd_shapes import BOUNDS, Form, bounds, painted, picture_file, read_form
+from asset2sim.intake.formats.usd_shapes import BOUNDS, SHAPES, Form, bounds, painted, picture_file, read_form
 from asset2sim.intake.formats.usd_stage import SUFFIXES, UsdStage, opened
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply
@@ -49,21 +49,28 @@ class _Object:
     """One stage being converted. Bodies and joints go by their paths."""
 
     def __init__(self, stage: UsdStage, work: Path, reach: AllowedFolders) -> None:
-        from pxr import UsdGeom, UsdPhysics
+        from pxr import Usd, UsdGeom, UsdPhysics
 
         self.stage, self.work, self.reach = stage, work, reach
         default, everything = stage.stage.GetDefaultPrim(), stage.stage.GetPseudoRoot()
         self.bodies: dict[str, Usd.Prim] = {}
         self.shapes: dict[str, list[Usd.Prim]] = {WORLD: []}
+        grounds = set[Usd.Prim]()
+        """What holds an endless plane, and with it the sheet that is drawn in its place."""
         for top in (default, everything) if default else (everything,):
             for prim in stage.prims(top):
                 if prim.HasAPI(UsdPhysics.RigidBodyAPI) and self.body_of(prim) == prim:
                     self.bodies[str(prim.GetPath())] = prim
-                if prim.IsA(UsdGeom.Gprim):
+                if prim.GetTypeName() in SHAPES:
                     body = self.body_of(prim)
                     self.shapes.setdefault(WORLD if body is None else str(body.GetPath()), []).append(prim)
+                elif prim.IsA(UsdGeom.Gprim):
+                    stage.notes.append(f"{prim.GetPath()} is left out: a URDF has no {prim.GetTypeName()}")
+                    if prim.IsA(UsdGeom.Plane) and prim.GetParent() != top:
+                        grounds.add(prim.GetParent())
             if self.bodies or self.shapes[WORLD]:
                 break
+        self.shapes[WORLD] = [prim for prim in self.shapes[WORLD] if prim.GetParent() not in grounds]
         self.joints = sorted(
             (joint for joint in read_joints(stage, self.body_of) if {*joint.bodies} - {WORLD} <= self.bodies.keys()),
             key=lambda joint: joint.spare,

@@ -55,18 +55,16 @@ class Paint:
 
 BOUNDS = {"boundingCube": "Cube", "boundingSphere": "Sphere"}
 """Approximations of a mesh as which it collides otherwise than as its hull or its triangles."""
-PRIMITIVES = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone")
+SHAPES = ("Mesh", "Cube", "Sphere", "Cylinder", "Capsule", "Cone")
+"""Geometry that is read."""
 
 
 def read_form(stage: UsdStage, prim: "Usd.Prim", to_frame: Array) -> Form | None:
     """The geometry of a prim, ``to_frame`` being the (4, 4) transform of its own coordinates, with any scale; None for
-    one that a URDF has no shape for. Raises AssetError for a mesh that cannot be used."""
+    a mesh without faces. Raises AssetError for a mesh that cannot be used."""
     kind = str(prim.GetTypeName())
     if kind == "Mesh":
         return mesh_form(stage, prim, to_frame)
-    if kind not in PRIMITIVES:
-        stage.notes.append(f"{prim.GetPath()} is left out: a URDF has no {kind}")
-        return None
     radius, height, edge = (float(prim.GetAttribute(name).Get(stage.time) or 0.0) if prim.HasAttribute(name) else 0.0
                             for name in ("radius", "height", "size"))  # fmt: skip
     axis = TO_AXIS[str(prim.GetAttribute("axis").Get() or "Z")] if prim.HasAttribute("axis") else np.eye(4)

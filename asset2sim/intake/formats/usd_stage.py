@@ -47,10 +47,15 @@ class UsdStage:
         self.everything = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
     def prims(self, top: "Usd.Prim") -> Iterator["Usd.Prim"]:
-        """A prim and all below it, those of instances too."""
-        from pxr import Usd
+        """A prim and all below it, those of instances too, but for what a point instancer repeats."""
+        from pxr import Usd, UsdGeom
 
-        return iter(Usd.PrimRange(top, self.everything))
+        found = iter(Usd.PrimRange(top, self.everything))
+        for prim in found:
+            if prim.IsA(UsdGeom.PointInstancer):
+                found.PruneChildren()
+                self.notes.append(f"{prim.GetPath()} is left out: a URDF has no PointInstancer")
+            yield prim
 
     def world(self, prim: "Usd.Prim") -> Array:
         """(4, 4) from a prim's own coordinates, in its own scale, to the world in metres, z up."""
