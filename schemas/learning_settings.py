@@ -52,6 +52,12 @@ class GuardSettings(Frozen):
     """Share of its way by which the part may move towards the target before it is first touched: 5 mm of 10 cm."""
     spring_share: Fraction = 0.5
     """Share of the work of spring and arm that the part's spring may do."""
+    tilt_rad: Positive = 0.26
+    """Tilt of the object beyond which it was tipped and not used, rad: 15°, what a rocking table comes back from."""
+    lift_m: Positive = 0.03
+    """Rise of its root link from which the object was lifted, m: as in recorded interactions."""
+    travel_m: Positive = 0.1
+    """Way of its root link along the floor from which the object was shoved, m: a hand's width."""
     least_work_j: Positive = 1e-3
     """Work of a spring below which it is none, J: a part of 20 g lifted by 5 mm."""
 

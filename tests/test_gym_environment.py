@@ -20,6 +20,7 @@ from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.record import powers, record
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
+from asset2sim.gym.contact import ToolContacts
 from asset2sim.gym.environment import OBSERVATION
 from asset2sim.gym.scripted import planned_action
 from asset2sim.gym.subject import learned_tasks
@@ -217,6 +218,39 @@ def test_a_spring_that_does_the_work_is_no_success(tmp_path: Path) -> None:
     env = opened(folder, action="joints")
     info = replay(env)
     assert info["S"] >= 0.9 and info["spring_did_it"] and not info["is_success"]
+
+
+@pytest.mark.parametrize(
+    ("force_n", "torque_nm", "measure", "least"),
+    [((60.0, 0.0, 0.0), (0.0, 0.0, 0.0), "travelled_m", 0.1), ((0.0, 0.0, 0.0), (0.0, -4.0, 0.0), "tilted_rad", 0.26)],
+    ids=["shoved from under its drawer", "tipped until its drawer slides shut"],
+)
+def test_an_object_that_is_shoved_or_tipped_is_not_used(
+    tmp_path: Path, force_n: tuple[float, ...], torque_nm: tuple[float, ...], measure: str, least: float
+) -> None:
+    folder = slider(tmp_path / "thing", fixed=False, friction=0.0, damping=0.1, holds=False)
+    env = opened(folder, base=BASE, settings=SHORT)
+
+    def pushed_over(data: Any, _: float) -> None:
+        data.xfrc_applied[env.root] = (*force_n, *torque_nm) if data.time < 0.5 else (0.0,) * 6
+
+    env.watched = pushed_over
+    info = hold(env)
+    assert info["S_best"] > 0.9 and info["displaced"] and info[measure] > least and not info["is_success"]
+
+
+def test_a_push_on_another_part_is_work_and_no_touch(thing: Path) -> None:
+    env = opened(thing, action="joints")
+    assert env.subject.plan is not None
+    other = ToolContacts(env.stage, np.array([], dtype=np.int64))
+    env.reset(options={"start": 0})
+    works, ended = 0.0, False
+    while not ended:
+        *_, ended, _ = env.step(planned_action(env, env.subject.plan))
+        touched, power = other.felt(env.stage.data)
+        works += abs(power)
+        assert not touched
+    assert works > 0.0
 
 
 def test_x_follows_the_limits_as_loaded(tmp_path: Path) -> None:

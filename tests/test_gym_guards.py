@@ -14,6 +14,7 @@ N = 1000
 TIMES = np.arange(N) * 0.004
 SETTINGS = GuardSettings()
 LEVEL = np.full(N, 0.3)
+STILL, UPRIGHT = np.zeros((N, 3)), np.tile([0.0, 0.0, 1.0], (N, 1))
 
 
 def pushed(begins: float, ends: float, touch: tuple[float, float], joules: float = 0.1) -> Rollout:
@@ -22,8 +23,9 @@ def pushed(begins: float, ends: float, touch: tuple[float, float], joules: float
     touched = (since <= TIMES) & (until > TIMES)
     positions = 0.1 * (1.0 - np.clip((TIMES - begins) / (ends - begins), 0.0, 1.0))
     return Rollout(
-        positions, touched, touched * (joules / touched.sum() if touched.any() else 0.0), LEVEL, 0.0, 0.2, 0.0
-    )
+        positions, touched, touched * (joules / touched.sum() if touched.any() else 0.0), LEVEL, STILL, UPRIGHT,
+        0.0, 0.2, 0.0,
+    )  # fmt: skip
 
 
 def test_a_part_that_moves_while_it_is_touched_is_used() -> None:
@@ -81,6 +83,36 @@ def test_a_spring_that_does_most_of_the_work_is_found(stiffness: float, rest: fl
 def test_a_spring_that_is_wound_up_by_the_arm_is_no_cheat() -> None:
     found = guard(replace(pushed(1.0, 2.0, (0.9, 2.2)), stiffness=50.0, spring_reference=0.1), SETTINGS)
     assert found.spring_share == 0.0 and not found.degenerate
+
+
+@pytest.mark.parametrize(
+    ("tilt_rad", "shift_m", "fires"),
+    [
+        (0.2, (0.0, 0.0, 0.0), False), (0.3, (0.0, 0.0, 0.0), True),
+        (0.0, (0.05, 0.05, 0.0), False), (0.0, (0.08, -0.08, 0.0), True),
+        (0.0, (0.0, 0.0, 0.02), False), (0.0, (0.0, 0.0, 0.04), True), (0.0, (0.0, 0.0, -0.04), False),
+    ],
+)  # fmt: skip
+def test_an_object_that_was_tipped_shoved_or_lifted_on_the_way_was_not_used(
+    tilt_rad: float, shift_m: tuple[float, float, float], fires: bool
+) -> None:
+    there_and_back = np.sin(np.linspace(0.0, np.pi, N))[:, None]
+    angles = tilt_rad * there_and_back[:, 0]
+    ups = np.stack([np.sin(angles), np.zeros(N), np.cos(angles)], axis=1)
+    rollout = replace(pushed(1.0, 2.0, (0.9, 2.2)), centers=there_and_back * np.array(shift_m), ups=ups)
+    found = guard(rollout, SETTINGS)
+    assert found.displaced == found.degenerate == fires
+    assert found.tilted_rad == pytest.approx(tilt_rad, abs=1e-3)
+    assert found.travelled_m == pytest.approx(np.hypot(*shift_m[:2]), abs=1e-6)
+    assert found.lifted_m == pytest.approx(max(shift_m[2], 0.0), abs=1e-6)
+
+
+def test_a_part_that_rebounds_from_its_other_stop_is_found() -> None:
+    """It is flicked open, away from its target, and comes back from the stop by itself."""
+    out_and_back = 0.1 + np.interp(TIMES, [0.0, 1.0, 1.5, 2.5], [0.0, 0.0, 0.1, -0.1])
+    touched = (TIMES > 0.9) & (TIMES < 1.4)
+    found = guard(replace(pushed(1.0, 2.0, (0.9, 2.2)), positions=out_and_back, touched=touched), SETTINGS)
+    assert found.untouched_share > 1.0 and found.moved_untouched
 
 
 def test_limits_that_are_too_wide_make_the_start_the_goal() -> None:

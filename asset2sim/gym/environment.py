@@ -63,7 +63,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     ``finger_axis`` (3) along which they open, unit vectors; ``to_part`` (3) from the tool point to the nearest point of
     the part, m;
     ``x`` (1) position of the part's joint as a share of its limits as loaded, ``x_speed`` (1) its change, 1/s,
-    ``x_target`` (1) where it should be; ``touching`` (1) 1 where the arm touches the object; ``command_lead`` (7) by
+    ``x_target`` (1) where it should be; ``touching`` (1) 1 where the arm touches the part; ``command_lead`` (7) by
     how much the servos' commands are ahead of the arm, rad.
 
     **Action**, float32 in [-1, 1]. ``tool`` (7): shift of the tool along x, y, z of the base, of 0.024 m at 1, turn
@@ -107,7 +107,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.lower, self.upper = (self.stage.model.jnt_range[arm] + (INSIDE_RAD, -INSIDE_RAD)).T
         self.command = waiting(self.stage.gripper)
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
-        self.touch = ToolContacts(self.stage)
+        self.touch = ToolContacts(self.stage, self.subject.part_geoms)
+        self.root = int(self.stage.model.body_rootid[self.subject.body])
         self.watched: Callable[[mujoco.MjData, float], None] | None = None
         self.begin()
 
@@ -118,6 +119,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.command = waiting(self.stage.gripper)
         self.positions, self.touched, self.works = [float(data.qpos[self.subject.place])], [False], [0.0]
         self.heights = [float(data.subtree_com[self.subject.body, 2])]
+        self.centers, self.ups = [data.xipos[self.root].copy()], [data.xmat[self.root, 6:].copy()]
         self.done = self.best = 0.0
 
     def reset(
@@ -163,6 +165,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             self.positions.append(float(data.qpos[self.subject.place]))
             self.touched.append(touched)
             self.heights.append(float(data.subtree_com[self.subject.body, 2]))
+            self.centers.append(data.xipos[self.root].copy())
+            self.ups.append(data.xmat[self.root, 6:].copy())
             self.works.append(work)
             if self.watched is not None:
                 self.watched(data, self.works[-1])
@@ -269,7 +273,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         joint = self.subject.joint
         return Rollout(
             np.array(self.positions), np.array(self.touched), np.array(self.works), np.array(self.heights),
-            self.subject.lower, self.subject.upper, self.subject.target, joint.stiffness, joint.spring_reference,
+            np.array(self.centers), np.array(self.ups), self.subject.lower, self.subject.upper, self.subject.target,
+            joint.stiffness, joint.spring_reference,
         )  # fmt: skip
 
     def lost(self) -> bool:

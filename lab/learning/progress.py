@@ -49,8 +49,8 @@ class TrainingProgress(Frozen):
 
     @property
     def best(self) -> Point | None:
-        """The checkpoint with the highest S, the first of several: the paper's choice."""
-        return max(self.points, key=lambda point: point.s, default=None)
+        """The checkpoint with the most successes that no guard refuses, then the highest S, the first of several."""
+        return max(self.points, key=lambda point: (point.success, point.s), default=None)
 
     def held(self, count: int) -> bool:
         """Whether every rollout of the last ``count`` checkpoints was a success."""

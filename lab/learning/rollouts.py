@@ -35,6 +35,7 @@ class Rolled:
     drifted: bool = False
     moved_untouched: bool = False
     spring_did_it: bool = False
+    displaced: bool = False
     diverged: bool = False
 
 
@@ -75,7 +76,7 @@ def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[
     return [ends[index] for index in range(len(envs))]
 
 
-GUARDS = ("solved_at_start", "drifted", "moved_untouched", "spring_did_it")
+GUARDS = ("solved_at_start", "drifted", "moved_untouched", "spring_did_it", "displaced")
 """The guards, as the end of an episode names them."""
 
 

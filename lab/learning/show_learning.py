@@ -18,7 +18,7 @@ COLORS = {"asset2sim": "#2f7d5b", "reference": "#c8553d", "ivw": "#4c6fa5", "dir
 OTHER = "#6b6b6b"
 GUARDS = {
     "solved_at_start": "solved at start", "drifted": "drifted", "moved_untouched": "moved untouched",
-    "spring_did_it": "spring did it",
+    "spring_did_it": "spring did it", "displaced": "tipped or shoved",
 }  # fmt: skip
 
 
@@ -28,8 +28,8 @@ def described(rows: pd.DataFrame) -> list[RenderableType]:
     methods = methods_of(rows)
     for heading in ("task", *methods):
         table.add_column(heading, overflow="fold")
-    for task in sorted(set(rows["task"])):
-        table.add_row(task, *(cell(of(rows, task, method)) for method in methods))
+    for task, asset_id in tasks_of(rows):
+        table.add_row(f"{task}, {asset_id}", *(cell(of(rows, task, asset_id, method)) for method in methods))
     return [table]
 
 
@@ -38,16 +38,16 @@ def learning_block(rows: pd.DataFrame, published: pd.DataFrame | None) -> str:
     line is the mean over the tasks of a method."""
     methods = methods_of(rows)
     headings, lines, whole = ["task"], list[list[str]](), ["mean"]
-    tasks = sorted(set(zip(rows["task"], rows["asset_id"], strict=True)))
+    tasks = tasks_of(rows)
     for task, asset_id in tasks:
-        line = [str(task)]
+        line = [task]
         for method in methods:
-            line.append(cell(of(rows, task, method)))
+            line.append(cell(of(rows, task, asset_id, method)))
             if published is not None:
                 line.append(percents([paper(published, asset_id, method)]))
         lines.append(line)
     for method in methods:
-        mine = [of(rows, task, method)["success"].fillna(0.0).mean() for task, _ in tasks]
+        mine = [of(rows, *which, method)["success"].fillna(0.0).mean() for which in tasks]
         whole.append(percents([100.0 * value for value in mine], 1))
         headings.append(method)
         if published is not None:
@@ -68,9 +68,14 @@ def methods_of(rows: pd.DataFrame) -> list[str]:
     return [method for method in ORDER if method in found] + sorted(found - set(ORDER))
 
 
-def of(rows: pd.DataFrame, task: str, method: str) -> pd.DataFrame:
-    """The trainings of a task and method."""
-    return rows[(rows["task"] == task) & (rows["method"] == method)]
+def tasks_of(rows: pd.DataFrame) -> list[tuple[str, str]]:
+    """Tasks, each with its object's id: two objects may have a task of one name."""
+    return sorted(set(zip(map(str, rows["task"]), map(str, rows["asset_id"]), strict=True)))
+
+
+def of(rows: pd.DataFrame, task: str, asset_id: str, method: str) -> pd.DataFrame:
+    """The trainings of an object's task and a method."""
+    return rows[(rows["task"] == task) & (rows["asset_id"] == asset_id) & (rows["method"] == method)]
 
 
 def cell(some: pd.DataFrame) -> str:
@@ -96,12 +101,12 @@ def draw_curves(curves: pd.DataFrame, to: Path) -> None:
     """Write S over actions as an SVG: a panel a task, a line a seed, a colour a method."""
     from matplotlib.figure import Figure
 
-    tasks = sorted(set(curves["task"]))
+    tasks = tasks_of(curves)
     figure = Figure(figsize=(2.2 * max(1, len(tasks)), 2.0))
     panels = figure.subplots(1, max(1, len(tasks)), sharey=True, squeeze=False)[0]
-    for panel, task in zip(panels, tasks, strict=False):
+    for panel, (task, asset_id) in zip(panels, tasks, strict=False):
         for method in reversed(methods_of(curves)):
-            lines(panel, of(curves, task, method), method)
+            lines(panel, of(curves, task, asset_id, method), method)
         panel.set_title(task, fontsize=8)
         panel.set_ylim(-0.03, 1.03)
         panel.tick_params(labelsize=7)

@@ -30,6 +30,7 @@ _LEARNING: tuple[Column, ...] = (
     ("drifted", COUNT, "1", f"{_FOUND} the part moved before anything touched the object"),
     ("moved_untouched", COUNT, "1", f"{_FOUND} it went most of its way untouched"),
     ("spring_did_it", COUNT, "1", f"{_FOUND} its spring did the work"),
+    ("displaced", COUNT, "1", f"{_FOUND} the object was tipped, lifted or shoved away"),
     ("diverged", COUNT, "1", f"{_FOUND} the simulation diverged"),
     ("gripper", TEXT, "", "The arm's gripper"),
     ("device", TEXT, "", "What it was trained on"),

@@ -207,8 +207,10 @@ def test_the_table_has_a_number_a_seed_beside_the_papers(tmp_path: Path) -> None
             row | {"method": "asset2sim", "seed": 0, "success": 1.0, "drifted": 0},
             row | {"method": "asset2sim", "seed": 1, "success": 0.5, "drifted": 9},
             row | {"method": "reference", "seed": 0, "success": 0.0, "drifted": 0},
+            row | {"method": "asset2sim", "asset_id": "9913", "seed": 0, "success": 0.0, "drifted": 0},
         ]
     )
     lines = learning_block(rows, published_learning(tmp_path)).splitlines()
     assert lines[2] == "| laptop fold | 0 % (20k, 1 min) | 0 % | 100, 50 % (20k, 1 min; drifted 9) | 100 % |"
-    assert lines[3] == "| mean | 0.0 % | 0.0 % | 75.0 % | 100.0 % |"
+    assert lines[3] == "| laptop fold |  | – | 0 % (20k, 1 min) | – |", "another object with a task of that name"
+    assert lines[4] == "| mean | 0.0 % | 0.0 % | 37.5 % | 100.0 % |"
