@@ -144,6 +144,8 @@ class EngineSettings(Frozen):
     shake a lid loose."""
     verify: tuple[Engine, ...] | None = None
     """Engines in which a refined asset is checked; None stands for all that are installed. Refinement uses PyBullet."""
+    decide: tuple[Engine, ...] | None = None
+    """Those of them whose verdicts decide; what the others measure is recorded. None stands for all."""
     interact: bool = True
     """Whether the interaction checks run, besides the paper's three."""
     coarse_timestep_s: Positive = 1.0 / 60.0

@@ -44,8 +44,10 @@ def test_an_engine_that_died_fails_with_what_became_of_it() -> None:
     assert failures_of(refused, overlay(), LIMITS)[0].mode is FailureMode.ENGINE_REFUSED, "it would come again"
     late = dead.model_copy(update={"timed_out": True})
     assert failures_of(late, overlay(), LIMITS)[0].mode is FailureMode.TIMEOUT
-    verdict = overall_verdict((make_report(Engine.PYBULLET), dead), overlay(), LIMITS)
+    verdict = overall_verdict((make_report(Engine.PYBULLET), dead), overlay(), Settings())
     assert verdict.mode is FailureMode.ENGINE_CRASH
+    others = Settings(engine=EngineSettings(decide=(Engine.PYBULLET,)))
+    assert overall_verdict((make_report(Engine.PYBULLET), dead), overlay(), others).passed, "it is recorded only"
 
 
 def test_every_failing_test_is_told_and_the_first_is_the_verdict() -> None:
@@ -55,7 +57,7 @@ def test_every_failing_test_is_told_and_the_first_is_the_verdict() -> None:
     reports = (make_report(Engine.PYBULLET), bad.model_copy(update={"interaction": fast}))
     told = [item for item in report_findings(reports, overlay(), Settings()) if item.severity is Severity.ERROR]
     assert [item.code for item in told] == ["drift", "drop"] and told[0].value == 0.5
-    assert overall_verdict(reports, overlay(), LIMITS).reason == told[0].message
+    assert overall_verdict(reports, overlay(), Settings()).reason == told[0].message
 
 
 def test_engines_that_disagree_are_told_with_all_numbers() -> None:

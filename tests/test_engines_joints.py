@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.engines.child import in_child
 from schemas.base import Vector3
 from schemas.vocabulary import Engine
-from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, swing, write_urdf
-from tests.engine_worlds import STEP, G, every_engine, held, period, track
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, box, swing, write_urdf
+from tests.engine_worlds import STEP, G, every_engine, held, on_plane, period, track
 
 pytestmark = pytest.mark.system
 
@@ -190,3 +191,22 @@ def test_joints_of_a_chain_move_each_by_its_own_name(tmp_path: Path, engine: Eng
         world.place({})
         np.testing.assert_array_equal(world.velocities(), 0.0)
         np.testing.assert_array_equal(world.positions(), 0.0)
+
+
+@every_engine
+def test_fixed_joints_whose_axis_has_no_length_stand_where_their_origin_says(tmp_path: Path, engine: Engine) -> None:
+    cubes = [UrdfLink(name, shapes=((box(0.1, 0.1, 0.1), ORIGIN),)) for name in ("base", "a", "b")]
+    joints = [
+        UrdfJoint(f"to_{name}", "fixed", "base", name, axis=ORIGIN, xyz=(x, 0.0, 0.0))
+        for name, x in (("a", 0.3), ("b", -0.3))
+    ]
+    # SAPIEN died while it stepped this: both links stood at NaN.
+    urdf = write_urdf(tmp_path, cubes, joints)
+
+    def settled() -> float:
+        with on_plane(engine, urdf) as world:
+            world.place({})
+            world.step(20)
+            return float(world.link_speeds().max()) + world.lowest_m()
+
+    assert abs(in_child(engine, settled, time_limit_s=20.0).value or 1.0) < 0.01

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from asset2sim.checks.verdict import disagreements, error, failures_of, warning
+from asset2sim.checks.verdict import deciding, disagreements, error, failures_of, warning
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
@@ -14,13 +14,14 @@ def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, se
     limits = settings.thresholds
     findings: list[Finding] = []
     names = {joint.name for joint in overlay.joints}
+    decide = deciding(reports, settings.engine)
     for report in reports:
         printed = report.measurement.console if report.measurement is not None else ()
         engine = report.engine.value
         findings += [warning(code="engine_console", message=f"{engine} printed: {line}") for line in printed]
         for fault in failures_of(report, overlay, limits):
             joint = fault.subject if fault.subject in names else None
-            found = error(
+            found = (error if report in decide else warning)(
                 code=fault.mode.value, message=fault.reason, joint=joint, value=fault.value, limit=fault.limit
             )
             findings.append(found)

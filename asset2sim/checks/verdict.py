@@ -8,7 +8,7 @@ from asset2sim.checks.known_checks import interaction_verdicts
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
-from schemas.settings import Thresholds
+from schemas.settings import EngineSettings, Settings, Thresholds
 from schemas.verdict import CheckVerdict, Failure, Judged, Verdict
 from schemas.vocabulary import FailureMode, Severity, Stage
 
@@ -71,9 +71,15 @@ def report_verdict(report: EngineReport, overlay: PhysicsOverlay, limits: Thresh
     return PASSED
 
 
-def overall_verdict(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> Verdict:
-    """The verdict over all engines: the first failure in the order of the reports, or passed."""
-    verdicts = (report_verdict(report, overlay, limits) for report in reports)
+def deciding(reports: Sequence[EngineReport], settings: EngineSettings) -> tuple[EngineReport, ...]:
+    """The reports of the engines whose verdicts decide."""
+    return tuple(report for report in reports if settings.decide is None or report.engine in settings.decide)
+
+
+def overall_verdict(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> Verdict:
+    """The verdict over the engines that decide: the first failure in the order of the reports, or passed."""
+    decide = deciding(reports, settings.engine)
+    verdicts = (report_verdict(report, overlay, settings.thresholds) for report in decide)
     return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
 
 

@@ -20,6 +20,7 @@ from asset2sim.checks.verdict import judged
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
+from schemas.errors import UsageError
 from schemas.interaction import EngineReport, Interaction
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
@@ -28,10 +29,15 @@ from schemas.vocabulary import Engine, FailureMode, OverlapCause
 
 
 def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
-    """The engines to verify in. Raises UsageError where one that is asked for is not installed."""
+    """The engines to verify in. Raises UsageError where one that is asked for is not installed, or one decides that
+    does not check."""
     for engine in settings.verify or ():
         require(engine)
-    return settings.verify or installed()
+    engines = settings.verify or installed()
+    if settings.decide is not None and not set(settings.decide) <= set(engines):
+        stated, there = (", ".join(names) for names in (settings.decide, engines))
+        raise UsageError(f"--verify names {stated}, of which some do not check: choose among {there}")
+    return engines
 
 
 def verify(

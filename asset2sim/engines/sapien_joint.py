@@ -81,7 +81,10 @@ def limits_of(joint: yourdfpy.Joint) -> tuple[float, float]:
 
 
 def axis_frame(joint: yourdfpy.Joint) -> Array:
-    """(4, 4) frame whose x axis is the joint's: PhysX moves joints about and along x."""
+    """(4, 4) frame whose x axis is the joint's: PhysX moves joints about and along x. A fixed joint has the frame of
+    its origin, whatever axis it states: of one without length numbers would come that kill PhysX."""
+    if joint.type == "fixed":
+        return np.eye(4)
     axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
     axis = axis / np.linalg.norm(axis)
     side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
-from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.hulls import Hulls, obj_text
+from asset2sim.checks.deaths import corners_of, fatal_parts
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
@@ -96,7 +97,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     search = job.settings.search
     questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
-    best = with_lasting_state(chosen, best, questions)
+    best = without_fatal_shapes(chosen, with_lasting_state(chosen, best, questions))
     return RefinementResult(
         best.mended.overlay,
         best.state.folder,
@@ -164,6 +165,26 @@ def with_lasting_state(job: RefinementJob, tried: RefinedAttempt, questions: Ask
     # The folder must be as it was; what engines said of it is known.
     before = replace(attempt_again(job, questions), notes=tried.notes)
     return with_steps(before, tuple(refused(step) for step in found.steps))
+
+
+def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAttempt:
+    """The attempt, or, where an engine died of collision shapes, one whose shapes are their boxes in their place."""
+    folder, overlay, notes = tried.state.folder, tried.mended.overlay, tried.notes
+    dead = next((report.engine for report in tried.mended.reports if report.died and not report.timed_out), None)
+    if dead is None:
+        return tried
+    parts = fatal_parts(dead, folder.urdf, overlay.initial_positions, job.settings.engine)
+    shapes = [part for part in parts if part.kind == "shape" and part.file in folder.collision.get(part.name, ())]
+    if not shapes:
+        return tried
+    for part in shapes:
+        text = obj_text(corners_of(part))
+        assert text is not None, "a box with thickness has volume"
+        (folder.path / part.file).write_text(text, encoding="ascii")
+        message = f"link '{part.name}': {dead} dies of {part.file} ({part.facts}); it collides as its box"
+        notes = (*notes, warning(code="fatal_shape_boxed", link=part.name, message=message))
+    mended, verdict = verify_and_mend(job, overlay, folder, ())
+    return replace(tried, notes=notes, mended=mended, verdict=verdict)
 
 
 def with_steps(tried: RefinedAttempt, steps: tuple[TraceStep, ...]) -> RefinedAttempt:
@@ -247,8 +268,8 @@ def verify_and_mend(
 
     for doubt in doubts:
         reports = again(overlay, engines, doubt)
-        verdict = overall_verdict(reports, overlay, settings.thresholds)
+        verdict = overall_verdict(reports, overlay, settings)
         if verdict.mode is doubt:
             return Mended(overlay, reports, (), ()), verdict
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
-    return mended, overall_verdict(mended.reports, mended.overlay, settings.thresholds)
+    return mended, overall_verdict(mended.reports, mended.overlay, settings)

@@ -100,6 +100,9 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
         None, description=f"engines to verify in: {', '.join(Engine)} (default: all installed)"
     )
+    verify: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+        None, description="those of them whose verdicts decide; the others are recorded (default: all)"
+    )
     collision: MODE = Field(
         CollisionMode.DECOMPOSE,
         description=f"{', '.join(CollisionMode)}: collision geometry as authored, hulls, or pieces with interiors",

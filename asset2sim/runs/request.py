@@ -44,6 +44,7 @@ SETS: Mapping[str, str] = {
     "dynamics": "physics.dynamics",
     "proposer": "search.proposer",
     "engines": "engine.verify",
+    "verify": "engine.decide",
     "interaction": "engine.interact",
     "check": "checks",
     "collision": "collision.mode",

@@ -58,6 +58,7 @@ def refined_urdf(
         authored = features.joint(str(element.get("name")))
         scale_origin(element, overlay.scale)
         scale_positions(element, features, overlay.scale)
+        drop_zero_axis(element)
         if authored.name in joints:
             write_joint(element, authored, joints[authored.name], settings)
         elif authored.movable:
@@ -223,6 +224,13 @@ def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:
     for tag in ("axis", "limit", "dynamics", "mimic"):
         for old in element.findall(tag):
             element.remove(old)
+
+
+def drop_zero_axis(element: Element) -> None:
+    """Take the axis from a fixed joint that states one without length: readers that divide by it place NaNs."""
+    axis = element.find("axis") if element.get("type") == "fixed" else None
+    if axis is not None and not any(float(word) for word in str(axis.get("xyz", "1 0 0")).split()):
+        element.remove(axis)
 
 
 def state_comment(overlay: PhysicsOverlay) -> "etree._Comment":

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from asset2sim.checks.remedy import Case, Remedy
-from asset2sim.checks.verdict import failures_of
+from asset2sim.checks.verdict import deciding, failures_of
 from asset2sim.refinement.dynamics.remedies import mendable, remedies_for
 from asset2sim.refinement.notes import changes
 from schemas.base import Vector3
@@ -116,8 +116,9 @@ def verify_elsewhere(
 
 
 def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:
-    """Every failing check in every engine."""
-    return tuple(failure for report in reports for failure in failures_of(report, overlay, settings.thresholds))
+    """Every failing check in every engine that decides."""
+    decide = deciding(reports, settings.engine)
+    return tuple(failure for report in decide for failure in failures_of(report, overlay, settings.thresholds))
 
 
 def candidates(
