@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.checks.known_checks import known_checks
 from flows import PIPELINE
 from lab.defects import remaining as left
 from lab.defects.defect_results import (
@@ -53,6 +54,11 @@ def planted_in(defect: Defect, clean: dict[str, RefinedAsset], folder: Path) -> 
     target = folder / defect.target.asset_id
     shutil.copytree(clean[defect.target.asset_id].folder, target)
     return defect.plant(target, defect.target), target
+
+
+def test_what_a_check_says_to_be_shown_by_is_a_defect_of_the_bench() -> None:
+    named = {name: check.name for check in known_checks() for name in check.planted}
+    assert len(named) >= 10 and named.keys() - {defect.name for defect in DEFECTS} == set()
 
 
 def test_there_are_enough_defects_and_no_two_are_alike() -> None:
