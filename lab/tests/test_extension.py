@@ -16,6 +16,8 @@ from schemas.settings import Settings
 from schemas.table import Table
 from schemas.tables import PUBLISHED, TABLES
 
+pytest.importorskip("mujoco")  # its import starts a program, which is no test's doing
+
 
 def test_it_is_installed_beside_the_product() -> None:
     assert EXTENSION in extensions.extensions()
