@@ -27,11 +27,11 @@ class Unchanged(Frozen):
 
 
 class AssetRef(Frozen):
-    """An asset's absolute folder, category, subset and user prompt. ``support``: what the manifest says carries it;
-    ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's folder
-    or URL, below which its files may lie; None: its own folder. ``fault``: why it cannot be read, where that shows
-    before anything is read. ``overrides``: numbers of the user's own. ``reference`` and ``expectations``: an expert's
-    choice, and what readers expect; yardsticks, which only the stage ``align`` reads."""
+    """An asset's absolute folder or file, category, subset and user prompt. ``support``: what the manifest says carries
+    it; ``up``: which axis points up in its file; None: the run's, or what its geometry says. ``root``: the dataset's
+    folder or URL, below which its files may lie; None: its own folder. ``fault``: why it cannot be read, where that
+    shows before anything is read. ``overrides``: numbers of the user's own. ``reference`` and ``expectations``: an
+    expert's choice, and what readers expect; yardsticks, which only the stage ``align`` reads."""
 
     asset_id: str
     path: str

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from asset2sim.assets.authored import REFINED_NAME, authored_overlay, with_refined_state
 from asset2sim.assets.checksums import changed_files
-from asset2sim.assets.extract import Extraction
+from asset2sim.assets.extract import Extraction, folder_of
 from asset2sim.validation.support import carried, forced_support
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
@@ -39,7 +39,7 @@ def check_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> 
 
 
 def _run_checks(job: AssetJob, progress: Progress) -> Verdict:
-    progress.run(Stage.EXTRACT, compare_with_checksums, Path(job.ref.path))
+    progress.run(Stage.EXTRACT, compare_with_checksums, folder_of(Path(job.ref.path)))
     extracted = progress.run(Stage.EXTRACT, extract_asset, job, correct_joints=False)
     job, extraction = replace(job, guidance=extracted.guidance), extracted.extraction
     overlay = progress.run(Stage.VALIDATE, overlay_as_it_is, job, extraction).overlay
@@ -60,7 +60,7 @@ def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
     adds; without one, joints at zero or their nearest limit, and the support that is found."""
     overlay = authored_overlay(extraction, job.settings.physics)
     told = list[Finding]()
-    refined, problem = read_refined(Path(job.ref.path))
+    refined, problem = read_refined(folder_of(Path(job.ref.path)))
     if problem:
         told.append(_finding("refined_state_unread", problem))
     forced = forced_support(job.ref.support or job.settings.support)

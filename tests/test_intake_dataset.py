@@ -147,6 +147,64 @@ def test_one_asset_folder_is_a_dataset(tmp_path: Path) -> None:
     assert (ref.asset_id, ref.path) == ("100", str(tmp_path.resolve() / "100"))
 
 
+MJCF = "<mujoco><worldbody><body name='b'><joint name='j'/><geom size='1'/></body></worldbody></mujoco>"
+SDF = "<sdf version='1.6'><model name='m'><link name='l'/></model></sdf>"
+URDF = "<robot name='x'><link name='base'/></robot>"
+PIECE = "<mujocoinclude><body name='p'><joint name='k'/><geom size='1'/></body></mujocoinclude>"
+AROUND = "<mujoco><include file='{}'/></mujoco>"
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        ({"a.xml": MJCF, "b.xml": MJCF, "README.md": "", "assets/x.xml": PIECE}, ["a", "b"]),
+        ({f"{name}.sdf": SDF for name in "abcdef"}, [*"abcdef"]),
+        ({"a.urdf": URDF, "a.xml": MJCF, "b.xml": MJCF}, ["a", "b"]),
+        ({"urdf/left.urdf": URDF, "urdf/right.urdf": URDF, "urdf/left.urdf.xacro": "", "old/left.urdf": URDF,
+          "package.xml": "<package/>"}, ["left", "right"]),
+        ({"scene.xml": AROUND.format("a.xml"), "a.xml": MJCF, "b.xml": MJCF}, ["a", "b"]),
+        ({"one/l.urdf": URDF, "one/r.urdf": URDF, "two/x.urdf": URDF}, ["one_l", "one_r", "two"]),
+        ({"door-1_3.sdf": SDF, "door-1_4.sdf": SDF, "lid.sdf": SDF}, ["door-1_4", "lid"]),
+    ],
+)  # fmt: skip
+def test_several_descriptions_in_a_folder_are_assets_by_their_files(
+    tmp_path: Path, files: dict[str, str], expected: list[str]
+) -> None:
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    refs = load_dataset(tmp_path)
+    assert [ref.asset_id for ref in refs] == expected
+    for ref in refs:
+        found = find_source(Path(ref.path))
+        assert load_dataset(found)[0].asset_id == (ref.asset_id if expected[0] != "one_l" else found.stem)
+        assert "old" not in found.parts and "1_3" not in found.name and found.name != "scene.xml"
+
+
+def test_ids_of_files_that_differ_in_case_at_most_stay_apart(tmp_path: Path) -> None:
+    for name in ("Lid.urdf", "lid.urdf", "box.urdf", "1/door/l.urdf", "1/door/r.urdf", "2/door/l.urdf",
+                 "2/door/r.urdf"):  # fmt: skip
+        place = tmp_path / ("deep" if "/" in name else "flat") / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(URDF)
+    first = [ref.asset_id for ref in load_dataset(tmp_path / "flat")]
+    assert "box" in first and len({name.casefold() for name in first}) == 3
+    (tmp_path / "flat").rename(tmp_path / "moved")
+    assert [ref.asset_id for ref in load_dataset(tmp_path / "moved")] == first, "wherever the dataset lies"
+    assert len({ref.asset_id for ref in load_dataset(tmp_path / "deep")}) == 4
+
+
+def test_a_scene_of_pieces_is_the_model(tmp_path: Path) -> None:
+    pieces = "".join(f"<include file='{name}.xml'/>" for name in "ab")
+    (tmp_path / "kitchen.xml").write_text(f"<mujoco><worldbody>{pieces}</worldbody></mujoco>")
+    for name in "ab":
+        (tmp_path / f"{name}.xml").write_text(PIECE)
+    assert find_source(tmp_path).name == "kitchen.xml"
+    for name in "ab":  # pieces that are models as well
+        (tmp_path / f"{name}.xml").write_text(MJCF)
+    assert find_source(tmp_path).name == "kitchen.xml"
+
+
 def test_a_missing_folder_names_what_is_there(tmp_path: Path) -> None:
     (tmp_path / "partnet").mkdir()
     with pytest.raises(UsageError, match=r"no dataset at .*partnt: .* has the folders partnet"):
@@ -156,7 +214,7 @@ def test_a_missing_folder_names_what_is_there(tmp_path: Path) -> None:
 def test_a_folder_without_assets_and_a_file_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"neither manifest\.csv"):
         load_dataset(tmp_path)
-    file = tmp_path / "x.urdf"
+    file = tmp_path / "x.txt"
     file.write_text("", encoding="utf-8")
     with pytest.raises(UsageError, match="is a file"):
         load_dataset(file)

@@ -282,6 +282,27 @@ def test_an_mjcf_names_nothing_outside(tmp_path: Path, model: str) -> None:
     assert caught.value.code == "outside_dataset"
 
 
+def test_what_lies_within_its_package_or_beside_its_model_is_inside(tmp_path: Path) -> None:
+    """Named as a file, as the ``urdf`` folder or as the package; of Gazebo's models one may need another."""
+    package, models = tmp_path / "pkg", tmp_path / "models"
+    for name in ("a", "b"):
+        written(package / "urdf", robot(link("body", mesh(f"../meshes/{name}.obj"))))
+        (package / "urdf" / "mobility.urdf").rename(package / "urdf" / f"{name}.urdf")
+    written(package / "meshes", "", {"a.obj": BOX, "b.obj": BOX})
+    for model in ("door", "handle"):
+        written(models / model, robot(link("body", mesh(f"model://handle/{model}.obj"))), {"model.config": ""})
+        (models / "handle").mkdir(exist_ok=True)
+        (models / "handle" / f"{model}.obj").write_text(BOX)
+    for data in (package, package / "urdf", package / "urdf" / "a.urdf", models / "door"):
+        for ref in load_dataset(data):
+            assert not [item for item in extract(ref).findings if item.code in ("outside_dataset", "missing_mesh")]
+    (a, b), inputs = load_dataset(package), InputSettings()
+    before = [digest(ref, inputs, tmp_path / "out") for ref in (a, b)]
+    (package / "meshes" / "a.obj").write_text(BOX + "# changed\n")
+    after = [digest(ref, inputs, tmp_path / "out") for ref in (a, b)]
+    assert before[0] != after[0] and before[1] == after[1], "a file's asset is what the file refers to"
+
+
 def digest(ref: AssetRef, inputs: InputSettings, out: Path) -> str:
     with open_state(out) as state:
         return asset_files_hashes(state, [ref], inputs)[ref.path]

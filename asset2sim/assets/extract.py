@@ -23,6 +23,7 @@ from asset2sim.assets.urdf.read import front_of, read_urdf, root_of
 from asset2sim.assets.urdf.references import AllowedFolders, Refused
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
 from schemas.base import Vector3
 from schemas.errors import AssetError
@@ -89,6 +90,11 @@ class Extraction:
         return self.urdf if self.opened is None else self.opened.file
 
 
+def folder_of(place: Path) -> Path:
+    """An asset's folder, where the asset is named by its folder or by the file that describes it."""
+    return place.parent if is_file(place) else place
+
+
 def read_asset(
     ref: AssetRef,
     opened: DescriptionFile,
@@ -102,7 +108,7 @@ def read_asset(
     are not computed again; the result is the same with it and without. Only files that ``reach`` and ``inputs`` allow
     are read. Raises AssetError: unreadable_asset (not a tree), missing_mesh (a link none of whose meshes is there),
     invalid_joint_configuration (joint numbers that make no sense)."""
-    folder = Path(ref.path)
+    folder = folder_of(Path(ref.path))
     urdf = opened.urdf
     robot = read_urdf(urdf)
     base = urdf.parent

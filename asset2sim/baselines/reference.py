@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from asset2sim.assets.extract import Extraction
+from asset2sim.assets.extract import Extraction, folder_of
 from asset2sim.baselines.declared_method import DOTTED, DeclaredMethod, ProposalJob, Proposed
 from asset2sim.checks.alignment.reference import FILE, read_references
 from asset2sim.intake.fetch import LEVELS
@@ -40,7 +40,7 @@ def propose_reference(ref: AssetRef, features: Features) -> tuple[Overlay, tuple
 
 def reference_of(ref: AssetRef) -> tuple[Path, Reference]:
     """The dataset's reference file and the asset's row in it."""
-    file = reference_file(Path(ref.path))
+    file = reference_file(folder_of(Path(ref.path)))
     if file is None:
         raise no_estimate(
             f"there is no {FILE} beside asset '{ref.asset_id}' or in the {LEVELS} folders above; --method reference "

@@ -1,16 +1,15 @@
-"""The assets of a dataset without a manifest: its folders, those that cannot be read among them."""
+"""The assets of a dataset without a manifest: its folders and files, those that cannot be read among them."""
 
 import hashlib
 import os
 import posixpath
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from asset2sim.assets.companions import COMPANIONS
-from asset2sim.intake.formats import FORMATS, NOT_MODELS, PREFERRED
-from asset2sim.intake.formats.format import HEAD_BYTES
-from asset2sim.intake.locate import FURTHER, TELLING
+from asset2sim.intake.formats import FORMATS, PREFERRED
+from asset2sim.intake.locate import FURTHER, TELLING, URDF_FOLDER, descriptions, stem
 from asset2sim.storage.regular_files import path_problem, printable
 from asset2sim.storage.tree import Tree
 from schemas.asset import AssetRef
@@ -23,14 +22,14 @@ MAX_ID_LENGTH = 200
 
 def find_assets(tree: Tree) -> list[AssetRef]:
     """The asset folders at, one below or two below a folder, by name; a folder two below has its parent as category.
+    In a folder with several files that describe assets each of them is one, called after it, and below the dataset's
+    own folder after both.
 
     A folder that cannot be listed, a link that leads nowhere, and a folder whose name cannot be an id are assets with a
     ``fault``, and one that has lost its URDF is an asset: what was there yesterday must not vanish. Raises UsageError
     where there is no asset, nor anything else than faults.
     """
-    if _holds_asset(tree, ""):
-        return [_found(tree, "")]
-    refs = _assets_below(tree, "")
+    refs = distinct(_assets_in(tree, "") or _assets_below(tree, ""), tree)
     if all(ref.fault is not None for ref in refs):
         first = f"; of what is there nothing can be read, as {refs[0].fault}" if refs else ""
         raise UsageError(
@@ -87,9 +86,8 @@ def _assets_below(tree: Tree, parent: str) -> list[AssetRef]:
             refs.append(_found(tree, place, parent or None, broken[name]))
             continue
         try:
-            if _holds_asset(tree, place):
-                category = None if "meta.json" in tree.files(place) else parent or None
-                refs.append(_found(tree, place, category))
+            if found := _assets_in(tree, place, parent or None):
+                refs += found
             elif inner := _assets_below(tree, place) if not parent else []:
                 refs += inner
             elif any(name in COMPANIONS for name in tree.files(place)):
@@ -99,12 +97,14 @@ def _assets_below(tree: Tree, parent: str) -> list[AssetRef]:
     return refs
 
 
-def _found(tree: Tree, folder: str, category: str | None = None, fault: str | None = None) -> AssetRef:
-    path = str(tree.at(folder))
-    name = posixpath.basename(path)
+def _found(tree: Tree, place: str, category: str | None = None, fault: str | None = None, name: str = "") -> AssetRef:
+    """The asset of a folder or, where it has a ``name``, of a file."""
+    path = str(tree.at(place))
+    kind = "file" if name else "folder"
+    name = name or posixpath.basename(path)
     problem = id_problem(name)
     if problem is not None:
-        name, fault = safe_id(name), f"its folder's name {problem}; rename the folder"
+        name, fault = safe_id(name), f"its {kind}'s name {problem}; rename the {kind}"
     elif fault is not None:
         fault = f"it {fault}; mend it, or take it out of the dataset"
     # Tables hold text: a path with bytes that are none is written with escapes, and its asset has a fault.
@@ -118,28 +118,52 @@ def safe_id(name: str) -> str:
     stand in it, cut to its length."""
     safe = "".join(c if _is_safe(c) else "".join(f"%{byte:02X}" for byte in os.fsencode(c)) for c in name)
     safe = f"%20{safe.strip()}" if safe != safe.strip() or safe == "null" else safe
-    if len(safe.encode()) <= MAX_ID_LENGTH:
-        return safe
-    digest = hashlib.sha256(os.fsencode(name)).hexdigest()[:8]
-    return f"{safe.encode()[: MAX_ID_LENGTH - 10].decode(errors='ignore')}~{digest}"
+    return safe if len(safe.encode()) <= MAX_ID_LENGTH else shortened_id(safe, name)
 
 
-def _holds_asset(tree: Tree, folder: str) -> bool:
-    """Whether the folder is an asset's: a file that describes it lies in it, or in its ``urdf`` folder, as ROS packages
-    have it; or a folder, pipe or link that is named as one. Raises OSError where it cannot be listed."""
-    inner = f"{folder}/urdf" if folder else "urdf"
-    for place in (folder, inner):
-        names = tree.files(place)
-        if any(name.lower().endswith(TELLING) for name in names):
-            return True
-        for name in names:
-            form = FORMATS.get(PurePosixPath(name).suffix)
-            if form is None or form.recognises is None or name in NOT_MODELS:
-                continue
-            try:
-                if form.recognises(tree.read(f"{place}/{name}" if place else name, HEAD_BYTES)):
-                    return True
-            except OSError:
-                if name in PREFERRED:
-                    return True
-    return bool(folder) and not {*tree.folders(folder)}.isdisjoint(PREFERRED)
+def shortened_id(asset_id: str, of: str) -> str:
+    """An id, cut where it is too long, with a digest of another text, which tells it from others that begin alike."""
+    digest = hashlib.sha256(os.fsencode(of)).hexdigest()[:8]
+    return f"{asset_id.encode()[: MAX_ID_LENGTH - 10].decode(errors='ignore')}~{digest}"
+
+
+def distinct(refs: Sequence[AssetRef], tree: Tree) -> list[AssetRef]:
+    """The assets, those of files whose ids differ from another's in case at most with a digest of their path in it."""
+    known = Counter(ref.asset_id.casefold() for ref in refs)
+
+    def renamed(ref: AssetRef) -> AssetRef:
+        within = ref.path.removeprefix(str(tree.place))
+        return ref.model_copy(update={"asset_id": shortened_id(ref.asset_id, within)})
+
+    alike = [known[ref.asset_id.casefold()] > 1 and PurePosixPath(ref.path).suffix in FORMATS for ref in refs]
+    return [renamed(ref) if is_alike else ref for ref, is_alike in zip(refs, alike, strict=True)]
+
+
+def file_asset(tree: Tree, name: str) -> AssetRef:
+    """The asset of one file at the top of a tree; one with a name that is the same for all is called as its folder."""
+    folder = str(tree.place).rpartition("/")
+    own = folder[0].rpartition("/") if folder[2] == URDF_FOLDER else folder
+    return _found(tree, name, name=own[2] if name in PREFERRED else stem(name))
+
+
+def _assets_in(tree: Tree, folder: str, category: str | None = None) -> list[AssetRef]:
+    """The assets that are described in a folder, or in its ``urdf`` folder, as ROS packages have it: the folder itself,
+    or where there are several files each of them; also a folder, pipe or link that is named as one. Raises OSError
+    where it cannot be listed."""
+    names = [*tree.files(folder), *(f"{URDF_FOLDER}/{name}" for name in tree.files(_in(folder, URDF_FOLDER)))]
+    try:
+        found = descriptions(names, lambda name, most: tree.read(_in(folder, name), most))
+    except OSError:
+        # Which file it is decides reading it, where an error is the asset's own.
+        found = [name for name in names if name in PREFERRED]
+    category = None if "meta.json" in names else category
+    if len(found) > 1:
+        above = f"{posixpath.basename(folder)}_" if folder else ""
+        return [_found(tree, _in(folder, name), category, name=f"{above}{stem(name)}") for name in found]
+    named = [name for name in names if name.lower().endswith(TELLING)]
+    is_one = found or named or (folder and not {*tree.folders(folder)}.isdisjoint(PREFERRED))
+    return [_found(tree, folder, category)] if is_one else []
+
+
+def _in(folder: str, name: str) -> str:
+    return f"{folder}/{name}" if folder else name

@@ -6,10 +6,12 @@ from pathlib import Path
 
 from asset2sim.intake.asset_folders import MANIFEST as MANIFEST
 from asset2sim.intake.asset_folders import check_asset_id as check_asset_id
-from asset2sim.intake.asset_folders import find_assets, refuse_twice
+from asset2sim.intake.asset_folders import file_asset, find_assets, refuse_twice
+from asset2sim.intake.formats import FORMATS
+from asset2sim.intake.locate import package_of, split_url
 from asset2sim.intake.overrides import NUMBERS, PREFIXES, read_overrides, with_overrides
 from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
-from asset2sim.storage.regular_files import NOT_THERE, folder_problem, path_problem, printable
+from asset2sim.storage.regular_files import NOT_THERE, folder_problem, is_file, path_problem, printable
 from asset2sim.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
@@ -26,16 +28,17 @@ def load_dataset(
 ) -> list[AssetRef]:
     """The chosen assets of a dataset, at most ``limit``, in the manifest's order, else by name.
 
-    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset folder; it is a folder
-    or a URL (``schemas.location``). Paths come out absolute. A manifest row whose folder is missing stays: it fails as
-    an asset, not as a run. Raises ``UsageError``, naming the valid choices, for a dataset that cannot be read and for a
-    subset or an asset that it does not have.
+    ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset's folder or file; it
+    is on this machine or a URL (``schemas.location``). Paths come out absolute. A manifest row whose folder is missing
+    stays: it fails as an asset, not as a run. Raises ``UsageError``, naming the valid choices, for a dataset that
+    cannot be read and for a subset or an asset that it does not have.
     """
-    place = Location(data)
+    place, file = _split(Location(data))
     tree = remote_tree(place) if place.is_url else _local(place.folder)
     try:
         has_manifest = MANIFEST in (*tree.files(""), *tree.folders(""))
-        refs = with_overrides(tree, read_manifest(tree) if has_manifest else find_assets(tree))
+        found = [file_asset(tree, file)] if file else read_manifest(tree) if has_manifest else find_assets(tree)
+        refs = with_overrides(tree, found, whole=not file)
     except OSError as error:
         raise UsageError(f"{error.filename or data} {path_problem(Path(data), error)}") from error
     if subset is not None:
@@ -43,7 +46,8 @@ def load_dataset(
         refs = [ref for ref in refs if ref.subset == subset]
         if not refs:
             raise UnknownChoiceError("subset", subset, known)
-    refs = [ref.model_copy(update={"root": str(tree.place)}) for ref in refs]
+    root = tree.place if place.is_url else root_of(tree.place)
+    refs = [ref.model_copy(update={"root": str(root)}) for ref in refs]
     known = {ref.asset_id for ref in refs}
     for asset_id in asset_ids:
         if asset_id not in known:
@@ -53,6 +57,22 @@ def load_dataset(
     if limit is not None and limit < 1:
         raise UsageError(f"--limit {limit}: choose a number from 1 to {len(refs)}")
     return refs[:limit]
+
+
+def _split(place: Location) -> tuple[Location, str]:
+    """The folder of DATA, and the file's name where DATA is a file that may describe an asset."""
+    if place.is_url:
+        folder, name = split_url(place)
+        return Location(folder), name
+    path = place.folder
+    if path.suffix in FORMATS and is_file(path):
+        return Location(path.absolute().parent), path.name
+    return place, ""
+
+
+def root_of(data: Location) -> Path:
+    """The folder below which a dataset's files may lie: its own, or that of the package of which it is a part."""
+    return package_of(_split(data)[0].folder.resolve())
 
 
 def read_manifest(tree: Tree) -> list[AssetRef]:
@@ -73,7 +93,9 @@ def read_manifest(tree: Tree) -> list[AssetRef]:
 def _row(tree: Tree, where: str, row: dict[str, str]) -> AssetRef:
     cells = {name: row.get(name, "") for name in COLUMNS}
     if not cells["path"]:
-        raise UsageError(f"{where}: asset '{cells['asset_id']}' has no path; give its folder, relative to {tree.place}")
+        raise UsageError(
+            f"{where}: asset '{cells['asset_id']}' has no path; give its folder or file, relative to {tree.place}"
+        )
     path, fault = _folder_of(tree.place, cells["path"], where)
     return AssetRef(
         asset_id=check_asset_id(cells["asset_id"], where),

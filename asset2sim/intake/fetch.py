@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from asset2sim.assets.urdf.references import outer_references
+from asset2sim.intake.locate import split_url
 from asset2sim.intake.url_files import BUCKET, AllowedUrls, choose_urdf_name, outer_objects, visible
 from asset2sim.storage.cache import data_root, local_copy_path
 from asset2sim.storage.mirror import changed, fetch, remove_others
@@ -21,21 +22,22 @@ LEVELS = 3
 """Parent folders of an asset that are searched for a file of its dataset: category, dataset, and one more."""
 
 
-def fetch_asset(folder: str, reach: AllowedUrls = BUCKET) -> Path:
-    """The local copy of an asset's folder, with the files elsewhere within ``reach`` that its URDF refers to, as they
-    are now; for a URL without objects, or outside, it does not exist. Raises StoreError where an object cannot be
-    read."""
+def fetch_asset(url: str, reach: AllowedUrls = BUCKET) -> Path:
+    """The local copy of an asset's folder or file, with all of its folder and the files elsewhere within ``reach`` that
+    its URDF refers to, as they are now; for a URL without objects, or outside, it does not exist. Raises StoreError
+    where an object cannot be read."""
+    folder, named = split_url(url)
     place = local_copy_path(folder)
     if not reach.allows(folder):
-        return place
+        return place / named
     inner = visible(list_objects(folder))
     _bring({f"{folder}/{name}": stored for name, stored in inner.items()})
     remove_others(place, ["./"], inner)
-    urdf = choose_urdf_name(inner)
+    urdf = choose_urdf_name(url, inner)
     if urdf is not None:
         references = outer_references((place / urdf).read_text(encoding="utf-8", errors="replace"))
         _bring(outer_objects(folder, inner, urdf, references, object_info, list_objects, reach))
-    return place
+    return place / named
 
 
 def fetch_above(folder: str, name: str) -> None:

@@ -1,78 +1,166 @@
-"""The file in a folder that describes an asset."""
+"""The files in a folder that describe assets."""
 
 import os
-import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
-from asset2sim.assets.urdf.references import MOST_DESCRIBED
+from asset2sim.assets.urdf.references import MOST_DESCRIBED, PARENTS_SEARCHED
 from asset2sim.intake.formats import FORMATS, NOT_MODELS, PREFERRED
-from asset2sim.intake.formats.format import HEAD_BYTES
-from asset2sim.storage.regular_files import NOT_THERE, file_problem, folder_problem, path_problem, read_regular
+from asset2sim.intake.formats.format import HEAD_BYTES, Format
+from asset2sim.storage.regular_files import NOT_THERE, file_problem, folder_problem, is_file, path_problem, read_regular
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
-_INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")
 _FIRST, *_MORE, _LAST = dict.fromkeys(form.name for form in FORMATS.values())
 FURTHER = f"{', '.join(_MORE)} or {_LAST} file"
 """The formats after the first, in words: "xacro, SDF or MJCF file"."""
 TELLING = tuple(suffix for suffix, form in FORMATS.items() if form.recognises is None)
 """Suffixes that tell a format by themselves."""
+URDF_FOLDER = "urdf"
+"""Folder in which ROS packages keep descriptions."""
+SOURCE_SUFFIX = ".xacro"
+"""Of files from which others, a URDF beside them, are made."""
+
+PACKAGE_FILE = "package.xml"
+"""The file that ROS's packages have at their top."""
+
+Read = Callable[[str, int], bytes]
+"""The first so many bytes of a file by its name. Raises OSError."""
 
 
 def candidates(names: Iterable[str]) -> list[str]:
-    """Of the names of files below an asset's folder, those that may describe it: of the first suffix that there is, at
-    the top, else one folder down. A preferred name stands alone."""
-    known = [name for name in names if PurePosixPath(name).name not in NOT_MODELS]
+    """Of the names of files below an asset's folder, those that may describe assets by name alone: of the first suffix
+    that there is, at the top, else in ``urdf``, else one folder down, with those beside them of another suffix and
+    another name. A preferred name stands alone."""
+    known = sorted(name for name in names if PurePosixPath(name).name not in NOT_MODELS and name.count("/") < 2)
     for suffix in FORMATS:
-        for depth in (0, 1):
-            found = sorted(name for name in known if name.endswith(suffix) and name.count("/") == depth)
-            if found:
-                return [name for name in found if name in PREFERRED][:1] or found
+        for found in _by_place([name for name in known if name.endswith(suffix)]):
+            preferred = [name for name in found if name in PREFERRED]
+            if preferred:
+                return preferred[:1]
+            beside = [name for name in known if _folder(name) in map(_folder, found) and name not in PREFERRED]
+            return [*found, *_others(found, beside)]
     return []
 
 
-def find_source(folder: Path, within: Callable[[Path], bool] = lambda path: True) -> Path:
-    """The file that describes an asset: ``mobility.urdf`` or its only URDF, else a file of another format.
+def _by_place(names: Sequence[str]) -> list[list[str]]:
+    """The names at the top, those in ``urdf``, and all, as far as there are any."""
+    places = [[name for name in names if _folder(name) == folder] for folder in ("", URDF_FOLDER)]
+    return [found for found in (*places, list(names)) if found]
 
-    Of several files of a format it is the one that ``Format.of_several`` finds. Files that are not ``within`` are
-    not looked into; one of them is returned where there is no other.
+
+def _folder(name: str) -> str:
+    return name.rpartition("/")[0]
+
+
+def stem(name: str) -> str:
+    """A file's name without folder and suffix; ``door`` of ``urdf/door.urdf.xacro`` as well."""
+    known = next((suffix for suffix in FORMATS if name.endswith(suffix)), "")
+    return PurePosixPath(name).name.removesuffix(known).removesuffix(".urdf")
+
+
+def _others(found: Sequence[str], beside: Sequence[str]) -> list[str]:
+    """Of files beside others those that describe something else: of a later format and another name; a xacro is what
+    URDFs beside it are made of."""
+    taken, more = {stem(name) for name in found}, list[str]()
+    for suffix in FORMATS:
+        fresh = [name for name in beside if name.endswith(suffix) and stem(name) not in taken]
+        if suffix != SOURCE_SUFFIX or found[0].endswith(SOURCE_SUFFIX):
+            more += fresh
+            taken |= {stem(name) for name in fresh}
+    return more
+
+
+def descriptions(names: Iterable[str], read: Read) -> list[str]:
+    """Of the names of files below a folder those that each describe an asset, by what they hold where names do not
+    tell. Raises OSError."""
+    left = list(names)
+    while found := candidates(left):
+        chosen = sorted(name for form, group in _grouped(found) for name in _told_apart(form, group, read))
+        if chosen:
+            return chosen
+        left = [name for name in left if name not in found]
+    return []
+
+
+def _grouped(names: Sequence[str]) -> list[tuple[Format, list[str]]]:
+    forms = list({form.name: form for form in FORMATS.values()}.values())
+    groups = [(form, [name for name in names if name.endswith((form.suffix, *form.further))]) for form in forms]
+    return [(form, group) for form, group in groups if group]
+
+
+def _told_apart(form: Format, names: list[str], read: Read) -> list[str]:
+    """The files of one format among those that have its suffix, without what they only include."""
+    if form.recognises is not None:
+        names = [name for name in names if form.recognises(read(name, HEAD_BYTES))]
+    if form.of_several is None or len(names) < 2:
+        return names
+    return form.of_several({name: read(name, MOST_DESCRIBED).decode(errors="replace") for name in names})
+
+
+def split_url(url: str) -> tuple[str, str]:
+    """The URL of a folder, and the name of the file that is named in it, empty where the URL is a folder's."""
+    folder, _, name = url.rpartition("/")
+    is_named = PurePosixPath(name).suffix in FORMATS and not folder.endswith("/")
+    return (folder, name) if is_named else (url, "")
+
+
+def package_of(folder: Path) -> Path:
+    """The ROS package's folder of which this one is a part: with a package.xml, or above ``urdf``; else itself."""
+    places = (folder, *folder.parents[:PARENTS_SEARCHED])
+    above = next((place for place in places if is_file(place / PACKAGE_FILE)), None)
+    return above or (folder.parent if folder.name == URDF_FOLDER else folder)
+
+
+def find_source(place: Path, within: Callable[[Path], bool] = lambda path: True) -> Path:
+    """The file that describes an asset: the place itself, or in an asset's folder ``mobility.urdf`` or its only URDF,
+    else a file of another format.
+
+    Files that are not ``within`` are not looked into; one of them is returned where there is no other.
     Raises AssetError (unreadable_asset) if there is none or more than one, or if it is no regular file.
     """
-    problem = folder_problem(folder)
+    if is_file(place):
+        return _stated(place)
+    problem = folder_problem(place)
     if problem == NOT_THERE:
-        raise _unfit(folder, "missing_folder", "no such asset folder; mend the manifest's path")
+        raise _unfit(place, "missing_folder", "no such asset folder; mend the manifest's path")
     if problem is not None:
-        raise _unfit(folder, "unreadable_folder", f"the asset's folder {problem}; mend it, or take it out")
+        raise _unfit(place, "unreadable_folder", f"the asset's folder {problem}; mend it, or take it out")
     try:
-        names = _names_in(folder)
-        problems = {name: file_problem(folder / name) for name in names}
-        found = candidates(name for name in names if problems[name] is None)
-        if not found and (unusable := candidates(names)):
-            raise _unfit(folder, "not_a_file", f"{unusable[0]} {problems[unusable[0]]}; put the file itself there")
-        inside = [folder / name for name in found if within(folder / name)]
-        return folder / found[0] if found and not inside else _single(folder, inside, names)
+        names = _names_in(place)
+        problems = {name: file_problem(place / name) for name in names}
+        usable = [name for name in names if problems[name] is None]
+        known = candidates(usable)
+        if not known and (unusable := candidates(names)):
+            raise _unfit(place, "not_a_file", f"{unusable[0]} {problems[unusable[0]]}; put the file itself there")
+        inside = [name for name in usable if within(place / name)]
+        if known and not candidates(inside):
+            return place / known[0]
+        return _single(place, descriptions(inside, lambda name, most: read_regular(place / name, most)), names)
     except OSError as error:
-        raise _unfit(folder, "unreadable_file", f"{error.filename} {path_problem(folder, error)}; mend it") from error
+        raise _unfit(place, "unreadable_file", f"{error.filename} {path_problem(place, error)}; mend it") from error
 
 
-def _single(folder: Path, found: list[Path], names: Iterable[str]) -> Path:
-    """The one file of those that may describe an asset. Raises AssetError and OSError."""
-    form = FORMATS.get(found[0].suffix) if found else None
-    if form is not None and form.recognises is not None:
-        found = [file for file in found if form.recognises(read_regular(file, HEAD_BYTES))]
-    if form is not None and len(found) > 1:
-        found = form.of_several({file: _included(file) for file in found})
+def _stated(file: Path) -> Path:
+    """A file that a user names. Raises AssetError where its ending is no format's."""
+    if file.suffix in FORMATS:
+        return file
+    raise _unfit(file, "no_single_urdf", f"its ending is none of {', '.join(FORMATS)}; name a file that describes an "
+                 "asset, or the folder of one")  # fmt: skip
+
+
+def _single(folder: Path, found: Sequence[str], names: Iterable[str]) -> Path:
+    """The one file of those that describe an asset. Raises AssetError."""
     if len(found) == 1:
-        return found[0]
-    listed = ", ".join(str(path.relative_to(folder)) for path in found[:5])
-    if form is None or not found:
+        return folder / found[0]
+    if not found:
         problem = f"no {_FIRST} file, nor a {FURTHER}"
         capitals = [name for name in names if not name.endswith((*FORMATS,)) and name.lower().endswith(TELLING)]
         problem += f"; write the ending of {capitals[0]} in small letters" if capitals else ""
     else:
-        name = form.preferred
-        problem = f"{len(found)} {form.name} files ({listed}); keep one" + (f" or name it {name}" if name else "")
+        forms = [form for form, _ in _grouped(found)]
+        kinds = " and ".join(form.name for form in forms)
+        problem = f"{len(found)} {kinds} files ({', '.join(found[:5])}); name one of them, or keep one"
     raise _unfit(folder, "no_single_urdf", problem)
 
 
@@ -97,9 +185,3 @@ def _names_in(folder: Path) -> list[str]:
             if not below:
                 raise
     return sorted(found)
-
-
-def _included(file: Path) -> set[str]:
-    """Names of the files that a file includes, as xacro, MJCF and USD do."""
-    text = read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")
-    return {re.split(r"[/\\]", path)[-1] for path in _INCLUDED.findall(text)}

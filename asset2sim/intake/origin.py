@@ -10,7 +10,7 @@ import numpy as np
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.extract import DescriptionFile, Extraction, read_asset
+from asset2sim.assets.extract import DescriptionFile, Extraction, folder_of, read_asset
 from asset2sim.assets.urdf.edit import serialised, turn_root
 from asset2sim.assets.urdf.read import PARTNET_TURN
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
@@ -39,12 +39,12 @@ TO_Z_UP: Mapping[UpAxis, tuple[tuple[int, int, int], ...]] = {
 the front in ROS, once it is turned; PartNet-Mobility's objects face -x (``PARTNET_TURN``)."""
 
 
-def open_origin(folder: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYWHERE) -> DescriptionFile:
-    """The asset's description as a URDF whose files lie within ``reach``, turned upright where another axis than z
-    points up in it.
+def open_origin(asset: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYWHERE) -> DescriptionFile:
+    """The description of an asset, named by its folder or file, as a URDF whose files lie within ``reach``, turned
+    upright where another axis than z points up in it.
 
     Raises AssetError where it is missing, lies outside or cannot be converted."""
-    file = check_within(find_source(check_within(folder, reach), reach.allows), reach)
+    file, folder = check_within(find_source(check_within(asset, reach), reach.allows), reach), folder_of(asset)
     work = TemporaryDirectory(prefix="asset2sim-source-")
     place = Path(work.name)
     converted = FORMATS[file.suffix].converter(file, place, reach)

@@ -53,9 +53,10 @@ def read_overrides(cells: Mapping[str, str | None], where: str) -> Overrides | N
     return Overrides(**numbers, joints=joints, materials=made_of, where=dict.fromkeys(stated, where))
 
 
-def with_overrides(tree: Tree, refs: Sequence[AssetRef]) -> list[AssetRef]:
+def with_overrides(tree: Tree, refs: Sequence[AssetRef], *, whole: bool = True) -> list[AssetRef]:
     """The assets with what the dataset's ``overrides.csv`` says of them; it goes before the manifest's own columns.
-    Raises UsageError that names line and column."""
+    Raises UsageError that names line and column, also for an asset that is not there if they are the ``whole``
+    dataset."""
     if FILE not in tree.files(""):
         return list(refs)
     known, place = {ref.asset_id: ref for ref in refs}, str(tree.at(FILE))
@@ -68,6 +69,8 @@ def with_overrides(tree: Tree, refs: Sequence[AssetRef]) -> list[AssetRef]:
     for line, row in read_rows(content, place, columns):
         where, asset_id = f"{place}, line {line}", row.get("asset_id", "")
         if asset_id not in known:
+            if not whole:
+                continue
             raise UsageError(f"{where}: the dataset has no asset '{asset_id}'{nearest(asset_id, known)}")
         if asset_id in lines:
             raise UsageError(f"{where}: asset '{asset_id}' stands in line {lines[asset_id]} already; keep one row")

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import PurePosixPath
 
 from asset2sim.assets.urdf.references import PARENTS_SEARCHED, is_loose, mesh_candidates, outer_references, path_in
-from asset2sim.intake.locate import candidates
+from asset2sim.intake.locate import candidates, split_url
 from asset2sim.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
 from asset2sim.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
 from schemas.asset import AssetRef
@@ -33,9 +33,11 @@ def visible(objects: Mapping[str, Stored]) -> dict[str, Stored]:
     return {name: stored for name, stored in objects.items() if not any(p.startswith(".") for p in name.split("/"))}
 
 
-def choose_urdf_name(names: Mapping[str, Stored]) -> str | None:
-    """The file among an asset's objects that describes it, as ``find_source`` chooses where no content decides; None
-    where there is none, or more than one."""
+def choose_urdf_name(url: str, names: Mapping[str, Stored]) -> str | None:
+    """The file among an asset's objects that describes it: the one that its URL names, else as ``find_source`` chooses
+    where no content decides; None where there is none, or more than one."""
+    if (stated := split_url(url)[1]) in names:
+        return stated
     found = candidates(names)
     return found[0] if len(found) == 1 else None
 
@@ -60,7 +62,7 @@ BUCKET = AllowedUrls()
 def allowed_urls(ref: AssetRef, inputs: InputSettings) -> AllowedUrls:
     """Where the objects of an asset may lie: as ``allowed_folders`` says of folders, within its bucket."""
     packages = {name: place for name, place in inputs.package_folders.items() if Location(place).is_url}
-    return AllowedUrls(() if inputs.allow_outside else (ref.root or ref.path,), packages)
+    return AllowedUrls(() if inputs.allow_outside else (ref.root or split_url(ref.path)[0],), packages)
 
 
 def outer_objects(
@@ -126,8 +128,8 @@ CREATE TABLE IF NOT EXISTS urdfs (url TEXT PRIMARY KEY, version TEXT, outer_refe
 
 
 def remote_content_hashes(state: sqlite3.Connection, folders: Mapping[str, AllowedUrls]) -> dict[str, str]:
-    """Folder's URL → SHA-256 over the names, sizes and versions of its asset's objects; ``folders`` says of each where
-    they may lie. One that lies outside itself has none.
+    """URL of a folder or file → SHA-256 over the names, sizes and versions of its asset's objects; ``folders`` says of
+    each where they may lie. One that lies outside itself has none.
 
     ``state`` remembers what a URDF of one version refers to outside its folder, so each is read once. Raises StoreError
     where a store does not answer.
@@ -135,18 +137,20 @@ def remote_content_hashes(state: sqlite3.Connection, folders: Mapping[str, Allow
     state.execute(_TABLE)
     found: dict[str, str] = {}
     for group in _groups([url for url, reach in folders.items() if reach.allows(url)]):
-        whole = _whole(group)
-        listings = {url: whole if whole is not None else fetch_listing(url) for url in group}
-        inner = {url: visible(objects_below(listings[url], url)) for url in group}
-        urdfs = {f"{url}/{name}": inner[url][name].version for url in group if (name := choose_urdf_name(inner[url]))}
+        homes = {url: split_url(url)[0] for url in group}
+        whole = _whole([*homes.values()])
+        listings = {url: whole if whole is not None else fetch_listing(home) for url, home in homes.items()}
+        inner = {url: visible(objects_below(listings[url], home)) for url, home in homes.items()}
+        names = {url: name for url in group if (name := choose_urdf_name(url, inner[url]))}
+        urdfs = {f"{homes[url]}/{name}": inner[url][name].version for url, name in names.items()}
         references = _references(state, urdfs)
-        for url in group:
+        for url, home in homes.items():
             objects = dict(inner[url])
-            name = choose_urdf_name(inner[url])
-            outer = references.get(f"{url}/{name}", []) if name else []
+            name = names.get(url)
+            outer = references.get(f"{home}/{name}", []) if name else []
             if name and outer:
                 look_up = partial(_find, listings[url]), partial(_below, listings[url])
-                objects |= outer_objects(url, inner[url], name, outer, *look_up, folders[url])
+                objects |= outer_objects(home, inner[url], name, outer, *look_up, folders[url])
             found[url] = _digest(objects)
     return {url: found.get(url, OUTSIDE) for url in folders}
 

@@ -65,7 +65,7 @@ def write_pictures(refined: Path | str, raw: Path, reach: AllowedFolders, folder
     refined one into ``folder``, where those there are of another; ``refined`` is its folder, or the URL of one, which
     is fetched. The object as it came is in the loops where its files name none outside. What goes wrong is a line in
     the log. ``stop_children(owner)`` ends it. Raises StoreError."""
-    before = Before(raw, reach, folder / BEFORE, QUALITY, METHOD) if raw.is_dir() else None
+    before = Before(raw, reach, folder / BEFORE, QUALITY, METHOD) if raw.exists() else None
     with tempfile.TemporaryDirectory(prefix="asset2sim-report-") as place:
         if isinstance(refined, str):
             here = Path(place, refined.rpartition("/")[2])

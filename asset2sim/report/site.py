@@ -15,6 +15,7 @@ from markupsafe import Markup
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.catalog.read_remote import PARTS, repair_history
 from asset2sim.experiments.isolation import stop_children
+from asset2sim.intake.dataset import root_of
 from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
 from asset2sim.report.loops.write import RECORD
@@ -154,7 +155,7 @@ def allowed_folders_of_run(run: Row) -> AllowedFolders:
     except (KeyError, TypeError, ValueError):
         inputs = InputSettings()
     packages = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return AllowedFolders((_here(run["dataset"]).resolve(),), packages, inputs.allow_outside)
+    return AllowedFolders((root_of(Location(_here(run["dataset"]))),), packages, inputs.allow_outside)
 
 
 def _here(place: str) -> Path:

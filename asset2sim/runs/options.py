@@ -94,7 +94,7 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     """Refine a dataset."""
 
     data: CliPositionalArg[Location] = Field(
-        description="a folder, or its URL, with manifest.csv, of asset folders, or of one asset"
+        description="a folder, or its URL, with manifest.csv, of asset folders, or of one asset; or an asset's file"
     )
     out: OUT = Field(description="the output folder, or its URL")
     engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
@@ -255,7 +255,7 @@ class AskOptions(FileOptions):
 class CheckOptions(FileOptions):
     """Check URDF folders as they are: refined, edited by hand, or of somebody else. Exits with 1 if one fails."""
 
-    folders: CliPositionalArg[FOLDERS] = Field(description="asset folders, or folders of asset folders")
+    folders: CliPositionalArg[FOLDERS] = Field(description="assets' folders or files, or folders of those")
     engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
         None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
     )

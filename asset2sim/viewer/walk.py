@@ -130,7 +130,7 @@ def raw_of(stop: Stop, *, held: bool) -> ViewedObject:
     """The object as it came, downloaded where its dataset is behind a URL. Raises AssetError or StoreError."""
     source = Location(stop.source)
     folder = fetch_asset(source) if source.is_url else source.folder
-    if not folder.is_dir():
+    if not folder.exists():
         raise FileNotFoundError(f"{folder} is not here: run the viewer from the folder of the run")
     return raw_subject(folder, held=held)
 

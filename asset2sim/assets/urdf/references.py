@@ -14,14 +14,17 @@ from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.vocabulary import FailureMode
 
-_REFERENCE = re.compile(r"""(?:\bfile(?:name)?\s*=\s*["']|<uri>\s*|@(?=[^@\n]+@))([^"'<@]+)""")
+_REFERENCE = re.compile(r"""(?:\bfile\w*\s*=\s*["']|<uri>\s*|@(?=[^@\n]+@))([^"'<@]+)""")
 """A file that a URDF, a format like it or a USD in text names."""
+_FOLDER = re.compile(r"""\b(?:mesh|texture|asset)dir\s*=\s*["']([^"']+)""")
 _FIND = re.compile(r"\$\(find\s+([^)\s]+)\s*\)")
 """A package's folder as xacro names it."""
 MOST_DESCRIBED = 64 * 1024 * 1024
 """Bytes of a file that describes an asset in which references are looked for: the largest real one has 2 MB."""
 PARENTS_SEARCHED = 2
 """How far above the URDF a package's folder may lie: packages keep ``urdf/`` and ``meshes/`` side by side."""
+MODEL_FILE = "model.config"
+"""The file that Gazebo's models have at their top."""
 WEB = ("http", "https", "ftp", "s3", "gs")
 OUTSIDE_REMEDY = "bring it into the dataset, name its folder by --package NAME=PATH, or allow it by --allow-outside"
 
@@ -50,9 +53,19 @@ ANYWHERE = AllowedFolders(anywhere=True)
 
 
 def allowed_folders(ref: AssetRef, inputs: InputSettings) -> AllowedFolders:
-    """Where the files of an asset may lie: below its dataset's folder, or its own where it comes from none."""
+    """Where the files of an asset may lie: below its dataset's folder, or its own where it comes from none, in named
+    packages, and in Gazebo's models beside a dataset that is one itself."""
+    root = Location(ref.root or ref.path).folder.resolve()
+    root = root if ref.root or not is_file(root) else root.parent
     folders = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return AllowedFolders((Location(ref.root or ref.path).folder.resolve(),), folders, inputs.allow_outside)
+    return AllowedFolders((root,), _models_beside(root) | folders, inputs.allow_outside)
+
+
+def _models_beside(folder: Path) -> dict[str, Path]:
+    """Name → folder of the other models of Gazebo in the folder that holds this one, if this is such a model."""
+    if not is_file(folder / MODEL_FILE):
+        return {}
+    return {other.parent.name: other.parent for other in folder.parent.glob(f"*/{MODEL_FILE}")}
 
 
 @dataclass(frozen=True)
@@ -185,9 +198,19 @@ def path_in(reference: str) -> str:
     return rest if separator else text
 
 
-def outer_references(urdf: str) -> list[str]:
-    """The references in a URDF's text that may mean a file outside its folder, sorted."""
-    return sorted(reference for reference in set(_REFERENCE.findall(urdf)) if not _stays_inside(reference))
+def all_references(text: str) -> list[str]:
+    """The references in a description's text, sorted."""
+    return sorted(set(_REFERENCE.findall(text)))
+
+
+def mesh_folders(text: str) -> list[str]:
+    """The folders that an MJCF file states for its meshes and textures, sorted."""
+    return sorted(set(_FOLDER.findall(text)))
+
+
+def outer_references(text: str) -> list[str]:
+    """Those references that may mean a file outside the description's folder, sorted."""
+    return [reference for reference in all_references(text) if not _stays_inside(reference)]
 
 
 def _stays_inside(reference: str) -> bool:

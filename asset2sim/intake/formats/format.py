@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 from lxml import etree
@@ -33,15 +33,18 @@ class Converted:
     """Whether a file of a metric format says so itself, where its format leaves that to it."""
 
 
-def alone(included: Mapping[Path, set[str]]) -> list[Path]:
-    """All files: of several none is told apart by what it includes."""
-    return list(included)
+INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")
 
 
-def outermost(included: Mapping[Path, set[str]]) -> list[Path]:
-    """The files that no other includes."""
-    every = set().union(*included.values())
-    return [file for file in included if file.name not in every] or list(included)
+def included_in(text: str) -> set[str]:
+    """Names, without folders, of the files that a description includes, as xacro, MJCF and USD do."""
+    return {re.split(r"[/\\]", path)[-1] for path in INCLUDED.findall(text)}
+
+
+def outermost(texts: Mapping[str, str]) -> list[str]:
+    """The files, texts by name, that no other includes; all where each is included."""
+    every = {name for text in texts.values() for name in included_in(text)}
+    return [name for name in texts if PurePosixPath(name).name not in every] or list(texts)
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,8 @@ class Format:
     """Whether the first ``HEAD_BYTES`` of a file are of this format, where other files have its suffix too."""
     not_models: tuple[str, ...] = ()
     """Names of files with its suffix that never describe an asset."""
-    of_several: Callable[[Mapping[Path, set[str]]], list[Path]] = alone
-    """Of several files, each with the names that it includes, those that may describe the asset."""
+    of_several: Callable[[Mapping[str, str]], list[str]] | None = None
+    """Of several files, text by name, those that describe an asset of their own; None: each does."""
     further: tuple[str, ...] = ()
     """Other suffixes of its files."""
 

@@ -4,8 +4,9 @@ Compiling resolves defaults, includes, angles and mesh scales; what MuJoCo refus
 document. Meshes are written anew, as they stand in their link.
 """
 
+import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from asset2sim.intake.formats.format import (
     add_inertial,
     add_joint,
     add_origin,
+    included_in,
     pose_of,
     unconvertible,
     write_obj,
@@ -38,6 +40,8 @@ BASE = "base"
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
+MOVES = re.compile(r"<(?:free)?joint\s[^>]*(?:name|axis|type)\s*=|<freejoint\b")
+"""A joint of a body; defaults of joints seldom state one of these."""
 LEAST_MASS_KG, LEAST_INERTIA_KG_M2 = 1e-6, 1e-9
 """Given to bodies of a mended file that state none, for MuJoCo's compiler alone: they are not read from it."""
 
@@ -305,17 +309,25 @@ def first(value: object) -> float:
 
 
 def is_mjcf(head: bytes) -> bool:
-    """Whether an XML file begins as MuJoCo's format does."""
-    return b"<mujoco" in head
+    """Whether an XML file begins as MuJoCo's format does; what begins as ``<mujocoinclude>`` is a piece of others."""
+    return re.search(rb"<mujoco[\s>]", head) is not None
 
 
-def innermost(included: Mapping[Path, set[str]]) -> list[Path]:
-    """The files that include none: a scene includes its model."""
-    return [file for file, names in included.items() if not names] or list(included)
+def models_of(texts: Mapping[str, str]) -> list[str]:
+    """The files that no other includes; but where such a file moves nothing by itself and includes one file that does,
+    it is a scene around that one."""
+    own = {PurePosixPath(name).name: name for name in texts}
+    parts = {name: [own[file] for file in sorted(included_in(text)) if file in own] for name, text in texts.items()}
+    inner = {file for name in texts for file in parts[name] if file != name}
+    found = []
+    for name in [name for name in texts if name not in inner] or texts:
+        moving = [file for file in parts[name] if "<worldbody" in texts[file] and MOVES.search(texts[file])]
+        found.append(moving[0] if len(moving) == 1 and not MOVES.search(texts[name]) else name)
+    return list(dict.fromkeys(found))
 
 
 FORMAT = Format(
-    "MJCF", ".xml", 3, urdf_of_mjcf, preferred="model.xml", recognises=is_mjcf, of_several=innermost,
+    "MJCF", ".xml", 3, urdf_of_mjcf, preferred="model.xml", recognises=is_mjcf, of_several=models_of,
     not_models=("package.xml", "manifest.xml", "stack.xml"),
 )  # fmt: skip
 """The other names are those of ROS packages' files."""

@@ -4,7 +4,8 @@ Written here since no package for it is kept on PyPI: ROS's converter, sdformat_
 """
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,8 @@ SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "lengt
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", "universal", "ball")
 TURNS = ("1 0 0", "0 1 0", "0 0 1")
 """Axes of the hinges that stand for a ball joint."""
+VERSIONED = re.compile(r"(.*?)[-_](1[._]\d+)\.sdf$")
+"""A file's name that says for which version of SDF it is, as Gazebo's models have it."""
 FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
 
 
@@ -253,5 +256,16 @@ class _Model:
         return direction
 
 
-FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf")
+def newest(texts: Mapping[str, str]) -> list[str]:
+    """Of files of one model in several versions of SDF (``door-1_4.sdf``) the newest; other files as they are."""
+    found: dict[str, tuple[tuple[int, ...], str]] = {}
+    for name in texts:
+        versioned = VERSIONED.match(name)
+        base, version = versioned.groups() if versioned else (name.removesuffix(".sdf"), "9")
+        number = tuple(int(word) for word in re.findall(r"\d+", version))
+        found[base] = max(found.get(base, ((), "")), (number, name))
+    return [name for _, name in found.values()]
+
+
+FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf", of_several=newest)
 """The name of Gazebo's files is preferred."""

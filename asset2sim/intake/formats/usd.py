@@ -4,7 +4,7 @@ A link's axes are its body's, its origin is the joint that turns it; the root's 
 """
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -299,10 +299,10 @@ def unique_names(prims: Mapping[str, "Usd.Prim"]) -> dict[str, str]:
     return found
 
 
-def whole(included: Mapping[Path, set[str]]) -> list[Path]:
+def whole(texts: Mapping[str, str]) -> list[str]:
     """The file that is named for its folder, or those of which no other is composed; binary files do not tell."""
-    found = outermost(included)
-    return [file for file in found if file.stem == file.parent.name] or found
+    found = outermost(texts)
+    return [file for file in found if PurePosixPath(file).stem == PurePosixPath(file).parent.name] or found
 
 
 FORMAT = Format("USD", SUFFIXES[0], 4, urdf_of_usd, further=SUFFIXES[1:], of_several=whole)

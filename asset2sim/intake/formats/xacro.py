@@ -117,10 +117,10 @@ def _located(error: Exception, file: Path, stack: list[Path]) -> AssetError:
     return AssetError(error_.mode, error_.code, f"{where}: {problem}")
 
 
-def whole(included: Mapping[Path, set[str]]) -> list[Path]:
+def whole(texts: Mapping[str, str]) -> list[str]:
     """The ``.urdf.xacro``, or the files that no other includes."""
-    found = outermost(included)
-    return [file for file in found if file.name.endswith(".urdf.xacro")] or found
+    found = outermost(texts)
+    return [file for file in found if file.endswith(".urdf.xacro")] or found
 
 
 FORMAT = Format("xacro", ".xacro", 1, urdf_of_xacro, of_several=whole)

@@ -74,7 +74,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     came: LoopFigure | None = None
     try:
         if raw_urdf is not None:
-            source = None if raw_urdf.suffix == ".urdf" else open_origin(raw_urdf.parent)
+            source = None if raw_urdf.suffix == ".urdf" else open_origin(raw_urdf)
             raw_urdf = raw_urdf if source is None else source.urdf
             remember_twins(loaded, refined, raw_urdf.parent)
             came = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)

@@ -6,17 +6,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.companions import COMPANIONS
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.references import (
     ANYWHERE,
     MOST_DESCRIBED,
     AllowedFolders,
+    all_references,
     check_within,
     find_within,
+    mesh_folders,
     outer_references,
 )
+from asset2sim.intake.formats import FORMATS
 from asset2sim.intake.locate import find_source
-from asset2sim.storage.regular_files import read_regular
+from asset2sim.storage.regular_files import is_file, read_regular
 from schemas.errors import AssetError
 
 OUTSIDE = -1_000_000
@@ -36,17 +40,28 @@ class AssetFile:
     inode: int
 
 
-def asset_files(folder: Path, reach: AllowedFolders) -> list[AssetFile]:
+def asset_files(asset: Path, reach: AllowedFolders) -> list[AssetFile]:
     """Every file in the asset's folder but hidden ones, by name, and those elsewhere that its URDF refers to, as far as
-    they exist and lie within ``reach``. Empty where there is no such folder.
+    they exist and lie within ``reach``; of an asset that is one file, that file, all that it refers to and what says
+    more of it. Empty where there is no such folder.
 
     A folder is entered once; for what lies outside, and for a folder that cannot be listed, there is an entry in the
     place of the files.
     """
-    if not reach.allows(folder):
-        return [_refused(str(folder))]
-    inner = sorted(_walk(folder, reach), key=lambda file: file.name)
-    return inner + _outer(folder, reach, [Path(file.path) for file in inner if file.name.endswith(".xacro")])
+    if not reach.allows(asset):
+        return [_refused(str(asset))]
+    if is_file(asset):
+        beside = [asset, *(asset.parent / name for name in COMPANIONS)]
+        own = [file for path in beside if reach.allows(path) and (file := _file(path.name, str(path))) is not None]
+        return own + _referred([asset], None, reach)
+    inner = sorted(_walk(asset, reach), key=lambda file: file.name)
+    try:
+        source = check_within(find_source(asset, reach.allows), reach)
+    except (AssetError, OSError):
+        return inner
+    # What a xacro includes may lie outside as well, and refer to more.
+    xacros = [Path(file.path) for file in inner if file.name.endswith(".xacro")] if source.suffix == ".xacro" else []
+    return inner + _referred([source, *xacros], asset, reach)
 
 
 def files_below(folder: Path) -> Iterator[AssetFile]:
@@ -104,34 +119,39 @@ def _beyond(name: str, path: str, home: Path, reach: AllowedFolders) -> list[Ass
     return None if reach.allows(target) else [_refused(f"{name} -> {target}")]
 
 
-def _outer(folder: Path, reach: AllowedFolders, xacros: list[Path]) -> list[AssetFile]:
-    """Meshes that the asset takes from outside the asset's folder, with their materials and textures, by reference;
-    ``xacros`` are all such files in its folder."""
-    try:
-        urdf = check_within(find_source(folder, reach.allows), reach)
-    except (AssetError, OSError):
-        return []
+def _referred(sources: list[Path], home: Path | None, reach: AllowedFolders) -> list[AssetFile]:
+    """The files that descriptions and what they include refer to, with their materials and textures, by reference; of
+    those below ``home`` none."""
     found: dict[str, AssetFile] = {}
-    # What a xacro includes may lie outside as well, and refer to more.
-    unread = [urdf, *(xacros if urdf.suffix == ".xacro" else ())]
-    read: set[Path] = set()
+    inside = None if home is None else home.resolve()
+    texts, folders = _included(sources, reach), dict[Path, None]()
+    for source, text in texts.items():
+        folders |= dict.fromkeys(source.parent / folder for folder in mesh_folders(text))
+    inner = inside is not None and all(folder.resolve().is_relative_to(inside) for folder in folders)
+    for source, text in texts.items():
+        for reference in outer_references(text) if inner else all_references(text):
+            means = [find_within(reference, folder, reach) for folder in (source.parent, *folders)]
+            file = next((file for file, _ in means if file is not None), None)
+            if any(outside is not None for _, outside in means):
+                found[reference] = _refused(reference)
+            if file is not None and not (inside is not None and file.resolve().is_relative_to(inside)):
+                found |= _with_materials(reference, file, reach)
+    return list(found.values())
+
+
+def _included(sources: list[Path], reach: AllowedFolders) -> dict[Path, str]:
+    """The texts of descriptions and of the descriptions that they refer to."""
+    texts, unread = dict[Path, str](), list(sources)
     while unread:
         source = unread.pop()
-        read.add(source)
         try:
-            text = read_regular(source, MOST_DESCRIBED).decode("utf-8", errors="replace")
+            texts[source] = text = read_regular(source, MOST_DESCRIBED).decode("utf-8", errors="replace")
         except OSError:
             continue
-        for reference in outer_references(text):
-            mesh, outside = find_within(reference, source.parent, reach)
-            if outside is not None:
-                found[reference] = _refused(reference)
-            if mesh is None or mesh.resolve().is_relative_to(folder.resolve()):
-                continue
-            if mesh.suffix == ".xacro" and mesh not in read:
-                unread.append(mesh)
-            found |= _with_materials(reference, mesh, reach)
-    return list(found.values())
+        named = [name for name in all_references(text) if name.strip().endswith((*FORMATS,))]
+        files = [find_within(name, source.parent, reach)[0] for name in named]
+        unread += [file for file in files if file is not None and file not in texts]
+    return texts
 
 
 def _with_materials(reference: str, mesh: Path, reach: AllowedFolders) -> dict[str, AssetFile]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.intake.fetch import fetch_above, fetch_asset
+from asset2sim.intake.locate import split_url
 from asset2sim.intake.url_files import allowed_urls
 from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
@@ -47,10 +48,10 @@ def run_with_local_files(
 def fetched(ref: AssetRef, settings: Settings) -> AssetRef:
     """The reference of the local copy of an asset behind a URL, its dataset's folder being the copy of the dataset's.
     Raises StoreError where an object cannot be read."""
-    root = Location(ref.root or ref.path)
+    root = Location(ref.root or split_url(ref.path)[0])
     path = fetch_asset(ref.path, allowed_urls(ref, settings.inputs))
     if above := known_methods()[settings.method].reads_above:
-        fetch_above(ref.path, above)
+        fetch_above(split_url(ref.path)[0], above)
     return ref.model_copy(update={"path": str(path), "root": str(local_copy_path(root) if root.is_url else root)})
 
 
