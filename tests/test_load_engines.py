@@ -196,6 +196,13 @@ def test_a_free_object_stands_on_its_lowest_point(engine: str, tmp_path: Path) -
     for _ in range(240):
         item.step()
     assert root_height(item, engine) == pytest.approx(0.15, abs=2e-3)
+    assert item.link_poses()["base"][2, 3] == pytest.approx(root_height(item, engine), abs=1e-4)
+    if engine == "newton":
+        with pytest.raises(LoadError, match="not read from Newton"):
+            item.contacts()
+    else:
+        borne = sum(contact.force_n for contact in item.contacts() if contact.link == "base")
+        assert borne == pytest.approx((10.0 + MASS) * G, rel=0.02)
     assert load(folder, engine, fixed=True).about.height_m == pytest.approx(0.15)
 
 
@@ -247,6 +254,73 @@ def test_what_cannot_be_loaded_says_what_to_do(tmp_path: Path, monkeypatch: pyte
             describe(other)
 
 
+@every_engine
+def test_what_is_given_is_checked_and_reset_undoes_it(engine: str, tmp_path: Path) -> None:
+    said = {"child": "bob", "initial_position": 0.1, "effective_inertia": MOMENT}
+    folder = written(tmp_path / "one", BASE + BALL, {"j": said})
+    for options, wrong in (
+        ({"timestep_s": -0.01}, "timestep_s: -0.01 is no time step"),
+        ({"timestep_s": math.nan}, "timestep_s: nan is not 1 finite"),
+        ({"position": (0.0,)}, "position: .* is not 2 or 3 finite"),
+        ({"state": "ajar"}, 'no state "ajar"; choose "closed", "open", or'),
+    ):
+        with pytest.raises(LoadError, match=wrong):
+            load(folder, engine, **options)
+    item = load(folder, engine.capitalize(), state={"j": 0.25})
+    assert item.joint_names == ("j",) and item.positions()["j"] == pytest.approx(-1.5)
+    for given, wrong in (
+        ([0.1, 0.2], "2 numbers for 1 joints: j"),
+        ({"k": 0.1}, "no joint 'k'; choose of j"),
+        ({"j": math.nan}, "nan for joint 'j' is no finite number"),
+        (9.0, "9 is beyond joint 'j', -3 to 3 rad"),
+    ):
+        with pytest.raises(LoadError, match=wrong):
+            item.set_positions(given)
+    item.set_positions([0.0])
+    item.apply_effort({"j": 0.5})
+    for _ in range(10):
+        item.step()
+    assert item.velocities()["j"] == pytest.approx(0.5 / MOMENT * 10 * STEP, rel=0.05)
+    item.reset("closed")
+    assert [item.positions()["j"], item.velocities()["j"]] == pytest.approx([-3.0, 0.0], abs=1e-5)
+    item.reset()
+    item.set_targets({"j": 0.5})
+    for _ in range(240):
+        item.step()
+    assert item.positions()["j"] == pytest.approx(0.5, abs=0.03)
+
+
+def test_an_object_that_failed_warns_with_its_reason(tmp_path: Path) -> None:
+    folder = written(tmp_path / "thing", BASE + BALL, {"j": {"child": "bob"}})
+    assert describe(folder).verdict == "unknown"
+    entry = {"path": "thing", "status": "failed", "failure_mode": "drift", "reason": "it drifts 3 cm"}
+    (tmp_path / "index.json").write_text(json.dumps({"assets": [entry]}), encoding="utf-8")
+    assert describe(folder).verdict == "drift"
+    pytest.importorskip("pybullet")
+    with pytest.warns(UserWarning, match="thing failed its checks: drift: it drifts 3 cm"):
+        load(folder)
+    with pytest.raises(LoadError, match="it drifts 3 cm"):
+        load(folder, strict=True)
+
+
+def test_the_same_object_twice_in_one_model(tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    folder, world = written(tmp_path, BASE + BALL, {"j": {"child": "bob", "initial_position": 0.1}}), mujoco.MjSpec()
+    items = [load(folder, "mujoco", into=world), load(folder, "mujoco", into=world, name="mine")]
+    items.append(load(folder, "mujoco", into=world))
+    assert [item.name for item in items] == ["thing", "mine", "thing_2"]
+    with pytest.raises(LoadError, match="another object is named 'mine'"):
+        load(folder, "mujoco", into=world, name="mine")
+    with pytest.raises(LoadError, match=r"call finish\(model, data\)"):
+        items[0].positions()
+    model = world.compile()
+    data = mujoco.MjData(model)
+    for item in items:
+        item.finish(model, data)
+    items[1].set_positions({"j": 0.7})
+    assert [item.positions()["j"] for item in items] == pytest.approx([0.1, 0.7, 0.1])
+
+
 @pytest.mark.parametrize("engine", [param for param in ENGINES if param.values[0] not in ("genesis", "newton")])
 def test_two_objects_stand_in_a_world_of_the_users(engine: str, tmp_path: Path) -> None:
     """Beside each other, each in its state, in a world whose gravity and time step stay what they were."""
@@ -257,7 +331,7 @@ def test_two_objects_stand_in_a_world_of_the_users(engine: str, tmp_path: Path) 
     first, second = (
         load(folder, engine, into=world, position=(x, 0.0)) for folder, x in zip(folders, (0.0, 1.0), strict=True)
     )
-    assert engine != "mujoco" or first.model is None, "before the user compiled it"
+    assert getattr(first, "model", None) is None, "before the user compiled it"
     for place, position in AFTER[engine](world, first, second):
         assert position == pytest.approx(0.4, abs=0.01)
         assert place[2] == pytest.approx(0.1, abs=1e-6)

@@ -1,5 +1,6 @@
 """``OUT/assets/index.json``, what is there to load, and ``load.py`` beside it, a loader that needs nothing of us."""
 
+import ast
 import json
 import tempfile
 from collections import defaultdict
@@ -18,11 +19,12 @@ from schemas.tables import TABLES
 
 ASSETS_FOLDER = "assets"
 INDEX_NAME, LOADER_NAME = "index.json", "load.py"
+LOADER_PACKAGE = "asset2sim.load."
 OVERLAY_NAME = "overlay.json"
 VERSION = 1
 """Of the index's layout."""
 COLUMNS = (
-    *("asset_id", "run_id", "category", "status", "failure_mode", "support", "mass_kg", "n_joints"),
+    *("asset_id", "run_id", "category", "status", "failure_mode", "reason", "support", "mass_kg", "n_joints"),
     *(f"size_{axis}_m" for axis in "xyz"),
 )
 """Of the table of assets, what the index has."""
@@ -40,10 +42,7 @@ def write_index(out: Path, url: str | None = None) -> None:
         names = there.get(asset_id, ()) if there is not None else local_files(folder / asset_id)
         entries.append(entry(row, names, folder / asset_id))
     document = {"version": VERSION, "loader": LOADER_NAME, "assets": entries}
-    texts = {
-        INDEX_NAME: json.dumps(document, indent=1, ensure_ascii=False) + "\n",
-        LOADER_NAME: files("asset2sim").joinpath("load.py").read_text(encoding="utf-8"),
-    }
+    texts = {INDEX_NAME: json.dumps(document, indent=1, ensure_ascii=False) + "\n", LOADER_NAME: loader_source()}
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".index-", dir=out) as place:
         staged = {name: Path(place, name) for name in texts}
@@ -55,6 +54,29 @@ def write_index(out: Path, url: str | None = None) -> None:
         folder.mkdir(exist_ok=True)
         for name, path in staged.items():
             replace_file(path, folder / name)
+
+
+def loader_source() -> str:
+    """The package ``asset2sim.load`` as one file: its modules, each before those that import it, without the imports
+    between them."""
+    package, parts = files("asset2sim").joinpath("load"), []
+    trees: dict[str, ast.Module] = {}
+
+    def add(name: str) -> None:
+        if name in trees:
+            return
+        text = package.joinpath(f"{name}.py").read_text(encoding="utf-8")
+        trees[name] = ast.parse(text)
+        lines = text.splitlines(keepends=True)
+        for node in trees[name].body:
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(LOADER_PACKAGE):
+                add(str(node.module).removeprefix(LOADER_PACKAGE))
+                lines[node.lineno - 1 : node.end_lineno] = [""] * (1 + (node.end_lineno or 0) - node.lineno)
+        parts.append("".join(lines).strip("\n") + "\n")
+
+    add("__init__")
+    documentation, own = trees["__init__"].body[0].end_lineno or 0, parts.pop().splitlines(keepends=True)
+    return "\n\n".join(("".join(own[:documentation]), *parts, "".join(own[documentation:]).lstrip("\n")))
 
 
 def latest_by_asset(rows: Collection[dict[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -79,6 +101,7 @@ def entry(row: Mapping[str, Any], names: Collection[str], folder: Path) -> dict[
         "category": row["category"],
         "status": row["status"],
         "failure_mode": row["failure_mode"],
+        "reason": row["reason"],
         "support": row.get("support") or support_of(folder) if loadable else None,
         "mass_kg": row["mass_kg"],
         "size_m": None if None in sizes else sizes,

@@ -13,9 +13,11 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import asset2sim.load
+from asset2sim.catalog.index import LOADER_NAME, loader_source
 from asset2sim.catalog.text import markdown_table
 from lab.loaders import hold
 from lab.pages.blocks import check_page, write_block
@@ -69,9 +71,11 @@ def measure(engine: str, folders: Sequence[Path]) -> Held:
     if found is None:
         return Held(engine, "", None)
     python, version = found
-    # Both by their files: nothing of ours is imported there.
-    words = [python, str(hold.__file__), str(asset2sim.load.__file__), engine, *map(str, folders)]
-    ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=TIME_LIMIT_S)
+    with TemporaryDirectory() as place:  # both by their files: nothing of ours is imported there
+        loader = Path(place, LOADER_NAME)
+        loader.write_text(loader_source(), encoding="utf-8")
+        words = [python, str(hold.__file__), str(loader), engine, *map(str, folders)]
+        ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=TIME_LIMIT_S)
     said = [json.loads(line[5:]) for line in ended.stdout.splitlines() if line.startswith("HELD ")]
     if len(said) != len(folders):
         raise UsageError(f"{engine} ended after {len(said)} of {len(folders)} objects: {ended.stderr[-400:]}")

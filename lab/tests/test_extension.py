@@ -49,7 +49,7 @@ def test_its_code_counts_where_it_decides() -> None:
     assert extension_sources(plain) == () and extension_sources(noisy) == ("lab.noise",)
     assert "lab.trials" in extension_sources(Settings(checks=("reachable",)))
     assert {"lab/noise/__init__.py", "lab/noise/noise.py"} <= set(module_files("lab.noise"))
-    assert set(module_files("asset2sim.load")) == {"asset2sim/load.py"}
+    assert {"asset2sim/load/__init__.py", "asset2sim/load/shapes.py"} <= set(module_files("asset2sim.load"))
     versions = {source_version(modules=extension_sources(item)) for item in (plain, noisy)}
     assert len(versions) == 2
     for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources):

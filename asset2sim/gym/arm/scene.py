@@ -107,7 +107,8 @@ def build_stage(
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0.0, 0.0, 0.05))
     loaded = load(folder, engine="mujoco", into=spec, position=(0.0, 0.0), timestep_s=TIMESTEP_S)
-    about, prefix = loaded.about, f"{loaded.about.asset_id}/"
+    about, prefix = loaded.about, loaded.prefix
+    leave_out_looks(spec)
     thicken_flat(spec)
     for geom in spec.geoms:
         geom.solref = (CONTACT_TIME_S, 1.0)
@@ -135,6 +136,15 @@ def build_stage(
     return CompiledScene(
         about, prefix, model, data, base.copy(), dofs, mine, tools, tips, places, ratios, gripper, bowl
     )
+
+
+def leave_out_looks(spec: mujoco.MjSpec) -> None:
+    """Remove what an exported object shows and nothing touches: the scene is the same as without the export."""
+    for geom in [one for one in spec.geoms if not one.contype and not one.conaffinity]:
+        spec.delete(geom)
+    shown = {geom.meshname for geom in spec.geoms}
+    for mesh in [one for one in spec.meshes if one.name not in shown]:
+        spec.delete(mesh)
 
 
 def thicken_flat(spec: mujoco.MjSpec) -> None:

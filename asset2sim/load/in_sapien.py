@@ -1,0 +1,115 @@
+"""A refined object in SAPIEN."""
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from asset2sim.load.description import Description
+from asset2sim.load.loaded import (
+    GRAVITY,
+    STOP_DAMPING,
+    Contact,
+    Loaded,
+    Root,
+    copied,
+    free_name,
+    module,
+    point,
+    transform,
+)
+
+
+class SapienObject(Loaded):
+    """SAPIEN's own loader, with looks where the scene can render. A joint's drive, at rest and of bounded force, is its
+    dry friction; a second drive between the same links is damper and spring. ``scene`` and
+    ``articulation`` are SAPIEN's."""
+
+    engine = "sapien"
+
+    def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
+        super().__init__(about, root)
+        sapien, physx, scene, mu = module("sapien"), module("sapien.physx"), into, about.contact_friction
+        if scene is None:
+            before, config = physx.get_scene_config(), physx.PhysxSceneConfig()
+            config.gravity, config.enable_tgs, config.enable_pcm = GRAVITY, False, False
+            physx.set_scene_config(config)  # of the process, until the next
+            scene = sapien.Scene([physx.PhysxCpuSystem()])
+            physx.set_scene_config(before)
+            scene.set_timestep(timestep_s)
+            scene.add_ground(0.0, render=False, material=physx.PhysxMaterial(mu, mu, 0.0))
+        loader, renders = scene.create_urdf_loader(), False
+        loader.fix_root_link = root.fixed
+        loader.set_material(mu, mu, 0.0)
+        with suppress(RuntimeError):  # SAPIEN's answer where there is none
+            renders = scene.get_render_system() is not None
+        with copied(about.urdf, visuals=renders) as path:
+            body = loader.load(path)
+        body.sleep_threshold, body.solver_position_iterations = 0.0, 50  # with SAPIEN's 10, held lids creep
+        for link in body.links:
+            link.linear_damping = link.angular_damping = 0.0
+            for shape in link.collision_shapes:
+                shape.contact_offset = 5e-4  # at SAPIEN's 10 mm every part touches its neighbours
+        for joint in about.joints:
+            made, slides, rest = body.find_joint_by_name(joint.name), joint.unit == "m", joint.spring_reference
+            made.friction, made.armature = 0.0, np.array([joint.armature], np.float32)
+            made.set_drive_property(0.0, STOP_DAMPING if joint.friction > 0.0 else 0.0, joint.friction)
+            made.set_drive_velocity_target(0.0)
+            if joint.damping > 0.0 or joint.stiffness > 0.0:
+                frames = made.parent_link.entity, made.pose_in_parent, made.child_link.entity, made.pose_in_child
+                drive = scene.create_drive(*frames)
+                (drive.set_drive_property_x if slides else drive.set_drive_property_twist)(
+                    joint.stiffness, joint.damping
+                )
+                turned = [1.0, 0.0, 0.0, 0.0] if slides else [math.cos(rest / 2.0), math.sin(rest / 2.0), 0.0, 0.0]
+                drive.set_drive_target(sapien.Pose([rest if slides else 0.0, 0.0, 0.0], turned))
+        self.scene, self.articulation, self.sapien = scene, body, sapien
+        self.order = [joint.name for joint in body.active_joints]
+        self.places = [self.order.index(name) for name in self.joint_names]
+        names = [other.name for other in scene.get_all_articulations() if other is not body]
+        self.name = free_name(root, about, lambda name: name in names)
+        body.name = self.name
+        self.write({joint.name: joint.initial_position for joint in about.joints})
+        self.place()
+
+    @property
+    def timestep_s(self) -> float:
+        return float(self.scene.get_timestep())
+
+    def read(self) -> tuple[Any, Any]:
+        return self.articulation.qpos[self.places], self.articulation.qvel[self.places]
+
+    def write(self, positions: Mapping[str, float]) -> None:
+        found, speeds = self.articulation.qpos.copy(), self.articulation.qvel.copy()
+        for name, value in positions.items():
+            found[self.order.index(name)], speeds[self.order.index(name)] = value, 0.0
+        self.articulation.set_qpos(found.astype(np.float32))
+        self.articulation.set_qvel(speeds.astype(np.float32))
+
+    def place(self) -> None:
+        self.articulation.set_root_pose(self.sapien.Pose(self.root.position, self.root.wxyz))
+        self.articulation.set_root_linear_velocity(np.zeros(3, np.float32))
+        self.articulation.set_root_angular_velocity(np.zeros(3, np.float32))
+
+    def advance(self) -> object:
+        return self.scene.step()
+
+    def push(self, efforts: Mapping[str, float]) -> None:
+        self.articulation.set_qf(np.array([efforts.get(name, 0.0) for name in self.order], np.float32))
+
+    def link_poses(self) -> dict[str, np.ndarray]:
+        return {link.name: transform(link.entity_pose.p, link.entity_pose.q) for link in self.articulation.links}
+
+    def contacts(self) -> list[Contact]:
+        mine, found = {link.entity.per_scene_id: link.name for link in self.articulation.links}, []
+        for contact in self.scene.get_contacts():
+            entities = [body.entity for body in contact.bodies]
+            names = [mine.get(entity.per_scene_id, entity.name) for entity in entities]
+            for one, other in ((0, 1), (1, 0)):
+                for touched in contact.points if entities[one].per_scene_id in mine else ():
+                    force = float(np.linalg.norm(touched.impulse)) / self.timestep_s
+                    if force > 0.0:
+                        found.append(Contact(names[one], names[other], point(touched.position), force))
+        return found

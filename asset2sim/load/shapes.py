@@ -1,0 +1,89 @@
+"""Geometry of a URDF's tree: vectors, poses and the points of shapes, by numpy and the standard library alone."""
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+
+class LoadError(RuntimeError):
+    """The folder is no refined object, or holds or was given what cannot be used; says what to do."""
+
+
+def end(element: ET.Element, tag: str) -> str:
+    """The link that a joint's ``<parent>`` or ``<child>`` names."""
+    found = element.find(tag)
+    return "" if found is None else str(found.get("link"))
+
+
+def vector(element: ET.Element | None, key: str, default: str = "0 0 0") -> np.ndarray:
+    """(3,) numbers of an attribute."""
+    numbers = str((element is not None and element.get(key)) or default).split()
+    return np.array([float(number) for number in (numbers * 3)[:3]])
+
+
+def turn(axis: np.ndarray, angle: float) -> np.ndarray:
+    """(3, 3) rotation about an axis, by Rodrigues' formula."""
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross)
+
+
+def pose_of(element: ET.Element) -> np.ndarray:
+    """(4, 4) transform of an element's ``<origin>``."""
+    origin, pose, (x, y, z) = element.find("origin"), np.eye(4), np.eye(3)
+    roll, pitch, yaw = vector(origin, "rpy")
+    pose[:3, :3] = turn(z, yaw) @ turn(y, pitch) @ turn(x, roll)
+    pose[:3, 3] = vector(origin, "xyz")
+    return pose
+
+
+def link_poses(urdf: ET.Element, root: str, positions: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """Link → (4, 4) link-to-root transform at these joint positions."""
+    poses, waiting = {root: np.eye(4)}, [root]
+    for parent in waiting:
+        for element in (joint for joint in urdf.findall("joint") if end(joint, "parent") == parent):
+            motion, axis = np.eye(4), vector(element.find("axis"), "xyz", "1 0 0")
+            position = positions.get(str(element.get("name")), 0.0)
+            if element.get("type") == "prismatic":
+                motion[:3, 3] = position * axis / np.linalg.norm(axis)
+            elif element.get("type") != "fixed":
+                motion[:3, :3] = turn(axis, position)
+            poses[end(element, "child")] = poses[parent] @ pose_of(element) @ motion
+            waiting.append(end(element, "child"))
+    return poses
+
+
+def points_of(link: ET.Element, tag: str, names: tuple[str, ...] = ("",)) -> np.ndarray:
+    """(n, 3) points that span a link's shapes of this tag whose name begins so, in the link's frame, m. Raises
+    LoadError for a collision mesh that is not there or no OBJ; visual ones are left out."""
+    clouds = [np.zeros((0, 3))]
+    for item in (one for one in link.findall(tag) if str(one.get("name", "")).lower().startswith(names)):
+        pose = pose_of(item)
+        for shape in item.findall("geometry/*"):
+            half = np.array([0.0, 0.0, float(shape.get("length", 0.0)) / 2.0])
+            if shape.tag == "mesh":
+                points = mesh_points(Path(shape.get("filename", "")), tag == "collision") * vector(shape, "scale", "1")
+            elif shape.tag == "box":
+                points = np.array(np.meshgrid(*[(-v / 2.0, v / 2.0) for v in vector(shape, "size")])).reshape(3, -1).T
+            else:  # round: a cylinder along z by its rims, a sphere or capsule by circles about x
+                around = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
+                circle = float(shape.get("radius", 0.0)) * np.stack(
+                    [np.cos(around), np.sin(around), 0.0 * around], axis=1
+                )
+                tilts = [turn(np.eye(3)[0], tilt) for tilt in (around[:1] if shape.tag == "cylinder" else around)]
+                points = np.vstack([circle @ tilt + side for tilt in tilts for side in (half, -half)])
+            clouds.append(points @ pose[:3, :3].T + pose[:3, 3])
+    return np.vstack(clouds)
+
+
+def mesh_points(file: Path, needed: bool) -> np.ndarray:
+    """(n, 3) vertices of an OBJ file, unscaled; none where it is not one that can be read and not ``needed``."""
+    lines = file.read_text("utf-8", "replace").splitlines() if file.suffix.lower() == ".obj" and file.is_file() else []
+    points = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], dtype=float).reshape(-1, 3)
+    if needed and not len(points):
+        problem = "is no OBJ; refine the object with --collision repair" if file.is_file() else "is not there"
+        raise LoadError(f"collision mesh {file} {problem}")
+    return points
