@@ -132,14 +132,15 @@ def test_an_arm_meets_an_exported_object_as_one_that_is_not(
     laptop: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The environment, from a folder that is not the object's; its looks are left out."""
-    from asset2sim.gym import make_env
+    from asset2sim.gym import ObjectEnv, make_env
 
     exported, plain = laptop / "assets" / "laptop_silver", tmp_path / "laptop_silver"
     shutil.copytree(exported, plain)
     (plain / "mobility.xml").unlink()
     monkeypatch.chdir(tmp_path)
-    envs = [make_env(folder) for folder in (exported, plain)]
-    assert len({env.unwrapped.subject.stage.model.ngeom for env in envs}) == 1
+    made = [make_env(folder).unwrapped for folder in (exported, plain)]
+    envs = [env for env in made if isinstance(env, ObjectEnv)]
+    assert len(envs) == 2 and len({env.subject.stage.model.ngeom for env in envs}) == 1
     first, second = (env.reset(seed=0)[0] for env in envs)
     assert first == pytest.approx(second, abs=1e-3)
 

@@ -17,7 +17,6 @@ from asset2sim.experiments.cluster import open_client
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import Ending, Outcome, accept_children, stop_children
 from asset2sim.experiments.work import Work, in_child
-from schemas.errors import StudyError
 from schemas.settings import RunSettings
 from schemas.table import Row, Table
 
@@ -96,9 +95,9 @@ def run_study(
 ) -> int:
     """Do every job and store its rows in its output; ``told``, by default ``tell``, hears each job's title and row, and
     how many are left. Returns how many were left undone: those that remain once ``enough`` says so of a row. An
-    interruption ends the children and keeps the rows so far. Raises StudyError, its rows stored, where all failed."""
+    interruption ends the children and keeps the rows so far."""
     files = {out: [OwnFile(out, table) for table in study.tables] for out in dict.fromkeys(job.out for job in jobs)}
-    owner, left, failed = f"{study.name}-{uuid.uuid4().hex}", len(jobs), 0
+    owner, left = f"{study.name}-{uuid.uuid4().hex}", len(jobs)
     accept_children(owner)
     with tempfile.TemporaryDirectory() as place, sigterm_as_interrupt(), open_client(run, Path(place)) as client:
         try:
@@ -111,13 +110,10 @@ def run_study(
                 left -= 1
                 (row,) = rows[study.table.name]
                 (told or tell)(study.title(row), row, left)
-                failed += row["outcome"] == FAILED
                 if enough(row):
                     break
         finally:
             stop_children(owner)
-    if failed and failed == len(jobs):
-        raise StudyError(f"{study.name}: all {failed} failed, the last: {row['reason']}")
     return left
 
 

@@ -122,7 +122,7 @@ class PyBulletObject(Loaded):
         return found
 
     def named(self, body: int, link: int) -> str:
-        """What PyBullet calls another body, or its link."""
+        """Name by which PyBullet knows another body, or its link."""
         if link >= 0:
             return str(self.bullet.getJointInfo(body, link, **self.at)[12].decode())
         return self.bullet.getBodyInfo(body, **self.at)[1].decode() or f"body {body}"

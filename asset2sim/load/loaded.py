@@ -1,4 +1,4 @@
-"""What is alike in all engines: an object with its joints by name, efforts, targets, poses and contacts."""
+"""An object in an engine, alike in all: its joints by name, efforts, targets, poses and contacts."""
 
 import math
 import tempfile

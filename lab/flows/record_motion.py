@@ -4,7 +4,7 @@ from pathlib import Path
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.experiments.study import run_study
+from asset2sim.experiments.study import FAILED, run_study, tell
 from asset2sim.gym.arm.gripper import ROBOTIQ
 from asset2sim.gym.arm.robotiq import robotiq_file
 from lab.flows.in_flow import in_flow
@@ -14,7 +14,9 @@ from lab.pages.blocks import Pages
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.show_trials import described, trials_block
 from lab.trials.study import STUDY, jobs_of
+from schemas.errors import StudyError
 from schemas.settings import Settings
+from schemas.table import Row
 
 BLOCK = "judged"
 """Name of the pages' block."""
@@ -22,14 +24,23 @@ BLOCK = "judged"
 
 def record_motion(options: RecordMotionOptions, settings: Settings) -> None:
     """Record the trials of these outputs' objects and print what became of them. Raises UsageError for an output
-    without a catalog or refined objects, a page without the block's markers, and a gripper that is not installed."""
+    without a catalog or refined objects, a page without the block's markers, and a gripper that is not installed;
+    StudyError, once all is stored, where every trial failed."""
     if options.gripper == ROBOTIQ.name:
         robotiq_file()
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     pages = Pages(BLOCK, {options.page: trials_block})
     jobs = [job for out in folders for job in jobs_of(out, options.assets, options.film, options.gripper)]
-    in_flow(STUDY.name, lambda: run_study(STUDY, jobs, settings.run))
+    rows: list[Row] = []
+
+    def told(title: str, row: Row, left: int) -> None:
+        tell(title, row, left)
+        rows.append(row)
+
+    in_flow(STUDY.name, lambda: run_study(STUDY, jobs, settings.run, told))
     trials = latest_own(folders, TRIALS)
     for part in described(trials):
         output().print(part)
     pages.write(trials)
+    if all(row["outcome"] == FAILED for row in rows):
+        raise StudyError(f"none of {len(rows)} trials could be recorded, the last: {rows[-1]['reason']}")

@@ -47,6 +47,14 @@ def test_the_command_records_every_refined_object_and_writes_the_page(
     assert (out / "motions" / "drawer" / "close" / TRACK).is_file()
 
 
+def test_a_study_of_which_every_trial_failed_is_no_success(out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (out / "assets" / "drawer" / "mobility.urdf").write_text("<robot name='drawer'/>", encoding="utf-8")
+    words = ["record-motion", str(out), "--no-film", "--assets", "drawer"]
+    assert run_command(words, refine=refine, nightly=serve) == 1
+    assert "none of 1 trials could be recorded" in capsys.readouterr().err
+    assert read_own_files(out, TRIALS)["outcome"].tolist() == ["failed"]
+
+
 def test_trials_are_done_anew_and_the_latest_counts(out: Path) -> None:
     told: list[tuple[Row, int]] = []
     for _ in range(2):
