@@ -158,6 +158,8 @@ class Effort(Frozen):
     lever_m: Positive
     tips_at_n: NonNegative | None
     slides_at_n: NonNegative | None
+    on_floor: bool = False
+    """Whether the part is on the floor, so that the effort is the larger of that with the root held and that there."""
 
     @property
     def force_n(self) -> float:

@@ -54,7 +54,10 @@ class Thresholds(Frozen):
     sweep_overlap_m: Positive = 2e-3
     """Overlap beyond the initial one from which a joint counts as jammed, m."""
     sweep_free_share: Fraction = 0.9
-    """Share of its range that a joint must move freely, unless authored geometry stops it."""
+    """Share of its range that a joint must move freely, unless authored geometry or the floor stops it."""
+    sweep_excused_share: Fraction = 0.3
+    """Share of its range that a joint must move freely whatever stops it: a door that opens by 30° lets a hand in, a
+    drawer by a third of its depth; what moves less is of no use."""
     hold_rad: Positive = 0.02
     """Furthest that a joint may go that must stay where it is placed, rad (a degree) ..."""
     hold_m: Positive = 2e-3

@@ -148,10 +148,12 @@ class Engine(OpenValues):
 
 
 class OverlapCause(StrEnum):
-    """Why two links overlap: the authored meshes do, or only the convex shapes that stand for them."""
+    """Why two links overlap: the authored meshes do, or only the convex shapes that stand for them; or a link overlaps
+    the floor on which the object stands."""
 
     AUTHORED = "authored"
     HULL = "hull"
+    FLOOR = "floor"
 
 
 class CollisionMode(StrEnum):

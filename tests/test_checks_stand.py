@@ -93,6 +93,26 @@ def test_a_lid_takes_its_load_and_its_friction_at_its_edge_and_tips_the_box_by_i
     assert "at most 22.2 N (a table): make the part lighter" in reason
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(("below", "fails"), [(-0.02, False), (0.003, True)])
+def test_a_drawer_that_stands_on_the_floor_is_pushed_there(
+    tmp_path: Path, engine: Engine, below: float, fails: bool
+) -> None:
+    """Held by its root it takes 2 N; on the floor, on which most of the cabinet then stands, far more."""
+    drawer = solid("drawer", (0.3, 0.3, 0.1), (0.0, 0.0, 0.05 - below), 4.0)
+    walls = [solid(f"wall{i}", (0.4, 0.02, 0.5), (0.0, 0.2 - 0.4 * i, 0.25), 3.0) for i in range(2)]
+    joints = [UrdfJoint("glue", "fixed", "wall0", "wall1"),
+              UrdfJoint("slide", "prismatic", "wall0", "drawer", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.2,
+                        friction=2.0)]  # fmt: skip
+    item = subject(tmp_path, [*walls, drawer], joints)
+    asked = tuple(entry.model_copy(update={"effort_range": HAND}) for entry in item.overlay.joints)
+    item = Subject(item.urdf, item.overlay.model_copy(update={"joints": asked}))
+    (record,) = interaction(engine, item, only=FailureMode.EFFORT).efforts
+    assert record.on_floor is fails
+    assert record.force_n > 22.2 if fails else record.force_n == pytest.approx(2.0, rel=0.05)
+    assert bool(failures(item, engine, FailureMode.EFFORT)) is fails
+
+
 def test_a_part_that_nothing_moves_has_no_effort(tmp_path: Path) -> None:
     item = box_with_lid(tmp_path, friction=0.6, start=0.0)
     with opened(item) as world:

@@ -8,7 +8,7 @@ from asset2sim.checks.overlaps import overlap_pairs
 from asset2sim.checks.rig import CauseOf
 from asset2sim.checks.sweep import sweep_verdict, sweeps
 from schemas.interaction import Sweep
-from schemas.vocabulary import Engine, OverlapCause
+from schemas.vocabulary import Engine, FailureMode, OverlapCause
 from tests.builders import UrdfJoint
 from tests.interaction_objects import (
     ENGINES,
@@ -18,6 +18,7 @@ from tests.interaction_objects import (
     authored_cause,
     bare,
     hull_cause,
+    interaction,
     opened,
     solid,
     subject,
@@ -80,6 +81,42 @@ def test_authored_geometry_in_the_way_is_told_and_does_not_fail(tmp_path: Path) 
     verdict = sweep_verdict(record, item.overlay.joints[0], None, "pybullet", LIMITS)
     assert verdict.passed and verdict.value == pytest.approx(0.5, abs=0.02)
     assert "authored geometry stops it" in verdict.reason and "'post'" in verdict.reason
+
+
+def test_no_excuse_frees_a_joint_that_hardly_moves(tmp_path: Path) -> None:
+    item = cabinet(tmp_path, stop_at=0.1)
+    record = swept(item, Engine.PYBULLET, authored_cause)["slide"]
+    verdict = sweep_verdict(record, item.overlay.joints[0], None, "pybullet", LIMITS)
+    assert not verdict.passed and verdict.limit == LIMITS.sweep_excused_share
+    assert verdict.value == pytest.approx(0.25, abs=0.02) and "moves too little" in verdict.reason
+
+
+@pytest.mark.parametrize(("height", "share"), [(0.5, 1.0), (0.15, 0.7)])
+def test_the_floor_ends_the_way_of_a_flap_that_hangs_low(tmp_path: Path, height: float, share: float) -> None:
+    """A flap of 20 cm, hinged at its upper edge ``height`` over the floor, goes from level to upright downwards."""
+    links = [
+        solid("post", (0.3, 0.3, 0.6), (0.0, 0.0, 0.3), 5.0),
+        solid("flap", (0.2, 0.2, 0.01), (0.1, 0.0, 0.0), 0.3),
+    ]
+    hinge = UrdfJoint("hinge", "revolute", "post", "flap", (0.0, 1.0, 0.0), (0.16, 0.0, height), 0.0, 1.2)
+    record = interaction(Engine.MUJOCO, subject(tmp_path, links, [hinge]), only=FailureMode.JAM).sweeps[0]
+    assert record.free_share == pytest.approx(share, abs=0.03)
+    causes = [obstacle.cause for obstacle in record.obstacles]
+    assert causes == ([] if share == 1.0 else [OverlapCause.FLOOR])
+
+
+def test_two_that_lie_on_one_are_moved_away_together(tmp_path: Path) -> None:
+    """A flap under two others opens once both are open; neither alone frees it."""
+    links = [bare("base", 10.0), solid("under", (0.2, 0.3, 0.01), (0.1, 0.0, 0.0))]
+    joints = [UrdfJoint("hinge", "revolute", "base", "under", (0.0, -1.0, 0.0), (0.0, 0.0, 0.5), 0.0, 1.5)]
+    for side in (1.0, -1.0):
+        links.append(solid(f"over{side:+.0f}", (0.2, 0.15, 0.01), (0.1, -0.075 * side, 0.0)))
+        at = (0.0, 0.18 * side, 0.515)
+        joints.append(
+            UrdfJoint(f"hinge{side:+.0f}", "revolute", "base", links[-1].name, (side, 0.0, 0.0), at, -2.5, 0.0)
+        )
+    record = swept(subject(tmp_path, links, joints), Engine.PYBULLET, authored_cause)["hinge"]
+    assert record.free_share > 0.9 and len(record.others) == 2
 
 
 def test_the_cause_is_asked_for_where_it_jams(tmp_path: Path) -> None:

@@ -23,11 +23,34 @@ from schemas.vocabulary import FailureMode
 
 
 def measure(rig: Rig) -> dict[str, object]:
-    """The least efforts of every joint with the root held, and what they are at the edge of its part."""
+    """The least efforts of every joint with the root held, or as it stands where its part is on the floor, and what
+    they are at the edge of its part."""
     opened = measured_openings(rig.held.sound(), rig.item, rig.settings)
     friction, kind, support = rig.overlay.contact_friction, rig.overlay.support.kind, rig.down().support
-    found = efforts(rig.item, rig.clouds, opened, support, friction, rig.limits, kind)
-    return {"openings": opened, "efforts": found}
+    on_floor = rig.standing.on_floor if rig.standing is not None else ()
+    found = efforts(
+        rig.item,
+        rig.clouds,
+        [standing_opening(rig, e) if e.joint in on_floor else e for e in opened],
+        support,
+        friction,
+        rig.limits,
+        kind,
+    )
+    marked = tuple(item.model_copy(update={"on_floor": item.joint in on_floor}) for item in found)
+    return {"openings": opened, "efforts": marked}
+
+
+def standing_opening(rig: Rig, held: Opening) -> Opening:
+    """The least efforts of a joint whose part is on the floor: those measured there, root free, where they are larger
+    than those ``held``; its effort limit where that does not move it."""
+    (seen,) = measured_openings(rig.free.sound(), rig.item, rig.settings, {held.joint}, settle_s=rig.settings.still_s)
+
+    def larger(here: float | None, above: float | None) -> float | None:
+        return above if above is None else max(above, here if here is not None else held.effort_limit or 0.0)
+
+    ways = {"opening": larger(seen.opening, held.opening), "closing": larger(seen.closing, held.closing)}
+    return held.model_copy(update=ways)
 
 
 def efforts(
@@ -117,6 +140,7 @@ def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdi
     """The verdict on one way of moving a part."""
     force, asked, subject = item.force_n, joint.effort_range, item.joint
     takes = f"{item.way} joint '{item.joint}' takes {force:.3g} N at its part's edge in {engine}"
+    takes += ", where its part is on the floor" if item.on_floor else ""
     if asked is not None and force > asked.most_n:
         said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
         advice = "make the part lighter, or its joint looser"
@@ -159,7 +183,7 @@ CHECK = DeclaredCheck(
             "the reason has the force and the range (`efforts.csv`); say `stiff` or `light` in the guidance, or fix it",
         )
     },
-    done="the least force at a part's edge that moves each joint, either way",
+    done="the least force at a part's edge that moves each joint, either way, on the floor where the part is on it",
     holds="within the range for its kind (`efforts.csv`, each with its source), and less than tips over or slides the "
     "object",
     bounds=("held_by_hand_kg",),

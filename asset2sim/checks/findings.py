@@ -39,7 +39,7 @@ def obstacles(reports: Sequence[EngineReport], settings: Settings) -> list[Findi
                 continue
             told.add(sweep.joint)
             worst = max(sweep.obstacles, key=lambda item: item.depth_m)
-            how = "as authored" if worst.cause.value == "authored" else "their hulls do"
+            how = {"authored": "as authored", "floor": "as it stands"}.get(worst.cause.value, "their hulls do")
             message = (
                 f"joint '{sweep.joint}' moves freely over {sweep.free_share:.0%} of its range: at {worst.position:.3g} "
                 f"'{worst.link_a}' and '{worst.link_b}' overlap by {1e3 * worst.depth_m:.3g} mm ({how})"

@@ -1,5 +1,6 @@
 """The stretch of its range in which a joint moves freely, and what it runs into at either end."""
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,6 +16,8 @@ BISECTIONS = 4
 """Halvings of the step that ends in an overlap: the end of the free stretch is known to 0.3 % of the range."""
 MOST_CLEARED = 6
 """Other joints that are moved out of the way of one, at most."""
+MOST_TOGETHER = 3
+"""Those of them that are moved away together, at most, where none alone gives way: a flap under two others."""
 GAIN = 0.01
 """Share of the range by which moving another joint away must lengthen the free stretch to be worth stating."""
 
@@ -146,19 +149,27 @@ def cleared(
     limits: Thresholds,
 ) -> tuple[Stretch, dict[str, float]]:
     """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints. Each
-    such joint in turn is tried at either end of its own free stretch; what lengthens the stretch most is kept."""
+    such joint in turn is tried at either end of its own free stretch, at last those that are left together; what
+    lengthens the stretch most is kept."""
     lower, upper = span_of(joint)
     best, others, tried = stretch, dict[str, float](), set[str]()
+
+    def attempt(around: dict[str, float]) -> None:
+        nonlocal best, others
+        longer = stretches(world, item, (joint,), item.start | around, allowed, settings, limits)[joint.name]
+        if longer.high - longer.low > best.high - best.low + GAIN * (upper - lower):
+            best, others = longer, around
+
     while best.ends and len(tried) < MOST_CLEARED:
         candidate = next((name for name in in_the_way(item, joint.name, best) if name not in tried), None)
         if candidate is None:
             break
         tried.add(candidate)
         for position in free[candidate]:
-            around = {**others, candidate: position}
-            longer = stretches(world, item, (joint,), item.start | around, allowed, settings, limits)[joint.name]
-            if longer.high - longer.low > best.high - best.low + GAIN * (upper - lower):
-                best, others = longer, around
+            attempt({**others, candidate: position})
+    left = in_the_way(item, joint.name, best)[:MOST_TOGETHER]
+    for ends in itertools.product(*(free[name] for name in left)) if len(left) > 1 else ():
+        attempt({**others, **dict(zip(left, ends, strict=True))})
     return best, others
 
 

@@ -1,6 +1,6 @@
 """Opening effort: the least force or torque that moves each joint towards its open end, and towards its closed one."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,11 +44,15 @@ class Push:
     inertia: float
 
 
-def openings(world: World, item: Mechanism, settings: EngineSettings) -> tuple[Opening, ...]:
-    """The least efforts of every joint from its initial position, the root held, independent joints together."""
+def openings(
+    world: World, item: Mechanism, settings: EngineSettings, names: Collection[str] | None = None, settle_s: float = 0.0
+) -> tuple[Opening, ...]:
+    """The least efforts of every joint, or of those ``names``, from its initial position, independent joints together;
+    the root is held, or settles on the world's plane for ``settle_s`` first."""
     poses = poses_at(item, item.start)
     found: dict[tuple[str, float], float | None] = {}
-    for group in depth_groups(item, [joint.name for joint in item.joints]):
+    asked = [joint for joint in item.joints if names is None or joint.name in names]
+    for group in depth_groups(item, [joint.name for joint in asked]):
         joints = [joint for joint in item.joints if joint.name in group]
         for direction in (1.0, -1.0):
             pushes = []
@@ -57,9 +61,9 @@ def openings(world: World, item: Mechanism, settings: EngineSettings) -> tuple[O
                 push = push_of(joint, direction, pull, moved_inertia(item, joint.name, poses), item)
                 if push is not None:
                     pushes.append(push)
-            efforts = least_efforts(world, item, pushes, settings)
+            efforts = least_efforts(world, item, pushes, settings, settle_s)
             found |= {(name, direction): effort for name, effort in efforts.items()}
-    return tuple(record(joint, item, found) for joint in item.joints)
+    return tuple(record(joint, item, found) for joint in asked)
 
 
 def record(joint: JointPhysics, item: Mechanism, found: dict[tuple[str, float], float | None]) -> Opening:
@@ -95,14 +99,14 @@ def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, 
 
 
 def least_efforts(
-    world: World, item: Mechanism, pushes: Sequence[Push], settings: EngineSettings
+    world: World, item: Mechanism, pushes: Sequence[Push], settings: EngineSettings, settle_s: float
 ) -> dict[str, float | None]:
     """Joint → the least effort that moves it, N·m or N, or None where its effort limit does not. The effort is raised
     from 0 to a little over the predicted one, then in further ramps to ever more."""
     found: dict[str, float | None] = {}
     waiting = [(push, push.first) for push in pushes]
     while waiting:
-        efforts = ramp(world, item, [push for push, _ in waiting], [most for _, most in waiting], settings)
+        efforts = ramp(world, item, [push for push, _ in waiting], [most for _, most in waiting], settings, settle_s)
         found |= efforts
         waiting = [
             (push, min(HARDER * most, push.limit))
@@ -113,7 +117,12 @@ def least_efforts(
 
 
 def ramp(
-    world: World, item: Mechanism, pushes: Sequence[Push], most: Sequence[float], settings: EngineSettings
+    world: World,
+    item: Mechanism,
+    pushes: Sequence[Push],
+    most: Sequence[float],
+    settings: EngineSettings,
+    settle_s: float,
 ) -> dict[str, float | None]:
     """Raise every push's effort from 0 to ``most`` over ``push_s``; the effort at which each joint has moved visibly.
 
@@ -121,12 +130,14 @@ def ramp(
     effort for slow motion. Without that it would grow with the speed of the ramp.
     """
     world.place(item.start)
+    world.step(round(settle_s / world.timestep_s))
     order = {name: index for index, name in enumerate(world.joint_names)}
     indices = [order[push.joint.name] for push in pushes]
     ways = np.array([push.direction for push in pushes])
     ends = np.array(most)
     visible = np.array([push.visible for push in pushes])
-    start = world.positions()[indices]
+    start, (place, turn) = world.positions()[indices], world.root_pose()
+    slides = np.array([push.joint.type == "prismatic" for push in pushes])
     found: dict[str, float | None] = {push.joint.name: None for push in pushes}
     steps = max(1, round(settings.push_s / world.timestep_s))
     before = world.velocities()[indices] * ways
@@ -139,11 +150,21 @@ def ramp(
         world.step()
         speeds = world.velocities()[indices] * ways
         moved = (world.positions()[indices] - start) * ways >= visible
+        if settle_s > 0.0:
+            # What stays on the floor while the rest of the object slides from under it has not been moved.
+            now, turned = world.root_pose()
+            back = np.where(slides, np.linalg.norm(now - place), angle_of(turned, turn))
+            moved &= (world.positions()[indices] - start) * ways >= visible + back
         for i in live:
             if moved[i]:
                 found[pushes[i].joint.name] = slow_effort(pushes[i], efforts, speeds, before, i, world.timestep_s)
         before = speeds
     return found
+
+
+def angle_of(a: Array, b: Array) -> float:
+    """The angle between two orientations, unit xyzw quaternions, rad."""
+    return float(2.0 * np.arccos(min(1.0, abs(float(a @ b)))))
 
 
 def slow_effort(push: Push, efforts: Array, speeds: Array, before: Array, index: int, timestep_s: float) -> float:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ from asset2sim.checks.set_down import Resting, rest_held, set_down
 from asset2sim.checks.support_polygon import Clouds
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
+from asset2sim.physics.on_floor import StandingParts
 from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import Stand
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
+from schemas.support import SupportKind
 from schemas.vocabulary import Engine, OverlapCause
 
 CauseOf = Callable[[str, str, Mapping[str, float]], OverlapCause]
@@ -113,6 +116,13 @@ class Rig:
         """The same at the coarse time step, for the length of a block."""
         step = self.settings.coarse_timestep_s
         return shared_world(self.engine, self.urdf, self.overlay, plane=not self.fixed, timestep_s=step)
+
+    @cached_property
+    def standing(self) -> StandingParts | None:
+        """Its parts over the floor in its initial state; None for what does not stand free."""
+        if self.overlay.support.kind is not SupportKind.FREESTANDING:
+            return None
+        return StandingParts(self.item.tree, self.item.root, self.item.bodies, self.clouds, self.item.start)
 
     def down(self) -> SetDown:
         """The object set down once, undisturbed, until it rests."""

@@ -11,6 +11,7 @@ from asset2sim.checks.joint_groups import apart_groups
 from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.checks.rig import CauseOf, Rig
 from asset2sim.engines.world import World
+from asset2sim.physics.on_floor import StandingParts
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Obstacle, Opening, Sweep
 from schemas.overlay import JointPhysics
@@ -20,14 +21,55 @@ from schemas.vocabulary import FailureMode, OverlapCause
 
 BEYOND = 12
 """Positions between a hull's obstacle and the end of the range at which the meshes are looked at."""
+FLOOR_SAMPLES = 97
+"""Positions on either side at which a part is looked for below the floor."""
 ROOM_SHARE = 0.02
 """Free share of its range ahead from which a joint that no effort moves counts as stuck."""
 
 
 def measure(rig: Rig) -> dict[str, object]:
-    """Every joint swept; other checks then know where joints are free."""
+    """Every joint swept, and its range ended where its part meets the floor, save of a light object, which a hand lifts
+    off it; other checks then know where joints are free of the rest of the object."""
     found, rig.free_stretches = sweeps(rig.held.sound(), rig.item, rig.settings, rig.limits, rig.cause)
-    return {"sweeps": found}
+    if rig.standing is None or rig.standing.mass < rig.limits.held_by_hand_kg:
+        return {"sweeps": found}
+    return {"sweeps": tuple(over_floor(item, rig.standing, rig.limits) for item in found)}
+
+
+def over_floor(record: Sweep, standing: StandingParts, limits: Thresholds) -> Sweep:
+    """The record of a joint, ended on either side where its part reaches into the floor by more than
+    ``sweep_overlap_m``, if the object stands without that part."""
+    low, high = (record.start if end is None else end for end in (record.free_lower, record.free_upper))
+    hinge = next(item for item in standing.tree if item.name == record.joint)
+    ends, stops = [low, high], []
+    for side, end in enumerate((low, high)) if hinge.type != "continuous" else ():
+        ways = np.linspace(record.start, end, FLOOR_SAMPLES)
+        depths_m = -standing.heights(record.joint, ways.tolist())
+        if depths_m.max() > limits.sweep_overlap_m:
+            first = int(np.argmax(depths_m > limits.sweep_overlap_m))
+            ends[side] = float(ways[max(first - 1, 0)])
+            stops.append(
+                Obstacle(
+                    position=float(ways[first]),
+                    link_a=hinge.child,
+                    link_b="floor",
+                    depth_m=float(depths_m[first]),
+                    cause=OverlapCause.FLOOR,
+                )
+            )
+    if not stops or standing.carries(record.joint) or standing.floor_without(standing.moved(record.joint)) is None:
+        return record
+    kept = [
+        item
+        for item in record.obstacles
+        if ends[0] <= item.position <= ends[1]
+        or (item.position < ends[0] and ends[0] == low)
+        or (item.position > ends[1] and ends[1] == high)
+    ]
+    share = (ends[1] - ends[0]) / (record.upper - record.lower)
+    return record.model_copy(
+        update={"free_lower": ends[0], "free_upper": ends[1], "free_share": share, "obstacles": (*kept, *stops)}
+    )
 
 
 def sweeps(
@@ -117,29 +159,35 @@ def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresho
 def sweep_verdict(
     item: Sweep, joint: JointPhysics, opening: Opening | None, engine: str, limits: Thresholds
 ) -> CheckVerdict:
-    """A joint must move freely over most of its range, save where authored geometry stops it, and not be stuck."""
+    """A joint must move freely over most of its range, and not be stuck. Authored geometry or the floor may stop it
+    earlier, not before ``sweep_excused_share``."""
     unit, lost, limit = unit_of(joint), hull_loss(item), limits.sweep_free_share
     where = "; ".join(
         f"'{o.link_a}' and '{o.link_b}' overlap by {1e3 * o.depth_m:.3g} mm at {o.position:.4g} {unit} "
         f"({o.cause.value})"
         for o in item.obstacles
     )
-    authored = any(o.cause is OverlapCause.AUTHORED for o in item.obstacles)
+    excused = any(o.cause is not OverlapCause.HULL for o in item.obstacles)
     others = ", ".join(f"'{name}' at {position:.4g}" for name, position in item.others.items())
     swept = f"joint '{item.joint}' is free over {100 * item.free_share:.0f} % of its range in {engine}"
     swept += (f" with {others}" if others else "") + (f": {where}" if where else "")
     if 1.0 - lost < limit:
         return CheckVerdict(FailureMode.JAM, item.joint, False, 1.0 - lost, limit, swept + "; a hull is in its way")
-    if opening is not None and not authored and stuck(item, joint, opening):
+    if item.free_share < limits.sweep_excused_share:
+        reason = f"{swept}; it moves too little to be of use: mend the meshes or the joint's limits"
+        return CheckVerdict(FailureMode.JAM, item.joint, False, item.free_share, limits.sweep_excused_share, reason)
+    if opening is not None and not excused and stuck(item, joint, opening):
         reason = f"joint '{item.joint}' is stuck in {engine}: no effort up to its limit moves it where it has room"
         return CheckVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
     if item.free_share < limit:
-        swept += "; the authored geometry stops it"
+        floor = any(o.cause is OverlapCause.FLOOR for o in item.obstacles)
+        swept += "; the floor stops it" if floor else "; the authored geometry stops it"
     return CheckVerdict(FailureMode.JAM, item.joint, True, item.free_share, limit, swept)
 
 
 def hull_loss(item: Sweep) -> float:
-    """Share of the range lost to hulls alone: on each side, up to where the authored meshes would stop the joint."""
+    """Share of the range lost to hulls alone: on each side, up to where the authored meshes or the floor would stop
+    the joint."""
     if item.free_lower is None or item.free_upper is None or item.upper <= item.lower:
         return 1.0 - item.free_share if any(o.cause is OverlapCause.HULL for o in item.obstacles) else 0.0
     lost = 0.0
@@ -150,9 +198,9 @@ def hull_loss(item: Sweep) -> float:
         if not obstacles:
             continue
         first = min(abs(o.position - free) for o in obstacles)
-        authored = [abs(o.position - free) for o in obstacles if o.cause is OverlapCause.AUTHORED]
-        if first not in authored:
-            lost += min([abs(end - free), *authored])
+        excused = [abs(o.position - free) for o in obstacles if o.cause is not OverlapCause.HULL]
+        if first not in excused:
+            lost += min([abs(end - free), *excused])
     return lost / (item.upper - item.lower)
 
 
@@ -178,8 +226,8 @@ CHECK = DeclaredCheck(
         )
     },
     done="every joint over its whole range, the others out of its way",
-    holds="90 % is free, or authored geometry stops it: the finding names it",
-    bounds=("sweep_overlap_m", "sweep_free_share"),
+    holds="90 % is free, or authored geometry or the floor stops it after 30 %: the finding names it",
+    bounds=("sweep_overlap_m", "sweep_free_share", "sweep_excused_share", "held_by_hand_kg"),
     measure=measure,
     judge=judge,
     place=50,

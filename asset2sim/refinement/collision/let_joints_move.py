@@ -2,17 +2,27 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from asset2sim.assets.authored_overlap import AuthoredShapes
 from asset2sim.assets.hulls import Hulls, exact_links
-from asset2sim.physics.kinematics import tree_of, written_joints
+from asset2sim.physics.inertia import tensor_of
+from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
+from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.travel import within
-from asset2sim.refinement.collision.trim import contact_pairs
+from asset2sim.refinement.collision.trim import Cut, contact_pairs, trim
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.notes import note_cuts
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.support import SupportKind
 from schemas.vocabulary import OverlapCause, Source
+
+FLOOR_GAP_M = 4e-3
+"""Gap left between the floor and a part that slides over it, m: doors and drawers of furniture clear theirs by 3 to
+5 mm, and what is within 3 mm of it counts as standing (``STANDING_M``)."""
 
 
 def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[PhysicsOverlay, Hulls]:
@@ -29,8 +39,10 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
         AuthoredShapes(loop.extraction, overlay.scale),
         exact_links(loop.extraction),
     )
+    off_floor, lifted = take_off_floor(loop, overlay, cleared.hulls)
+    note_cuts(lifted, "where it would drag over", "as the object stands", loop.log)
     if not cleared.cuts and not cleared.limits and not cleared.jams:
-        return overlay, hulls
+        return overlay, off_floor if lifted else hulls
     why = (
         f"{len(cleared.cuts)} links cut and {len(cleared.limits)} limits drawn in so that joints can move; "
         f"{len(cleared.jams)} jams left"
@@ -39,7 +51,34 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     note_cuts(cleared.cuts, "where it overlaps", "over the range of a joint", loop.log)
     note_limits(overlay, cleared, loop.log.findings)
     note_jams(cleared, loop.log.findings)
-    return with_limits(overlay, cleared.limits), cleared.hulls
+    return with_limits(overlay, cleared.limits), off_floor
+
+
+def take_off_floor(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hulls) -> tuple[Hulls, list[Cut]]:
+    """Hulls cut where a part drags over the floor on which the object can stand without it, and the cuts: what a hand
+    opens hangs clear of the floor, though it is drawn down to it."""
+    if overlay.support.kind is not SupportKind.FREESTANDING:
+        return hulls, []
+    tree = tree_of(written_joints(loop.extraction.features, overlay), overlay.scale)
+    root, start = loop.extraction.features.root, overlay.initial_positions
+    bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
+    clouds = {link: geometry.points * overlay.scale for link, geometry in loop.extraction.geometry.items()}
+    clouds |= {link: np.vstack(pieces) for link, pieces in hulls.items() if pieces}
+    standing = StandingParts(tree, root, bodies, clouds, start)
+    ranges = {j.name: (j.lower, j.upper) for j in overlay.joints if j.lower is not None and j.upper is not None}
+    parts, floor = standing.dragging(ranges)
+    poses, lifted, cuts = link_to_root(tree, root, start), dict(hulls), []
+    for link in dict.fromkeys(link for links in parts.values() for link in links if hulls.get(link)):
+        up, height = poses[link][2, :3], floor + FLOOR_GAP_M - poses[link][2, 3]
+        low = [height - float((points @ up).min()) for points in hulls[link]]
+        kept = [
+            points if depth <= 0.0 else trim(points, up, height) for points, depth in zip(hulls[link], low, strict=True)
+        ]
+        if max(low) > 0.0 and any(points is not None for points in kept):
+            deepest = int(np.argmax(low))
+            cuts.append(Cut(link, "floor", low[deepest], low[deepest] / float(np.ptp(hulls[link][deepest] @ up))))
+            lifted[link] = tuple(points for points in kept if points is not None)
+    return lifted, cuts
 
 
 def with_limits(overlay: PhysicsOverlay, limits: Mapping[str, tuple[float, float]]) -> PhysicsOverlay:
