@@ -105,13 +105,14 @@ def test_the_floor_ends_the_way_of_a_flap_that_hangs_low(tmp_path: Path, height:
     assert causes == ([] if share == 1.0 else [OverlapCause.FLOOR])
 
 
-def test_two_that_lie_on_one_are_moved_away_together(tmp_path: Path) -> None:
-    """A flap under two others opens once both are open; neither alone frees it."""
+@pytest.mark.parametrize("higher", [0.0, 0.002])
+def test_two_that_lie_on_one_are_moved_away_together(tmp_path: Path, higher: float) -> None:
+    """A flap under two others, one perhaps ``higher``, opens once both are open; neither alone frees it."""
     links = [bare("base", 10.0), solid("under", (0.2, 0.3, 0.01), (0.1, 0.0, 0.0))]
     joints = [UrdfJoint("hinge", "revolute", "base", "under", (0.0, -1.0, 0.0), (0.0, 0.0, 0.5), 0.0, 1.5)]
     for side in (1.0, -1.0):
         links.append(solid(f"over{side:+.0f}", (0.2, 0.15, 0.01), (0.1, -0.075 * side, 0.0)))
-        at = (0.0, 0.18 * side, 0.515)
+        at = (0.0, 0.18 * side, 0.515 + (higher if side > 0.0 else 0.0))
         joints.append(
             UrdfJoint(f"hinge{side:+.0f}", "revolute", "base", links[-1].name, (side, 0.0, 0.0), at, -2.5, 0.0)
         )

@@ -152,11 +152,12 @@ def cleared(
     such joint in turn is tried at either end of its own free stretch, at last those that are left together; what
     lengthens the stretch most is kept."""
     lower, upper = span_of(joint)
-    best, others, tried = stretch, dict[str, float](), set[str]()
+    best, others, tried, met = stretch, dict[str, float](), set[str](), in_the_way(item, joint.name, stretch)
 
     def attempt(around: dict[str, float]) -> None:
         nonlocal best, others
         longer = stretches(world, item, (joint,), item.start | around, allowed, settings, limits)[joint.name]
+        met.extend(in_the_way(item, joint.name, longer))
         if longer.high - longer.low > best.high - best.low + GAIN * (upper - lower):
             best, others = longer, around
 
@@ -167,8 +168,9 @@ def cleared(
         tried.add(candidate)
         for position in free[candidate]:
             attempt({**others, candidate: position})
-    left = in_the_way(item, joint.name, best)[:MOST_TOGETHER]
-    for ends in itertools.product(*(free[name] for name in left)) if len(left) > 1 else ():
+    # What stops it just behind the first is met only once that is away, though it gains next to nothing.
+    left = [name for name in dict.fromkeys(met) if name not in others][:MOST_TOGETHER]
+    for ends in itertools.product(*(free[name] for name in left)) if best.ends and len(left) > 1 else ():
         attempt({**others, **dict(zip(left, ends, strict=True))})
     return best, others
 
