@@ -168,12 +168,14 @@ class LinkPhysics(Frozen):
 
 
 class EffortRange(Frozen):
-    """The forces at a part's edge (N) between which a part of its ``kind`` should move, and where that is stated."""
+    """The forces at a part's edge (N) between which a part of its ``kind`` should move, and where that is stated.
+    ``braced``: the other hand holds the object meanwhile, so that it neither tips nor slides."""
 
     kind: str
     least_n: NonNegative
     most_n: Positive
     source: str
+    braced: bool = False
 
 
 class JointPhysics(Frozen):

@@ -38,6 +38,9 @@ class PhysicsSettings(Frozen):
     smallest_mass_kg: Positive = 1e-4
     """The lightest that a tiny link may stay where ``min_mass_kg`` would make it denser than any material, kg;
     lighter only where even this would, by ``max_density_kg_m3``."""
+    least_pressed_kg: Positive = 2e-4
+    """The lightest part that is pressed against its spring, kg: behind a button stand a plunger and a dome (6 mm
+    tactile switches weigh 0.25 to 0.35 g in all)."""
     max_density_kg_m3: Positive = 20_000.0
     """Densest a link may be, over its hull, kg/m³: gold and tungsten have 19,300."""
     raised_density_kg_m3: Positive = 1_000.0
@@ -62,6 +65,13 @@ class PhysicsSettings(Frozen):
     max_press_step: Fraction = 0.5
     """Largest share of its travel that a spring may move its part from rest in one coarse step: beyond, a limit cannot
     hold what the spring presses on it. Armature grows until it holds."""
+    plain_timestep_s: Positive = 1.0 / 240.0
+    """Time step of whoever loads a URDF without armature, which no URDF holds, s: PyBullet's own."""
+    plain_press_step: Fraction = 0.25
+    """Largest share of its travel that a spring in a URDF may move its part in one such step."""
+    max_friction_step: Positive = 1000.0
+    """Largest deceleration by a joint's dry friction, rad/s² or m/s²: beyond, solvers whose friction yields a little
+    let a light part creep under half of it. Armature grows until it holds."""
     max_armature_ratio: Positive = 10_000.0
     """Largest armature of a joint over the inertia of its part: beyond, single precision shakes what the spring holds.
     A button of 0.1 g that moves by half a millimetre gets 1 kg, and so a spring of 1 N, at the coarse step."""
@@ -90,6 +100,9 @@ class PhysicsSettings(Frozen):
     """Force of a spring over the weight of the part that it presses on its stop: without it a key sags."""
     bump_share: Fraction = 0.25
     """Share of gravity, sideways, that such a joint must bear as well: ground that slopes, and a bump."""
+    upright_bump_share: Fraction = 0.03
+    """The same of a leaf on upright hinges, which gravity leaves alone on a level floor: what their pins rub, so that
+    it swings on by a third of a radian (Shigley: 0.1 to 0.2 of the load, on pins of a tenth of the leaf's reach)."""
     free_bump_share: Fraction = 0.05
     """The same of a joint that moves freely but is asked to stand somewhere: only as much as lets it stand there ..."""
     free_hold_share: Fraction = 0.3

@@ -79,7 +79,8 @@ def efforts(
                 continue
             direction = sign * grip.direction
             stands = support if carried is SupportKind.FREESTANDING else None
-            if stands is not None and in_hand(joint, direction, stands, limits):
+            braced = joint.effort_range is not None and joint.effort_range.braced
+            if stands is not None and (braced or in_hand(joint, direction, stands, limits)):
                 stands = None
             record = Effort(
                 joint=seen.joint,
@@ -129,25 +130,35 @@ def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresho
 
 
 def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> CheckVerdict:
-    """A part must move by a hand's force at its edge, within the range for its kind, before the object tips or slides,
-    whichever way it is moved; the verdict is on the way that is worst."""
-    return max(
+    """A part must move by a hand's force at its edge, within the range for its kind, before the object tips or slides;
+    by no more whichever way it is moved, and by no less the harder way, or against its spring."""
+    worst = max(
         (effort_one_way(item, joint, engine) for item in items), key=lambda found: (not found.passed, found.value)
     )
+    resisted = [item for item in items if joint.stiffness <= 0.0 or joint.holds or pressed(item, joint)]
+    hardest = max(resisted, key=lambda item: item.force_n, default=None)
+    asked = joint.effort_range
+    if not worst.passed or hardest is None or asked is None or hardest.force_n >= asked.least_n:
+        return worst
+    said = f"{taken(hardest, engine)}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
+    force, advice = hardest.force_n, stronger(joint)
+    return CheckVerdict(FailureMode.EFFORT, worst.subject, False, force, asked.least_n, f"{said}: {advice}")
+
+
+def taken(item: Effort, engine: str) -> str:
+    """The force that one way of moving a part takes, in words."""
+    said = f"{item.way} joint '{item.joint}' takes {item.force_n:.3g} N at its part's edge in {engine}"
+    return f"{said}, where its part is on the floor" if item.on_floor else said
 
 
 def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdict:
     """The verdict on one way of moving a part."""
     force, asked, subject = item.force_n, joint.effort_range, item.joint
-    takes = f"{item.way} joint '{item.joint}' takes {force:.3g} N at its part's edge in {engine}"
-    takes += ", where its part is on the floor" if item.on_floor else ""
+    takes = taken(item, engine)
     if asked is not None and force > asked.most_n:
         said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
         advice = "make the part lighter, or its joint looser"
         return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.most_n, f"{said}: {advice}")
-    if asked is not None and force < asked.least_n and pressed(item, joint):
-        said = f"{takes}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
-        return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.least_n, f"{said}: {stronger(joint)}")
     for most, does in ((item.tips_at_n, "tips over"), (item.slides_at_n, "slides away")):
         if most is not None and force > most:
             said = f"{takes}, and the object {does} at {most:.3g} N"
@@ -157,7 +168,9 @@ def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdi
 
 
 def stronger(joint: JointPhysics) -> str:
-    """The remedy of a person for a spring that is too weak to feel."""
+    """The remedy of a person for a part that moves too lightly to feel."""
+    if joint.stiffness <= 0.0 or joint.holds:
+        return "give it more friction"
     if joint.armature <= 0.0 or joint.lower is None or joint.upper is None:
         return "give it a stronger spring"
     travel, unit = joint.upper - joint.lower, unit_of(joint)

@@ -76,14 +76,19 @@ class PartMechanism:
 
 @dataclass(frozen=True)
 class PartEffort:
-    """The forces (N at its edge) between which a part of a ``kind`` moves. ``anywhere``: people leave it at any
-    position, not only at an end or where it is asked to be. ``counterbalanced``: springs carry its weight."""
+    """The forces (N at its edge) between which a part of a ``kind`` moves, for parts ``up_to_m`` long; the least also
+    as a share of the part's weight, which its pins and rollers rub. ``anywhere``: people leave it at any position, not
+    only at an end or where it is asked to be. ``counterbalanced``: springs carry its weight. ``braced``: the other hand
+    holds the object meanwhile."""
 
     kind: str
+    up_to_m: float
     least_n: float
+    least_share: float
     most_n: float
     anywhere: bool
     counterbalanced: bool
+    braced: bool
     source: str
 
 
@@ -235,26 +240,33 @@ def mechanism(part: str, category: str, motion: str) -> PartMechanism:
 
 
 @lru_cache
-def part_effort(part: str, category: str, motion: str) -> PartEffort:
-    """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
+def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *, loose: bool = False) -> PartEffort:
+    """The most specific row for the part, the category and the motion (hinge, slider, or spin for what is round about
+    its axis) that is made for its length. A part of no row of its own that moves freely (``loose``) has theirs."""
     table = _part_efforts()
-    keys = [(p, c, m) for p in (part, "*") for c in (category, "*") for m in (motion, "*")]
-    return next(table[key] for key in keys if key in table)
+    names = (part, "loose", "*") if loose else (part, "*")
+    keys = [(p, c, m) for p in names for c in (category, "*") for m in (motion, "*")]
+    return next(row for key in keys for row in table.get(key, ()) if length_m <= row.up_to_m)
 
 
 @lru_cache
-def _part_efforts() -> dict[tuple[str, str, str], PartEffort]:
-    return {
-        (row["part"], row["category"], row["motion"]): PartEffort(
+def _part_efforts() -> dict[tuple[str, str, str], tuple[PartEffort, ...]]:
+    table: dict[tuple[str, str, str], tuple[PartEffort, ...]] = {}
+    for row in csv_rows("efforts"):
+        effort = PartEffort(
             kind=row["kind"],
+            up_to_m=float(row["up_to_m"] or math.inf),
             least_n=float(row["least_n"]),
+            least_share=float(row["least_share"]),
             most_n=float(row["most_n"]),
             anywhere=row["left"] == "anywhere",
             counterbalanced=row["counterbalanced"] == "yes",
+            braced=row["braced"] == "yes",
             source=row["source"],
         )
-        for row in csv_rows("efforts")
-    }
+        key = (row["part"], row["category"], row["motion"])
+        table[key] = (*table.get(key, ()), effort)
+    return table
 
 
 @lru_cache

@@ -48,7 +48,7 @@ class PyBulletObject(Loaded):
             bullet.changeDynamics(
                 body, index, maxJointVelocity=1e6, **at
             )  # at 100 rad/s, friction stops every tiny part
-            bullet.changeDynamics(body, index, jointDamping=0.0 if joint.armature else joint.damping, **at)
+            bullet.changeDynamics(body, index, jointDamping=joint.damping * (joint.armature * joint.stiffness == 0), **at)
             bullet.setJointMotorControl2(body, index, bullet.VELOCITY_CONTROL, force=joint.friction, **at)
             bullet.resetJointState(body, index, joint.initial_position, 0.0, **at)
             if joint.mimic is not None:  # the gear keeps the offset that the initial state has

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from asset2sim.physics.terms import JointLoad, Term
-from schemas.overlay import JointProposal
+from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 
@@ -75,3 +75,24 @@ def felt_spring(
         return FeltSpring(stiffness, moved.rest - outward * preload / wanted, armature)
     friction = SWING_FRICTION * share * end if armature > 0.0 else 0.0
     return FeltSpring(stiffness, moved.rest - outward * at_rest / stiffness.value, armature, friction)
+
+
+def plain_spring(joint: JointPhysics, settings: PhysicsSettings) -> tuple[float, float]:
+    """Stiffness (N·m/rad or N/m) and relaxed position (rad or m) of the spring that a joint has in a file that holds no
+    armature: its own, or one lighter in proportion that its part alone bears at ``plain_timestep_s``; no spring where
+    that would not outweigh the part."""
+    if joint.armature <= 0.0 or joint.stiffness <= 0.0:
+        return joint.stiffness, joint.spring_reference
+    ends = [joint.initial_position if end is None else end for end in (joint.lower, joint.upper)]
+    travel = abs(ends[1] - ends[0]) or 1.0
+    most = joint.stiffness * max(abs(joint.spring_reference - end) for end in ends)
+    per_step = (joint.least_inertia or joint.effective_inertia) / settings.plain_timestep_s**2
+    bears = (
+        settings.max_stiffness_step * per_step / joint.stiffness,
+        settings.plain_press_step * travel * per_step / most,
+    )
+    share = min(1.0, *bears)
+    at_rest = share * joint.stiffness * abs(joint.spring_reference - joint.initial_position)
+    if share < 1.0 and at_rest < settings.preload_margin * abs(joint.gravity_load):
+        return 0.0, joint.spring_reference
+    return share * joint.stiffness, joint.spring_reference

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asset2sim.guidance.parts import part_name
-from asset2sim.guidance.tables import part_effort
+from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
-from asset2sim.physics.grip import grip_on
+from asset2sim.physics.grip import grip_on, round_about
 from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
-from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
@@ -29,9 +29,25 @@ engines and statics differ by some percent, and feet are not where hulls say."""
 STANDING_PART_N = 1e6
 """Force that no hand has, N: a part on which the object stands is not moved by hand."""
 FELT_MARGIN = 1.25
-"""Press that a spring is made for where no prompt states one, over the least of its part's kind: engines differ."""
+"""Effort that a part is made for where no prompt states one, over the least of its kind: engines differ."""
+BORNE_SHARE = 0.2
+"""Most of the force that tips or slides an object which its part's least effort may be: a spring whose end takes half
+of it starts at a fourth."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
+
+
+@dataclass(frozen=True)
+class MovedPart:
+    """The part that a joint moves: its longest edge (m), its weight (N), and whether it is round about the joint's
+    axis, so that it is turned about itself."""
+
+    length_m: float = 0.0
+    weight_n: float = 0.0
+    round: bool = False
+
+
+UNKNOWN_PART = MovedPart()
 
 
 @dataclass(frozen=True)
@@ -49,6 +65,11 @@ class Handling:
     tips_downward: float = math.inf
 
     @property
+    def least_effort(self) -> float:
+        """The effort (N·m or N) that a part is made to take at least."""
+        return FELT_MARGIN * self.lever * self.range.least_n
+
+    @property
     def most_upward(self) -> float:
         """The largest effort (N·m or N) that a hand should need to larger positions."""
         return SAFE_SHARE * self.lever * min(self.range.most_n, self.tips_upward)
@@ -59,15 +80,39 @@ class Handling:
         return SAFE_SHARE * self.lever * min(self.range.most_n, self.tips_downward)
 
 
-def handling(features: Features, joint: JointFeatures, proposal: JointProposal | None) -> Handling:
+def handling(
+    features: Features, joint: JointFeatures, proposal: JointProposal | None, moved: MovedPart = UNKNOWN_PART
+) -> Handling:
     """The handling of one joint by its part, the object's category and the words about it; no object stands yet."""
-    motion = {"prismatic": "slider", "continuous": "spin"}.get(joint.type, "hinge")
-    row = part_effort(part_name(carried_label(features, joint), joint.name, joint.child), features.category, motion)
+    named = part_name(carried_label(features, joint), joint.name, joint.child)
+    motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
+    stays = stays_put(named, features.category, joint, proposal)
+    row = part_effort(named, features.category, motion, moved.length_m, loose=not stays)
     level = None if proposal is None else proposal.damping_level
     factor = FIRMER if level in ("high", "super high") else LIGHTER if level in ("low", "super low") else 1.0
     said = {1.0: "", FIRMER: "; firmer, as asked", LIGHTER: "; lighter, as asked"}[factor]
-    stated = EffortRange(kind=row.kind, least_n=row.least_n, most_n=factor * row.most_n, source=row.source + said)
+    least = max(row.least_n if stays else 0.0, row.least_share * moved.weight_n) * min(factor, 1.0)
+    stated = EffortRange(
+        kind=row.kind, least_n=least, most_n=factor * row.most_n, source=row.source + said, braced=row.braced
+    )
     return Handling(stated, row.anywhere, row.counterbalanced)
+
+
+def stays_put(part: str, category: str, joint: JointFeatures, proposal: JointProposal | None) -> bool:
+    """Whether something besides the rubbing of its pins resists a joint: a spring, or what keeps it where it is left,
+    by the proposal, else as its part usually has it."""
+    if is_sprung(proposal):
+        return True
+    if proposal is not None and proposal.holds is not None:
+        return proposal.holds
+    motion = {"prismatic": "slider", "continuous": "spin"}.get(joint.type, "hinge")
+    return mechanism(part, category, motion).holds
+
+
+def as_the_user_states(kind: Handling) -> Handling:
+    """The handling of a part whose user states damping, friction or spring: as light as that."""
+    stated = kind.range.model_copy(update={"least_n": 0.0, "source": f"{kind.range.source}; as light as stated"})
+    return replace(kind, range=stated)
 
 
 def standing_part(kind: Handling) -> Handling:
@@ -111,26 +156,45 @@ def handlings(
     found: dict[str, Handling] = {}
     for name in positions:
         joint, hinge = features.joint(name), joints[name]
-        kind = handling(features, joint, proposals.get(name))
         frame = poses[hinge.parent] @ hinge.child_to_parent
-        moved = [clouds[link] for link in beyond(tree, name) if link in clouds]
-        axis = frame[:3, :3] @ hinge.axis
+        links = beyond(tree, name)
+        cloud = np.vstack([np.zeros((0, 3)), *(clouds[link] for link in links if link in clouds)])
+        axis, origin = frame[:3, :3] @ hinge.axis, frame[:3, 3]
+        length = float(np.ptp(cloud, axis=0).max()) if len(cloud) else 0.0
+        weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in links)
+        part = MovedPart(length, weight, not joint.prismatic and round_about(cloud, axis, origin))
+        kind = handling(features, joint, proposals.get(name), part)
         ways = 1.0 if (joint.open or 0.0) >= (joint.closed or 0.0) else -1.0
-        grip = grip_on(np.vstack([np.zeros((0, 3)), *moved]), axis, frame[:3, 3], slides=joint.prismatic, opens=ways)
+        grip = grip_on(cloud, axis, origin, slides=joint.prismatic, opens=ways)
         if grip is None:
-            found[name] = kind
+            found[name] = replace(kind, range=kind.range.model_copy(update={"least_n": 0.0}))
             continue
-        kind = replace(kind, lever=grip.lever)
         pressed, light = is_pressed(proposals.get(name)), mass < settings.held_by_hand_kg
         up, down = (
             math.inf
             if carried is not SupportKind.FREESTANDING
+            or kind.range.braced
             or (pressed and light and sign * float(grip.direction @ UP) > -DOWNWARD)
             else bearable(support, grip.point, sign * grip.direction, contact_friction)
             for sign in (1.0, -1.0)
         )
-        found[name] = replace(kind, tips_upward=up, tips_downward=down)
+        kind = replace(kind, lever=grip.lever, tips_upward=up, tips_downward=down)
+        found[name] = replace(kind, range=as_borne(kind))
     return found
+
+
+def as_borne(kind: Handling) -> EffortRange:
+    """The range of forces with a least that the object bears: what stands light has parts that move lightly."""
+    stated, borne = kind.range, BORNE_SHARE * min(kind.tips_upward, kind.tips_downward)
+    if stated.least_n <= borne:
+        return stated
+    return stated.model_copy(update={"least_n": borne, "source": f"{stated.source}; as light as the object stands"})
+
+
+def is_sprung(proposal: JointProposal | None) -> bool:
+    """Whether a spring is proposed, in whatever terms."""
+    terms = ("stiffness", "spring_hz", "returns_s", "press_start", "press_end")
+    return proposal is not None and any(getattr(proposal, term) is not None for term in terms)
 
 
 def is_pressed(proposal: JointProposal | None) -> bool:

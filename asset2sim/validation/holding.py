@@ -11,6 +11,7 @@ from asset2sim.validation.handling import SAFE_SHARE, Handling
 from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
 from schemas.settings import PhysicsSettings
+from schemas.vocabulary import DynamicsRule
 
 STOP_SHARE = 1e-3
 """Share of its range from a limit within which a joint rests on that stop."""
@@ -105,11 +106,24 @@ def holding(
     least = settings.least_hold_margin * load
     if kind.anywhere:
         load = max(load, float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0)))
-    # What is left anywhere has detents or a brake that a hand feels: a dial, a blade.
-    felt = kind.range.least_n * kind.lever if kind.anywhere else 0.0
+    # What is left anywhere resists a hand both ways, by detents or a brake: a dial, a blade.
+    felt = kind.least_effort if kind.anywhere else felt_friction(kind, here)
     wanted = max(settings.hold_margin * load, bump, felt)
     bearable = min(kind.most_upward + here, kind.most_downward - here)
     return Holding(max(min(wanted, bearable), least), wanted, balance)
+
+
+def felt_friction(kind: Handling, load: float) -> float:
+    """The friction (N·m or N) with which a part takes its kind's least effort the harder way, against its ``load``."""
+    return max(kind.least_effort - abs(load), 0.0)
+
+
+def friction_armature(friction: float, least_inertia: float, settings: PhysicsSettings) -> float:
+    """The armature (kg·m² or kg) with which solvers hold a part still by this friction (N·m or N), 0 for most: the cap
+    of a bottle is light beside what its thread resists."""
+    if settings.dynamics is DynamicsRule.PAPER:
+        return 0.0
+    return max(friction / settings.max_friction_step - least_inertia, 0.0)
 
 
 def load_where_left(span: Range, pull: Pull, balance: Balance) -> Array:

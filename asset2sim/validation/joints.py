@@ -10,9 +10,25 @@ from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
-from asset2sim.validation.handling import Handling, bounded_press, felt_press, standing_part
-from asset2sim.validation.holding import NO_BALANCE, Holding, counterbalance, holding, leaves
+from asset2sim.validation.handling import (
+    Handling,
+    as_the_user_states,
+    bounded_press,
+    felt_press,
+    is_sprung,
+    standing_part,
+)
+from asset2sim.validation.holding import (
+    NO_BALANCE,
+    Holding,
+    counterbalance,
+    felt_friction,
+    friction_armature,
+    holding,
+    leaves,
+)
 from asset2sim.validation.joint_coupling import bound_together
+from asset2sim.validation.joint_reports import report, report_holding, report_plain_spring
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.positions import Start, turned
@@ -52,6 +68,8 @@ def at_share(span: Range, share: float) -> float:
     return span.lower + share * (span.upper - span.lower)
 
 
+UPRIGHT = 0.05
+"""Share of gravity's largest pull below which a hinge counts as upright: within 3 degrees."""
 HELD_STATE = 0.05
 """Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
@@ -129,11 +147,13 @@ def one_joint(
     start, handled = inputs.starts[name], inputs.handled[name]
     proposal = inputs.proposals.get(name) or omitted(name, notes)
     holds = must_hold(proposal, start, mechanics, notes)
+    by_user = f"{name}.dynamics" in inputs.asked
+    if by_user:
+        handled = as_the_user_states(handled)
     kind = standing_part(handled) if mechanics.bears_most else handled
     held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
     rest = spring_rest(proposal, start, inputs.scale)
     moved = joint_load(start, mechanics, rest, held_by.friction, handled.lever)
-    by_user = f"{name}.dynamics" in inputs.asked
     terms = felt_terms(
         proposal, moved, start, handled, holds, Source.USER if by_user else inputs.source, settings, notes
     )
@@ -168,10 +188,11 @@ def one_joint(
         least_inertia=moved.least,
         asked_position=start.asked,
         effort_range=handled.range,
-        armature=terms.armature,
+        armature=max(terms.armature, friction_armature(terms.friction.value, mechanics.least, settings)),
         mimic=mimics_of(inputs.tree).get(name),
         exact=f"initial_joint_positions.{name}" in inputs.asked,
     )
+    report_plain_spring(made, settings, notes)
     return made, rest
 
 
@@ -254,56 +275,25 @@ def held_where_left(
 ) -> Holding:
     """Holding of a joint that must stay where it is placed, or that is asked to stand near its balance though it moves
     freely: there the friction that this takes is small."""
-    springs = (proposal.stiffness, proposal.spring_hz, proposal.returns_s, proposal.press_start, proposal.press_end)
-    sprung = any(value is not None for value in springs)
+    sprung = is_sprung(proposal)
     pull, largest = mechanics.pull, mechanics.largest_gravity
     stays = holds or (start.asked is not None and abs(pull.force) <= settings.free_hold_share * largest)
-    if settings.dynamics is DynamicsRule.PAPER or not (holds or (stays and not sprung)):
+    if settings.dynamics is DynamicsRule.PAPER or (sprung and not holds):
         return Holding()
+    if not (holds or stays):
+        felt = felt_friction(kind, pull.force)
+        return Holding(felt, felt)
     balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, mechanics.least, settings)
     bump = settings.bump_share if holds else settings.free_bump_share
+    if (
+        not start.range.joint.prismatic
+        and not kind.anywhere
+        and math.hypot(pull.force, pull.slope) <= UPRIGHT * largest
+    ):
+        bump = min(bump, settings.upright_bump_share)
     return holding(start, pull, largest, kind, balance, bump_share=bump, settings=settings)
-
-
-def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) -> None:
-    """Add a finding where a spring carries a part's weight, and where a hand allows less friction than a bump needs."""
-    if held_by.balance.stiffness > 0.0:
-        stiffness = held_by.balance.stiffness
-        message = f"joint '{name}': springs of {stiffness:.3g} N·m/rad carry its part, as of a {kind.range.kind}"
-        notes.info("counterbalanced", message, joint=name, value=stiffness)
-    if held_by.cut:
-        message = (
-            f"joint '{name}': friction that holds it, {held_by.wanted:.3g}, set to {held_by.friction:.3g}: with more a "
-            "hand could not move it, or it would tip or slide; where contacts are stiffer than friction it may creep"
-        )
-        notes.info("friction_handled", message, joint=name, value=held_by.wanted, limit=held_by.friction)
 
 
 def is_open(start: Start) -> bool:
     """Whether the joint starts open: away from its closed end by more than ``HELD_STATE`` of its range."""
     return abs(start.position - start.range.closed) > HELD_STATE * start.range.span
-
-
-def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: Notes) -> None:
-    """Add a finding for every term that a bound changed and for every wish that is not met."""
-    units = ("N·s/m", "N", "N/m") if moved.prismatic else ("N·m·s/rad", "N·m", "N·m/rad")
-    bears = f"what its {moved.least:.3g} {'kg' if moved.prismatic else 'kg·m²'} bear at the time step"
-    why = {
-        "damping": f"{bears}, and a spring needs",
-        "friction": "what holds it where it is placed" if holds else "its bound",
-        "stiffness": bears,
-    }
-    for kind, term, unit in zip(why, (terms.damping, terms.friction, terms.stiffness), units, strict=True):
-        if changed(term):
-            message = f"joint '{name}': {kind} {term.replaced:.3g} {unit} set to {term.value:.3g}: {why[kind]}"
-            notes.info(f"{kind}_bounded", message, joint=name, value=term.replaced, limit=term.value)
-    for miss in terms.unmet:
-        unit = "s" if miss.wish != "stops_within" else "m" if moved.prismatic else "rad"
-        instead = "" if miss.achieved is None else f" is {miss.achieved:.3g} {unit}"
-        message = f"joint '{name}': {miss.wish} of {miss.asked:.3g} {unit}{instead or ' does not apply'}: {miss.why}"
-        notes.info(f"{miss.wish}_unmet", message, joint=name, value=miss.asked, limit=miss.achieved)
-
-
-def changed(term: Term) -> bool:
-    """Whether a bound replaced the term by something visibly different."""
-    return term.replaced is not None and abs(term.replaced - term.value) > 1e-3 * max(abs(term.value), 1e-12)

@@ -1,6 +1,6 @@
-"""Bound each link's inertia by the extent of its shape."""
+"""Bound each link's inertia by the extent of its shape, and the mass of what is pressed by what stands behind it."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from asset2sim.validation.masses import LinkMass
 from schemas.features import Features
 from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Source
+from schemas.vocabulary import MassRule, Source
 
 
 def bound_inertia_by_extent(
@@ -84,4 +84,27 @@ def with_armature(
             tensor = result[thin].inertia + missing * np.eye(3)
             result[thin] = replace(result[thin], inertia=tensor, inertia_source=Source.RULE)
             moments[thin] = moments[thin] + missing
+    return result
+
+
+def with_plungers(
+    masses: dict[str, LinkMass], features: Features, pressed: Container[str], settings: PhysicsSettings, notes: Notes
+) -> dict[str, LinkMass]:
+    """The link masses, that of a part on a ``pressed`` slider at least ``least_pressed_kg``: drawn is but its cap."""
+    result, least = dict(masses), settings.least_pressed_kg
+    for joint in features.movable_joints:
+        item = result[joint.child]
+        if joint.name not in pressed or not joint.prismatic or item.mass >= least or item.mass_source is Source.USER:
+            continue
+        message = f"link '{joint.child}': {item.mass:.2g} kg raised to {least:.2g} kg, with the plunger behind its cap"
+        notes.info("mass_raised", message, link=joint.child, value=item.mass, limit=least)
+        inertia = item.inertia * least / item.mass
+        result[joint.child] = replace(
+            item,
+            mass=least,
+            mass_source=Source.RULE,
+            rule=MassRule.BOUNDED,
+            inertia=inertia,
+            inertia_source=Source.RULE,
+        )
     return result

@@ -14,10 +14,10 @@ from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.followers import follow, leaders_positions
-from asset2sim.validation.handling import handlings
+from asset2sim.validation.handling import handlings, is_pressed
 from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
-from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature
+from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.positions import initial_positions
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
@@ -62,11 +62,12 @@ def validate(
     links = {proposal.name: proposal for proposal in overlay.links}
     weighed = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
     masses = link_masses(features, links, scale, source, settings, notes, weighed, keep=in_metres)
-    masses = with_armature(masses, features, settings, notes)
+    proposals = {proposal.name: proposal for proposal in overlay.joints}
+    pressed = [name for name, item in proposals.items() if is_pressed(item)]
+    masses = with_armature(with_plungers(masses, features, pressed, settings, notes), features, settings, notes)
     masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
     ranges = {name: span for name, span in spans.items() if span is not None}
-    proposals = {proposal.name: proposal for proposal in overlay.joints}
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes)

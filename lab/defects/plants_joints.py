@@ -31,6 +31,7 @@ def dynamics(**terms: Callable[[float], float]) -> Plant:
         inertia = next(joint.effective_inertia for joint in overlay.joints if joint.name == at.joint)
         values = {key: value_of(inertia) for key, value_of in terms.items()}
         with edited_part(folder, "joint", at.joint, "dynamics") as element:
+            element.attrib.pop("geared_stiffness", "")
             for key, value in values.items():
                 write(element, key, value)
         said = ", ".join(f"{key} {value:.3g}" for key, value in values.items())
@@ -74,6 +75,7 @@ def spring_opens(folder: Path, at: Target) -> PlantedChange:
     joint = next(joint for joint in overlay.joints if joint.name == at.joint)
     stiffness = OPENING_LOADS * abs(joint.gravity_load) / abs(joint.open - joint.closed)
     with edited_part(folder, "joint", at.joint, "dynamics") as element:
+        element.attrib.pop("geared_stiffness", "")
         write(element, "spring_stiffness", stiffness)
         write(element, "spring_reference", joint.open)
         write(element, "friction", 0.0)

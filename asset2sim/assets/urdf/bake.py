@@ -27,7 +27,13 @@ MARK = " asset2sim bake: "
 STATE_MARK = " asset2sim: "
 ROUNDING_TOLERANCE = 1e-7
 """Rounding error by which a position may lie outside the written limits, rad or m: it is set to the limit."""
-SHIFTED = (("limit", "lower"), ("limit", "upper"), ("dynamics", "spring_reference"), *POSITIONS)
+SHIFTED = (
+    ("limit", "lower"),
+    ("limit", "upper"),
+    ("dynamics", "spring_reference"),
+    ("dynamics", "geared_reference"),
+    *POSITIONS,
+)
 """Attributes that are positions of their joint."""
 MOVING = ("revolute", "continuous", "prismatic")
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
+from asset2sim.physics.felt import plain_spring
 from asset2sim.physics.kinematics import locked, rpy_of
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
@@ -193,8 +194,9 @@ def write_contact(link: Element, rolling_friction_m: float) -> None:
 
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
     """Write one movable joint's type, axis, limits and dynamics. Stiffness goes into ``spring_stiffness`` and
-    ``spring_reference``, the names that SDF uses, and armature into ``armature``, MuJoCo's name: URDF has no field for
-    them, and its readers ignore the attributes. Our adapters read them; ``overlay.json`` has them too."""
+    ``spring_reference``, the names that SDF uses: URDF has no field for them, and its readers ignore the attributes.
+    They are such that they may be applied as they are; a spring that only an armature bears is in ``geared_stiffness``
+    and ``geared_reference`` beside ``armature``. Our adapters read those; ``overlay.json`` has them too."""
     element.set("type", physics.type)
     child(element, "axis").set("xyz", words(authored.axis))
     limit = child(element, "limit")
@@ -207,11 +209,14 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     dynamics = child(element, "dynamics")
     dynamics.set("damping", word(physics.damping))
     dynamics.set("friction", word(physics.friction))
-    dynamics.set("spring_stiffness", word(physics.stiffness))
-    dynamics.set("spring_reference", word(physics.spring_reference))
-    dynamics.attrib.pop("armature", "")
-    if physics.armature > 0.0:
-        dynamics.set("armature", word(physics.armature))
+    stiffness, reference = plain_spring(physics, settings)
+    dynamics.set("spring_stiffness", word(stiffness))
+    dynamics.set("spring_reference", word(reference))
+    geared = {"armature": physics.armature, "geared_stiffness": physics.stiffness}
+    for key, value in (geared | {"geared_reference": physics.spring_reference}).items():
+        dynamics.attrib.pop(key, "")
+        if physics.armature > 0.0:
+            dynamics.set(key, word(value))
 
 
 def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:

@@ -16,11 +16,13 @@ LARGEST = 1e7
 larger ones lose all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
+DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference", "armature", "geared_stiffness",
+            "geared_reference")  # fmt: skip
 COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
     "origin": {"xyz": (3,), "rpy": (3,)},
     "axis": {"xyz": (3,)},
     "limit": dict.fromkeys(("lower", "upper", "effort", "velocity"), (1,)),
-    "dynamics": dict.fromkeys(("damping", "friction", "spring_stiffness", "spring_reference", "armature"), (1,)),
+    "dynamics": dict.fromkeys(DYNAMICS, (1,)),
     "safety_controller": dict.fromkeys(("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"), (1,)),
     "calibration": dict.fromkeys(("rising", "falling"), (1,)),
     "color": {"rgba": (3, 4)},

@@ -154,14 +154,15 @@ class Dynamics:
 
 
 def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
-    """Joint name → dynamics for every joint that is not fixed; absent attributes are 0."""
+    """Joint name → dynamics for every joint that is not fixed, springs as with armature; absent attributes are 0."""
     terms: dict[str, Dynamics] = {}
     for joint in read_document(urdf).robot.findall("joint"):
         if joint.get("type") == "fixed":
             continue
         element = joint.find("dynamics")
         values = dict[str, str]() if element is None else {str(k): str(text) for k, text in element.attrib.items()}
-        keys = ("damping", "friction", "spring_stiffness", "spring_reference", "armature")
+        spring = "geared" if "geared_stiffness" in values else "spring"
+        keys = ("damping", "friction", f"{spring}_stiffness", f"{spring}_reference", "armature")
         terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
     return terms
 

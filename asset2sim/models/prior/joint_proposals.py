@@ -58,7 +58,7 @@ def with_changes(
     guidance asks the part to stand open, which it could not if it fell shut."""
     for kind, said in changes.items():
         if kind in MOTIONS or kind == "friction":
-            feel = with_damping(feel, kind, said)
+            feel = with_damping(feel, kind, said, part)
         elif kind == "hold":
             coast = feel.coast_s if feel.level else min(feel.coast_s, HOLD_COAST_S)
             feel = replace(feel, coast_s=coast, holds=True, closes_s=None)
@@ -73,9 +73,16 @@ def with_changes(
     return feel
 
 
-def with_damping(feel: QualitativeDynamics, kind: str, level: str) -> QualitativeDynamics:
-    """The dynamics with another level of damping or friction; a stated level wins over words like "slowly"."""
+def coast_times(part: MovablePart) -> dict[str, float]:
+    """A level of damping → the time in which the part loses 63 % of its speed, s, longer if it usually coasts."""
     times = tables.coast_times()
+    longer = max(1.0, part.mechanism.coast_s / times["medium"])
+    return {level: longer * seconds for level, seconds in times.items()}
+
+
+def with_damping(feel: QualitativeDynamics, kind: str, level: str, part: MovablePart) -> QualitativeDynamics:
+    """The dynamics with another level of damping or friction; a stated level wins over words like "slowly"."""
+    times = coast_times(part)
     if kind in ("damping", "friction"):
         stated = replace(feel, coast_s=times[level], level=LEVELS[level], stops_within=None)
         return stated if kind == "damping" else replace(stated, holds=level in ("medium", "high", "super high"))
@@ -92,7 +99,7 @@ def firmness(feel: QualitativeDynamics, stiff: bool, part: MovablePart) -> Quali
             press = round(press[0] * factor, 3), round(press[1] * factor, 3)
         return replace(feel, spring_hz=round(usual * (STIFF if stiff else SOFT), 3), press_n=press)
     word: Level = "high" if stiff else "low"
-    return replace(feel, coast_s=tables.coast_times()[feel.level or word], word=word)
+    return replace(feel, coast_s=coast_times(part)[feel.level or word], word=word)
 
 
 def with_motion_word(
