@@ -20,6 +20,10 @@ from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, subtre
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, Pull
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
+TURNS = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
+ROUND = np.stack([np.cos(TURNS), np.sin(TURNS), np.ones(48)], axis=1)
+"""(48, 3) rim of a cylinder of radius 1 and half length 1."""
+
 
 @dataclass(frozen=True)
 class Mechanism:
@@ -138,7 +142,7 @@ def link_corners(element: "etree._Element", folder: Path) -> Array | None:
 
 
 def collision_points(element: "etree._Element", folder: Path) -> Array:
-    """(n, 3) points that span a link's collision shapes, in the link's frame, m; round shapes by the box about them."""
+    """(n, 3) points that span a link's collision shapes, in the link's frame, m; balls by the box about them."""
     clouds = [np.zeros((0, 3))]
     for collision in element.findall("collision"):
         mesh = collision.find("geometry/mesh")
@@ -147,6 +151,8 @@ def collision_points(element: "etree._Element", folder: Path) -> Array:
         else:
             extent = shape_box(collision.find("geometry"), folder)
             points = np.zeros((0, 3)) if extent is None else corners(*extent)
+            if extent is not None and collision.find("geometry/cylinder") is not None:
+                points = np.vstack([ROUND * extent[1], ROUND * extent[1] * [1.0, 1.0, -1.0]])
         frame = element_pose(collision)
         clouds.append(points @ frame[:3, :3].T + frame[:3, 3])
     return np.vstack(clouds)

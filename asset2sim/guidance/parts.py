@@ -9,6 +9,9 @@ from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import JointInfo, LinkInfo, ObjectInfo, Vector
 from asset2sim.guidance.tables import PartMechanism
 
+ROLLS_SHARE = 0.5
+"""Share of the object's height up to which a wheel's lowest point may lie for it to roll on the ground: they are drawn
+small, large, and on things that lie."""
 ROW_SHARE = 0.15
 """Parts whose centres differ by less than this share of the object's height stand in one row."""
 
@@ -39,8 +42,16 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
     for joint in info.joints:
         link = carried_link(info, joint)
         name = part_name(link.label if link else "", joint.name, joint.child)
+        if name == "wheel" and link is not None and not rolls(info, link):
+            name = "handwheel"
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
+
+
+def rolls(info: ObjectInfo, wheel: LinkInfo) -> bool:
+    """Whether a wheel reaches down to where the object stands; one further up is turned by hand."""
+    lowest = min(link.center_m[2] - link.box_m[2] / 2.0 for link in info.links if link.has_geometry)
+    return wheel.center_m[2] - wheel.box_m[2] / 2.0 - lowest <= ROLLS_SHARE * info.size_m[2]
 
 
 def part_name(label: str, *names: str) -> str:

@@ -48,7 +48,9 @@ class PyBulletObject(Loaded):
             bullet.changeDynamics(
                 body, index, maxJointVelocity=1e6, **at
             )  # at 100 rad/s, friction stops every tiny part
-            bullet.changeDynamics(body, index, jointDamping=joint.damping * (joint.armature * joint.stiffness == 0), **at)
+            bullet.changeDynamics(
+                body, index, jointDamping=joint.damping * (joint.armature * joint.stiffness == 0), **at
+            )
             bullet.setJointMotorControl2(body, index, bullet.VELOCITY_CONTROL, force=joint.friction, **at)
             bullet.resetJointState(body, index, joint.initial_position, 0.0, **at)
             if joint.mimic is not None:  # the gear keeps the offset that the initial state has
@@ -90,13 +92,14 @@ class PyBulletObject(Loaded):
             if joint.armature > 0.0:
                 # A torque would throw a key of 1 g: the joint's own step, armature included, gives a motor's target,
                 # and what spring, damper and armature exert meanwhile bounds the motor's force.
-                resists = (inertia := joint.armature + joint.effective_inertia) + step * joint.damping
+                damping = joint.damping if joint.stiffness > 0.0 else 0.0  # else it is the joint's own in PyBullet
+                resists = (inertia := joint.armature + joint.effective_inertia) + step * damping
                 target = (inertia * speed + step * spring) / resists
                 target -= math.copysign(min(abs(target), step * joint.friction / resists), target)
                 if joint.lower is not None and joint.upper is not None:
                     low, high = min(joint.lower - position, 0.0), max(joint.upper - position, 0.0)
                     target = min(max(target, low / step), high / step)
-                exerted = spring - joint.damping * target - joint.armature * (target - speed) / step
+                exerted = spring - damping * target - joint.armature * (target - speed) / step
                 bound = 1.01 * max(abs(exerted), abs(spring)) + joint.friction
                 mode, control = bullet.VELOCITY_CONTROL, {"targetVelocity": target, "force": bound}
             bullet.setJointMotorControl2(body, joints[joint.name], mode, **control, **at)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from asset2sim.physics.terms import JointLoad, Term
+from asset2sim.physics.terms import UNLIMITED_FAR, JointLoad, Term
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -83,8 +83,9 @@ def plain_spring(joint: JointPhysics, settings: PhysicsSettings) -> tuple[float,
     that would not outweigh the part."""
     if joint.armature <= 0.0 or joint.stiffness <= 0.0:
         return joint.stiffness, joint.spring_reference
-    ends = [joint.initial_position if end is None else end for end in (joint.lower, joint.upper)]
-    travel = abs(ends[1] - ends[0]) or 1.0
+    lower, upper = joint.initial_position - UNLIMITED_FAR, joint.initial_position + UNLIMITED_FAR
+    ends = (lower if joint.lower is None else joint.lower, upper if joint.upper is None else joint.upper)
+    travel = abs(ends[1] - ends[0])
     most = joint.stiffness * max(abs(joint.spring_reference - end) for end in ends)
     per_step = (joint.least_inertia or joint.effective_inertia) / settings.plain_timestep_s**2
     bears = (

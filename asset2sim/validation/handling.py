@@ -87,11 +87,16 @@ def handling(
     named = part_name(carried_label(features, joint), joint.name, joint.child)
     motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
     stays = stays_put(named, features.category, joint, proposal)
+    named = "handwheel" if named == "wheel" and stays else named
     row = part_effort(named, features.category, motion, moved.length_m, loose=not stays)
     level = None if proposal is None else proposal.damping_level
     factor = FIRMER if level in ("high", "super high") else LIGHTER if level in ("low", "super low") else 1.0
     said = {1.0: "", FIRMER: "; firmer, as asked", LIGHTER: "; lighter, as asked"}[factor]
     least = max(row.least_n if stays else 0.0, row.least_share * moved.weight_n) * min(factor, 1.0)
+    if is_sprung(proposal):
+        # A spring that is stated for a part of no row of its own is as light as it is stated.
+        own = row != part_effort("", features.category, motion, moved.length_m)
+        least = row.least_n * min(factor, 1.0) if own else 0.0
     stated = EffortRange(
         kind=row.kind, least_n=least, most_n=factor * row.most_n, source=row.source + said, braced=row.braced
     )

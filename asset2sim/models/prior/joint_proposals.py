@@ -74,10 +74,11 @@ def with_changes(
 
 
 def coast_times(part: MovablePart) -> dict[str, float]:
-    """A level of damping → the time in which the part loses 63 % of its speed, s, longer if it usually coasts."""
+    """A level of damping → the time in which the part loses 63 % of its speed, s; the low ones longer for a part that
+    usually coasts, which less damping lets coast further."""
     times = tables.coast_times()
     longer = max(1.0, part.mechanism.coast_s / times["medium"])
-    return {level: longer * seconds for level, seconds in times.items()}
+    return {level: seconds * (longer if seconds > times["medium"] else 1.0) for level, seconds in times.items()}
 
 
 def with_damping(feel: QualitativeDynamics, kind: str, level: str, part: MovablePart) -> QualitativeDynamics:
