@@ -164,6 +164,7 @@ AROUND = "<mujoco><include file='{}'/></mujoco>"
           "package.xml": "<package/>"}, ["left", "right"]),
         ({"scene.xml": AROUND.format("a.xml"), "a.xml": MJCF, "b.xml": MJCF}, ["a", "b"]),
         ({"one/l.urdf": URDF, "one/r.urdf": URDF, "two/x.urdf": URDF}, ["one_l", "one_r", "two"]),
+        ({"door/door.usda": "#usda 1.0", "door/physics.usda": "#usda 1.0"}, ["door"]),
         ({"door-1_3.sdf": SDF, "door-1_4.sdf": SDF, "lid.sdf": SDF}, ["door-1_4", "lid"]),
     ],
 )  # fmt: skip

@@ -152,7 +152,8 @@ def _assets_in(tree: Tree, folder: str, category: str | None = None) -> list[Ass
     where it cannot be listed."""
     names = [*tree.files(folder), *(f"{URDF_FOLDER}/{name}" for name in tree.files(_in(folder, URDF_FOLDER)))]
     try:
-        found = descriptions(names, lambda name, most: tree.read(_in(folder, name), most))
+        above = posixpath.basename(folder or str(tree.place).rstrip("/"))
+        found = descriptions(above, names, lambda name, most: tree.read(_in(folder, name), most))
     except OSError:
         # Which file it is decides reading it, where an error is the asset's own.
         found = [name for name in names if name in PREFERRED]

@@ -71,12 +71,12 @@ def _others(found: Sequence[str], beside: Sequence[str]) -> list[str]:
     return more
 
 
-def descriptions(names: Iterable[str], read: Read) -> list[str]:
-    """Of the names of files below a folder those that each describe an asset, by what they hold where names do not
-    tell. Raises OSError."""
+def descriptions(folder: str, names: Iterable[str], read: Read) -> list[str]:
+    """Of the names of files below a ``folder`` of this name those that each describe an asset, by what they hold where
+    names do not tell. Raises OSError."""
     left = list(names)
     while found := candidates(left):
-        chosen = sorted(name for form, group in _grouped(found) for name in _told_apart(form, group, read))
+        chosen = sorted(name for form, group in _grouped(found) for name in _told_apart(form, folder, group, read))
         if chosen:
             return chosen
         left = [name for name in left if name not in found]
@@ -89,13 +89,15 @@ def _grouped(names: Sequence[str]) -> list[tuple[Format, list[str]]]:
     return [(form, group) for form, group in groups if group]
 
 
-def _told_apart(form: Format, names: list[str], read: Read) -> list[str]:
+def _told_apart(form: Format, folder: str, names: list[str], read: Read) -> list[str]:
     """The files of one format among those that have its suffix, without what they only include."""
     if form.recognises is not None:
         names = [name for name in names if form.recognises(read(name, HEAD_BYTES))]
     if form.of_several is None or len(names) < 2:
         return names
-    return form.of_several({name: read(name, MOST_DESCRIBED).decode(errors="replace") for name in names})
+    above = f"{folder}/"
+    texts = {above + name: read(name, MOST_DESCRIBED).decode(errors="replace") for name in names}
+    return [name.removeprefix(above) for name in form.of_several(texts)]
 
 
 def split_url(url: str) -> tuple[str, str]:
@@ -136,7 +138,11 @@ def find_source(place: Path, within: Callable[[Path], bool] = lambda path: True)
         inside = [name for name in usable if within(place / name)]
         if known and not candidates(inside):
             return place / known[0]
-        return _single(place, descriptions(inside, lambda name, most: read_regular(place / name, most)), names)
+        return _single(
+            place,
+            descriptions(place.resolve().name, inside, lambda name, most: read_regular(place / name, most)),
+            names,
+        )
     except OSError as error:
         raise _unfit(place, "unreadable_file", f"{error.filename} {path_problem(place, error)}; mend it") from error
 

@@ -59,7 +59,7 @@ class PyBulletObject(Loaded):
                     body, joints[joint.mimic[0]], body, index, bullet.JOINT_GEAR, *frames, **at
                 )
                 bullet.changeConstraint(gear, gearRatio=-joint.mimic[1], maxForce=1e4, erp=0.2, **at)
-        self.body, self.joints = body, joints
+        self.body, self.joints, self.pushed = body, joints, set[str]()
         self.places = [joints[name] for name in self.joint_names]
         self.links = {info[12].decode(): info[0] for info in infos}
         self.start = bullet.getBasePositionAndOrientation(body, **at)  # of the centre of mass, as it is set
@@ -85,6 +85,10 @@ class PyBulletObject(Loaded):
 
     def push(self, efforts: Mapping[str, float]) -> None:
         bullet, body, joints, at, step = self.bullet, self.body, self.joints, self.at, self.timestep_s
+        for name in self.pushed - {name for name, effort in efforts.items() if effort}:
+            rest = {"targetVelocity": 0.0, "force": next(one.friction for one in self.about.joints if one.name == name)}
+            bullet.setJointMotorControl2(body, joints[name], bullet.VELOCITY_CONTROL, **rest, **at)
+        self.pushed = {name for name, effort in efforts.items() if effort}
         for joint in (one for one in self.about.joints if one.stiffness > 0.0 or efforts.get(one.name)):
             position, speed, *_ = bullet.getJointState(body, joints[joint.name], **at)
             spring = joint.stiffness * (joint.spring_reference - position) + efforts.get(joint.name, 0.0)
