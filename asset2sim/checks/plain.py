@@ -115,5 +115,5 @@ CHECK = DeclaredCheck(
     judge=judge,
     place=75,
     turn=85,
-    planted=("spring too stiff",),
+    planted=("stiffness over the bound",),
 )
