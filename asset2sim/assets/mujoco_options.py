@@ -28,6 +28,7 @@ LOCKED_RANGE = 1e-6
 """Range, rad or m, of a joint whose lower and upper limit are the same: MuJoCo would read them as no limit."""
 
 FRICTION_SOLIMP = (IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)
+"""``solimp`` of dry friction, and of mimics, which else yield to the friction of the joint that follows."""
 LIMIT_SOLIMP = (CONTACT_IMPEDANCE, CONTACT_IMPEDANCE, 1.0, 0.5, 2.0)
 ARMATURE_LIMIT_SOLIMP = (IMPEDANCE, IMPEDANCE, 1.0, 0.5, 2.0)
 """``solimp`` of the limits of joints with an armature. MuJoCo scales a limit's stiffness by its estimate of what the

@@ -100,7 +100,7 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
     give_dynamics(spec, read_dynamics(urdf))
     lock_joints(spec, root)
     for equality in spec.equalities:  # URDF's mimics
-        equality.solimp = LIMIT_SOLIMP
+        equality.solimp = FRICTION_SOLIMP
     rolling = rolling_friction(root)
     for geom in spec.geoms:
         geom.friction = [contact_friction, TORSION_M, rolling or ROLLING_M]

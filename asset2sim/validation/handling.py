@@ -33,6 +33,9 @@ FELT_MARGIN = 1.25
 BORNE_SHARE = 0.2
 """Most of the force that tips or slides an object which its part's least effort may be: a spring whose end takes half
 of it starts at a fourth."""
+CHAIN_JOINTS = 8
+"""Joints one after the other from which on they are a chain or a hose: it is laid as a whole, and no hand turns one of
+its joints alone. Arms of robots and lamps have up to seven."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
 
@@ -158,6 +161,7 @@ def handlings(
     center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
     support = leaning_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
     joints = {joint.name: joint for joint in tree}
+    chained = in_chains(features)
     found: dict[str, Handling] = {}
     for name in positions:
         joint, hinge = features.joint(name), joints[name]
@@ -171,7 +175,7 @@ def handlings(
         kind = handling(features, joint, proposals.get(name), part)
         ways = 1.0 if (joint.open or 0.0) >= (joint.closed or 0.0) else -1.0
         grip = grip_on(cloud, axis, origin, slides=joint.prismatic, opens=ways)
-        if grip is None:
+        if grip is None or name in chained:
             found[name] = replace(kind, range=kind.range.model_copy(update={"least_n": 0.0}))
             continue
         pressed, light = is_pressed(proposals.get(name)), mass < settings.held_by_hand_kg
@@ -186,6 +190,21 @@ def handlings(
         kind = replace(kind, lever=grip.lever, tips_upward=up, tips_downward=down)
         found[name] = replace(kind, range=as_borne(kind))
     return found
+
+
+def in_chains(features: Features) -> set[str]:
+    """The joints that are part of at least ``CHAIN_JOINTS`` that move one after the other."""
+    above = {joint.child: joint for joint in features.joints}
+    chained = set[str]()
+    for link in above:
+        path, at = list[str](), link
+        while at in above and len(path) <= len(above):
+            if above[at].movable:
+                path.append(above[at].name)
+            at = above[at].parent
+        if len(path) >= CHAIN_JOINTS:
+            chained.update(path)
+    return chained
 
 
 def as_borne(kind: Handling) -> EffortRange:

@@ -202,7 +202,7 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
 
 def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> None:
     """Bind each joint that follows another to it, as stiff as limits are."""
-    stiff = {"solref": numbers(mujoco_options.solref(timestep_s)), "solimp": numbers(mujoco_options.LIMIT_SOLIMP)}
+    stiff = {"solref": numbers(mujoco_options.solref(timestep_s)), "solimp": numbers(mujoco_options.FRICTION_SOLIMP)}
     for name, mimic in mimics_of([joint.tree for joint in item.joints]).items():
         coefficients = numbers((mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0))
         etree.SubElement(equality, "joint", {"joint1": name, "joint2": mimic.joint, "polycoef": coefficients, **stiff})
