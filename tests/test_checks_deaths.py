@@ -1,5 +1,6 @@
 """An engine that dies of a part of an object: the part is named, a collision shape becomes its box, others decide."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -53,12 +54,15 @@ ENGINE = DeclaredEngine(FRAIL, open_frail, started=(FrailWorld, "__init__"), pac
 
 
 @pytest.fixture
-def frail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Engine:
+def frail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Engine]:
     (tmp_path / "frail.py").write_text(FRAIL, encoding="utf-8")
     monkeypatch.setenv(VARIABLE, str(tmp_path / "frail.py"))
+    for members in ("_member_names_", "_member_map_", "_value2member_map_"):  # other tests go over all engines
+        monkeypatch.setattr(Engine, members, getattr(Engine, members).copy())
     registry.further.cache_clear()
     assert registry.further()
-    return Engine("frail")
+    yield Engine("frail")
+    registry.further.cache_clear()
 
 
 def box_with_a_knob(folder: Path) -> AssetRef:

@@ -13,7 +13,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from asset2sim.catalog.run import RECORDED_PACKAGES
-from schemas.vocabulary import DECIDING_PACKAGES, Engine
+from asset2sim.engines.registry import OWN
+from schemas.vocabulary import DECIDING_PACKAGES
 from tests.assets import ROOT, SHARED
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -43,7 +44,7 @@ def test_every_package_whose_version_a_run_records_is_declared() -> None:
     texts = [text for extra in project["optional-dependencies"].values() for text in extra]
     declared = {canonicalize_name(Requirement(text).name) for text in (*project["dependencies"], *texts)}
     assert set(RECORDED_PACKAGES) - declared == {"asset2sim"}
-    assert {*DECIDING_PACKAGES, *Engine} <= set(RECORDED_PACKAGES)
+    assert {*DECIDING_PACKAGES, *OWN} <= set(RECORDED_PACKAGES)
 
 
 def test_what_is_pinned_holds_no_addresses() -> None:
