@@ -45,6 +45,9 @@ class AssetRef(Frozen):
     overrides: Overrides | None = None
     reference: Reference | None = None
     expectations: tuple[Expectation, ...] = ()
+    scene: str | None = None
+    """The id of the scene that it is cut out of, and the ``part`` that it is there; None: its file is all its own."""
+    part: str | None = None
 
 
 class FoundAssets:

@@ -29,6 +29,8 @@ class InputSettings(Frozen):
     allow_outside: bool = False
     """Whether files outside the dataset's folder are read: meshes, textures and what a file includes, named by paths
     that leave it or by symbolic links."""
+    split: bool = False
+    """Whether a file of several objects is cut into them, each an asset of its own."""
     packages: tuple[Package, ...] = ()
     """Folders outside it that are read all the same, as NAME=PATH: ``package://NAME/...`` means a file below PATH."""
     max_mesh_mb: Positive = 256.0

@@ -50,6 +50,8 @@ def guidance_of(ref: AssetRef, features: Features) -> Guidance:
 def upright(job: AssetJob, *, find: bool) -> Extraction:
     """The asset as its file has it, turned where another axis than z is stated or, to ``find``, shown to point up."""
     cache, stated, inputs = job.out / SHAPE_CACHE, job.ref.up or job.settings.up, job.settings.inputs
+    # A part of a scene stays as it stands there.
+    stated = stated or (UpAxis.Z if job.ref.part is not None else None)
     if stated is not None:
         return extract(job.ref, cache, stated, inputs)
     authored = extract(job.ref, cache, inputs=inputs)

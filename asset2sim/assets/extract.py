@@ -162,7 +162,7 @@ def read_asset(
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=vector(front_of(robot, urdf)),
-        metric="" if inputs.keep is Keep.NOTHING else metric_evidence(opened.metric_format, links),
+        metric="" if inputs.keep is Keep.NOTHING and ref.part is None else metric_evidence(opened.metric_format, links),
     )
     return Extraction(
         folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,

@@ -16,7 +16,9 @@ from asset2sim.assets.urdf.read import PARTNET_TURN
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
 from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
+from asset2sim.intake.formats.format import Converted, unconvertible
 from asset2sim.intake.locate import find_source
+from asset2sim.intake.split import Part, cut_out, parts_of
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
 from schemas.finding import Finding
@@ -39,18 +41,31 @@ TO_Z_UP: Mapping[UpAxis, tuple[tuple[int, int, int], ...]] = {
 the front in ROS, once it is turned; PartNet-Mobility's objects face -x (``PARTNET_TURN``)."""
 
 
-def open_origin(asset: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYWHERE) -> DescriptionFile:
-    """The description of an asset, named by its folder or file, as a URDF whose files lie within ``reach``, turned
-    upright where another axis than z points up in it.
+def parts_in(ref: AssetRef, up: UpAxis, inputs: InputSettings) -> tuple[Converted, tuple[Part, ...]]:
+    """A scene's URDF, upright, whose files may be gone, and its parts. Raises AssetError as ``open_origin`` does."""
+    reach = allowed_folders(ref, inputs)
+    file = check_within(find_source(check_within(Path(ref.path), reach), reach.allows), reach)
+    with TemporaryDirectory(prefix="asset2sim-source-") as work:
+        converted = FORMATS[file.suffix].converter(file, Path(work), reach)
+    if up is not UpAxis.Z:
+        turn_upright(converted.robot, up, partnet=False)
+    return converted, parts_of(converted)
 
-    Raises AssetError where it is missing, lies outside or cannot be converted."""
+
+def open_origin(
+    asset: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYWHERE, part: str | None = None
+) -> DescriptionFile:
+    """The description of an asset, named by its folder or file, as a URDF whose files lie within ``reach``, turned
+    upright where another axis than z points up in it; of a scene this ``part``.
+
+    Raises AssetError where it is missing, lies outside or cannot be converted, and where it has no such part."""
     file, folder = check_within(find_source(check_within(asset, reach), reach.allows), reach), folder_of(asset)
     work = TemporaryDirectory(prefix="asset2sim-source-")
     place = Path(work.name)
     converted = FORMATS[file.suffix].converter(file, place, reach)
     robot = converted.robot
     confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
-    as_it_is = not converted.notes and not confined.moved and is_utf8(robot)
+    as_it_is = not converted.notes and not confined.moved and is_utf8(robot) and part is None
     if file.suffix == ".urdf" and up is UpAxis.Z and as_it_is:
         return DescriptionFile(file, file, (file,))
     rename(robot, confined)
@@ -58,7 +73,12 @@ def open_origin(asset: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYW
         robot.set("name", file.resolve().parent.name)
     if up is not UpAxis.Z:
         turn_upright(robot, up, partnet=(folder / "semantics.txt").is_file())
-    for name in BESIDE:
+    if part is not None:
+        chosen = next((item for item in parts_of(converted) if item.name == part), None)
+        if chosen is None:
+            raise unconvertible(file, "no_such_part", f"it has no part '{part}' any more; refine it again")
+        robot = cut_out(converted, chosen)
+    for name in BESIDE if part is None else ():
         if is_file(folder / name) and reach.allows(folder / name):
             copyfile(folder / name, place / name)
     urdf = place / (file.name if file.suffix == ".urdf" else f"{file.name}.urdf")
@@ -79,7 +99,7 @@ def open_origin(asset: Path, up: UpAxis = UpAxis.Z, reach: AllowedFolders = ANYW
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     form = FORMATS[file.suffix]
-    metric = form.name if form.metric and converted.metric else ""
+    metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
     return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric)
 
 
@@ -89,7 +109,7 @@ def extract(
     """Features and geometry of one asset, in whatever format, with ``up`` the axis that points up in its file; see
     ``read_asset``. Raises AssetError."""
     reach = allowed_folders(ref, inputs)
-    return read_asset(ref, open_origin(Path(ref.path), up, reach), reach, cache, inputs)
+    return read_asset(ref, open_origin(Path(ref.path), up, reach, ref.part), reach, cache, inputs)
 
 
 def is_utf8(robot: "etree._Element") -> bool:

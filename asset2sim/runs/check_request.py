@@ -31,7 +31,7 @@ def check_request(
     limit: int | None,
 ) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    found = FoundAssets(with_prompt(load_dataset(data, subset, asset_ids, limit), settings.prompt))
+    found = FoundAssets(with_prompt(load_dataset(data, subset, asset_ids, limit, settings.inputs), settings.prompt))
     check_run(found, data, out, settings)
     return found
 

@@ -137,6 +137,9 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
         Keep.PLAUSIBLE,
         description=f"{', '.join(Keep)}: authored sizes in metres and masses that stay where no words ask otherwise",
     )
+    split: CliDualFlag[bool] = Field(
+        False, description="cut files of several objects (a kitchen) into them, and put the whole together again"
+    )
     allow_outside: CliDualFlag[bool] = Field(
         False, description="read files outside data that an asset names or links to"
     )

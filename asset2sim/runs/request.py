@@ -25,6 +25,7 @@ SETS: Mapping[str, str] = {
     "up": "up",
     "allow_outside": "inputs.allow_outside",
     "keep": "inputs.keep",
+    "split": "inputs.split",
     "package": "inputs.packages",
     "export": "exports",
     "model": "model.model",

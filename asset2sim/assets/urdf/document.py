@@ -54,11 +54,7 @@ def read_document(path: Path) -> Document:
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
-    for element in elements_of(robot):
-        for key in LISTS:
-            text = element.get(key)
-            if text is not None and "," in text:
-                element.set(key, text.replace(",", " "))
+    without_commas(robot)
     check_names(path, robot)
     check_numbers(path, robot)
     name_files(robot)
@@ -108,6 +104,15 @@ def strip_namespace(robot: Element) -> None:
         if name.namespace == default:
             element.tag = name.localname
     etree.cleanup_namespaces(robot, keep_ns_prefixes=[key for key in robot.nsmap if key])
+
+
+def without_commas(robot: Element) -> None:
+    """Separate the numbers of lists by spaces alone."""
+    for element in elements_of(robot):
+        for key in LISTS:
+            text = element.get(key)
+            if text is not None and "," in text:
+                element.set(key, text.replace(",", " "))
 
 
 def check_names(path: Path, robot: Element) -> None:
@@ -169,7 +174,8 @@ def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
         alone = sum(end.get("link") == parent for end in robot.iterfind("joint/parent")) == 1
         if parent in children or parent not in empty or not alone:
             problem = (
-                f"type 'floating': '{child}' is free of '{parent}'; make it an asset of its own, or the joint fixed"
+                f"type 'floating': '{child}' is free of '{parent}'; make it an asset of its own, as --split does, or "
+                "the joint fixed"
             )
             raise invalid(path, "joint_type", name, problem)
         robot.remove(joint)

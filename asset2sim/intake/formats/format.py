@@ -31,6 +31,10 @@ class Converted:
     notes: tuple[str, ...] = ()
     metric: bool = True
     """Whether a file of a metric format says so itself, where its format leaves that to it."""
+    world: str = ""
+    """The link that stands for the world, where there is one."""
+    free: tuple[str, ...] = ()
+    """The links that the file has free of the world and that are fixed in ``robot``."""
 
 
 INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")

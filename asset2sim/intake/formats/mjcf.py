@@ -118,25 +118,27 @@ class _Model:
         if not tops:
             raise self.refused("mjcf_bodies", "it has no body")
         loose = [body for body in tops if self.joint_types(body) == [self.mj.mjtJoint.mjJNT_FREE]]
-        if len(loose) > 1 or (loose and len(tops) > 1):
-            names = ", ".join(self.name("body", body) for body in tops)
-            raise self.refused(
-                "mjcf_bodies", f"it has several bodies of which some are free ({names}); keep one object"
-            )
         solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
+        world, free = "", tuple[str, ...]()
         if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
             self.add_body(robot, tops[0], None, np.eye(4))
         else:
-            base = add(robot, "link", name=BASE)
+            world, base = BASE, add(robot, "link", name=BASE)
+            free = tuple(self.name("body", body) for body in loose)
             for geom in solid:
                 self.add_geom(base, geom, np.eye(4))
             for body in tops:
                 self.add_body(robot, body, BASE, np.eye(4))
+            if len(loose) == len(tops) and not solid:
+                for joint in robot.findall(f"joint/parent[@link='{BASE}']/.."):
+                    joint.set("type", "floating")
+            elif free:
+                self.notes.append(f"{', '.join(free)}: free in it, and fixed where they stand; --split keeps them free")
         self.add_mimics(robot)
         left = {"tendons": m.ntendon, "actuators": m.nu, "sensors": m.nsensor}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
-        return Converted(robot, files, (*dict.fromkeys(self.notes), *told))
+        return Converted(robot, files, (*dict.fromkeys(self.notes), *told), world=world, free=free)
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""

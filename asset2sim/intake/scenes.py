@@ -1,0 +1,47 @@
+"""The assets of a dataset in which scenes stand: each part of a scene is an asset, fixed where it stands or free."""
+
+from collections.abc import Sequence
+
+from asset2sim.intake.asset_folders import refuse_twice, safe_id
+from asset2sim.intake.origin import parts_in
+from schemas.asset import AssetRef
+from schemas.errors import AssetError, UsageError
+from schemas.inputs import InputSettings
+from schemas.location import Location
+from schemas.support import SupportKind
+from schemas.vocabulary import UpAxis
+
+
+def with_parts(refs: Sequence[AssetRef], inputs: InputSettings) -> list[AssetRef]:
+    """The assets, in the place of each scene its parts, called after both. What is said of a scene is not said of its
+    parts: they have rows of their own in ``overrides.csv``. A file that cannot be read is an asset that says so.
+    Raises UsageError for a dataset behind a URL."""
+    if not inputs.split:
+        return list(refs)
+    found = [part for ref in refs for part in _split(ref, inputs)]
+    refuse_twice((ref.asset_id for ref in found), "--split")
+    return found
+
+
+def _split(ref: AssetRef, inputs: InputSettings) -> list[AssetRef]:
+    if Location(ref.path).is_url:
+        raise UsageError(f"--split: {ref.path} is behind a URL; bring the scene to this machine")
+    if ref.fault is not None:
+        return [ref]
+    try:
+        _, parts = parts_in(ref, ref.up or UpAxis.Z, inputs)
+    except AssetError:
+        return [ref]  # reading it says what is wrong
+    return [
+        AssetRef(
+            asset_id=f"{ref.asset_id}.{safe_id(part.name)}",
+            path=ref.path,
+            subset=ref.subset,
+            support=SupportKind.FREESTANDING if part.free else SupportKind.FIXED,
+            up=ref.up,
+            root=ref.root,
+            scene=ref.asset_id,
+            part=part.name,
+        )
+        for part in parts
+    ] or [ref]

@@ -1,0 +1,129 @@
+"""A kitchen of boxes, in MJCF and URDF, cut into its parts: what they are, and that each stands where it stood."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.origin import extract, parts_in
+from asset2sim.intake.scenes import with_parts
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from schemas.asset import AssetRef
+from schemas.errors import AssetError, UsageError
+from schemas.inputs import InputSettings
+from schemas.support import SupportKind
+from schemas.vocabulary import UpAxis
+from tests.assets import joint, link, robot, shape
+
+SPLIT = InputSettings(split=True)
+MJCF = """<mujoco model="kitchen"><compiler angle="radian"/><worldbody><geom type="plane" size="4 4 1"/>
+  <body name="room">
+    <body name="counter" pos="1 0 0"><geom type="box" size="0.4 0.6 0.45" pos="0 0 0.45"/></body>
+    <body name="cabinet" pos="-1 0.2 1.5" quat="0.8 0 0 0.6"><body name="carcass">
+      <geom type="box" size="0.2 0.3 0.3"/><body name="door" pos="0.21 -0.3 0">
+        <joint name="door_hinge" axis="0 0 1" range="0 1.6"/><geom type="box" size="0.01 0.29 0.29" pos="0 0.3 0"/>
+      </body></body></body>
+    <body name="stove" pos="0 1 0" quat="0.5 0.5 0.5 0.5">
+      <geom type="box" size="0.3 0.4 0.3" pos="0 0.4 0"/><body name="handle" pos="0.31 0.5 0">
+        <geom type="box" size="0.01 0.01 0.1"/></body>
+      <body name="oven_door" pos="0.31 0.1 0"><joint name="oven_hinge" axis="0 0 -1" range="0 1.5"/>
+        <geom type="box" size="0.01 0.2 0.25" pos="0 0.2 0"/></body></body>
+    <body name="lamp" pos="0 0 2"><geom type="sphere" size="0.1"/></body>
+  </body>
+  <body name="kettle" pos="1 0.1 1.02" quat="0.8 0 0 0.6"><freejoint/><geom type="cylinder" size="0.08 0.1"/>
+    <body name="lid" pos="0 0 0.11"><joint name="lid_slide" type="slide" axis="0 0 1" range="0 0.05"/>
+      <geom type="cylinder" size="0.06 0.005"/></body></body>
+</worldbody></mujoco>"""
+MOVED = {"counter": (), "cabinet": ("door",), "stove": ("oven_door",), "lamp": (), "kettle": ("lid",)}
+"""Part → links that its joints move."""
+URDF = robot(
+    link("floor", shape("4 4 0.02")),
+    *(link(name, shape("0.5 0.4 0.6")) for name in ("left", "right", "shelf", "cup")),
+    *(link(name, shape("0.02 0.4 0.3")) for name in ("left_door", "right_door", "hatch")),
+    joint("a", "fixed", "floor", "left", xyz="-1,0,0.4"),
+    joint("b", "fixed", "floor", "right", xyz="1 0 0.4"),
+    joint("c", "fixed", "floor", "shelf", xyz="0 1 0.4"),
+    joint("free", "floating", "right", "cup", xyz="0 0 1"),
+    joint("left_hinge", "revolute", "left", "left_door", xyz="0.3 0 0", axis="0 0 1", limit="0 1"),
+    joint("right_hinge", "revolute", "right", "right_door", xyz="0.3 0 0", axis="0 0 1", limit="0 1", more="MORE"),
+    joint("hatch_hinge", "revolute", "floor", "hatch", xyz="0 -1 0.2", axis="0 0 1", limit="0 1"),
+)
+
+
+def kitchen(folder: Path, name: str, text: str) -> list[AssetRef]:
+    """The assets of a dataset that is this file, cut."""
+    folder.mkdir(exist_ok=True)
+    (folder / name).write_text(text)
+    return load_dataset(folder, inputs=SPLIT)
+
+
+def placed(ref: AssetRef) -> dict[str, Array]:
+    """Link → its points in the frame of the asset's root."""
+    found = extract(ref)
+    poses = link_to_root(tree_of(found.features.joints), found.features.root, {})
+    return {name: apply(poses[name], item.points) for name, item in found.geometry.items() if len(item.points)}
+
+
+def test_a_kitchen_is_cut_where_its_parts_hang_and_each_stands_where_it_stood(tmp_path: Path) -> None:
+    refs = kitchen(tmp_path, "kitchen.xml", MJCF)
+    scene = AssetRef(asset_id=tmp_path.name, path=str(tmp_path))
+    whole, (_, parts) = placed(scene), parts_in(scene, UpAxis.Z, SPLIT)
+    assert [ref.asset_id for ref in refs] == [f"{tmp_path.name}.{name}" for name in MOVED]
+    for ref, part in zip(refs, parts, strict=True):
+        found = extract(ref).features
+        assert ref.scene == tmp_path.name and ref.part == part.name and found.metric
+        assert tuple(item.child for item in found.movable_joints) == MOVED[part.name]
+        assert ref.support is (SupportKind.FREESTANDING if part.name == "kettle" else SupportKind.FIXED)
+        assert np.allclose(part.to_scene[2, :3], [0, 0, 1]) and np.allclose(part.to_scene[:3, 2], [0, 0, 1])
+        for name, points in placed(ref).items():
+            assert apply(part.to_scene, points) == pytest.approx(whole.pop(name), abs=1e-8), name
+    assert not whole, "every link with a shape is in one part"
+
+
+@pytest.mark.parametrize(
+    ("more", "names"),
+    [("", ["floor", "left", "right", "cup"]), ('<mimic joint="left_hinge"/>', ["floor", "left", "cup"])],
+)
+def test_a_root_keeps_what_is_its_own_and_what_moves_together_stays_together(
+    tmp_path: Path, more: str, names: list[str]
+) -> None:
+    """The shelf without joints and the hatch are the floor's; doors that are tied are one object."""
+    refs = kitchen(tmp_path, "kitchen.urdf", URDF.replace("MORE", more))
+    assert [ref.part for ref in refs] == names
+    assert set(placed(refs[0])) == {"floor", "shelf", "hatch"}
+    assert set(placed(refs[1])) == {"left", "left_door", *(("right", "right_door") if more else ())}
+
+
+def test_of_what_is_one_object_or_no_tree_nothing_is_cut(tmp_path: Path) -> None:
+    whole = robot(link("a", shape("1 1 1")), link("b", shape("1 1 1")), joint("j", "continuous", "a", "b"))
+    for name, text in (("one", whole), ("loop", whole.replace("</robot>", joint("k", "fixed", "b", "a") + "</robot>"))):
+        (ref,) = kitchen(tmp_path / name, "thing.urdf", text)
+        assert ref.part is None and ref.asset_id == name
+
+
+def test_loose_objects_name_the_option_and_with_one_that_is_held_all_are(tmp_path: Path) -> None:
+    (tmp_path / "kitchen.xml").write_text(MJCF)
+    (ref,) = load_dataset(tmp_path)
+    held = extract(ref)
+    assert any("kettle: free in it, and fixed where they stand; --split" in item.message for item in held.findings)
+    for name, text in (
+        ("k.xml", MJCF.replace('<body name="room">', '<body name="room"><freejoint/>')),
+        ("k.urdf", URDF),
+    ):
+        folder = tmp_path / name.replace(".", "_")
+        folder.mkdir()
+        (folder / name).write_text(text)
+        with pytest.raises(AssetError, match="--split"):
+            extract(AssetRef(asset_id="k", path=str(folder)))
+
+
+def test_parts_have_rows_of_their_own_and_are_chosen_by_their_ids(tmp_path: Path) -> None:
+    kitchen(tmp_path, "kitchen.xml", MJCF)
+    lamp = f"{tmp_path.name}.lamp"
+    (tmp_path / "overrides.csv").write_text(f"asset_id,mass_kg\n{lamp},0.5\n")
+    (ref,) = load_dataset(tmp_path, None, (lamp,), None, SPLIT)
+    assert ref.overrides is not None and ref.overrides.mass_kg == 0.5 and ref.root == str(tmp_path)
+    with pytest.raises(UsageError, match="behind a URL"):
+        with_parts([AssetRef(asset_id="k", path="s3://kitchens/k")], SPLIT)
