@@ -14,6 +14,7 @@ from asset2sim.storage.disk import raise_disk_full
 from flows import PIPELINE
 from flows.night_text import complain
 from flows.steps import (
+    assemble,
     discover,
     find_previous,
     find_yardsticks,
@@ -68,6 +69,8 @@ def refine_dataset(
             previous = find_previous(folder, run, opaque(present))
             removed = [publish(output, run, opaque(parts), opaque(refined), opaque(present))]
             remove_run_marker(folder)
+            seen = {record.ref.asset_id for record in refined.records}
+            split = assemble(opaque(refs), opaque(seen), folder, settings) if settings.inputs.split else ()
             by_hand = changes_text(todo.by_hand, settings.run.redo)
             told = report(folder, run, opaque(refined), opaque(previous), len(refs), died, by_hand, output.url)
             # After Ctrl-C the run ends without MLflow, which alone takes seconds.
@@ -77,7 +80,7 @@ def refine_dataset(
                 if settings.run.keep_days is not None:
                     removed.append(remove_old(folder, run))
         send_rest(output)
-    warnings = (*told.warnings, *((warning,) if warning else ()), *held.unknown(present))
+    warnings = (*told.warnings, *split, *((warning,) if warning else ()), *held.unknown(present))
     return RunResult(
         folder,
         run,

@@ -102,6 +102,8 @@ def print_summary(result: RunResult) -> None:
     console.print(render_failures(failure_breakdown(result.out)))
     report = f"\nreport:  {result.shown_report}" if result.report else ""
     console.print(Text(f"assets:  {result.shown('assets')}\ncatalog: {result.shown('catalog')}{report}"))
+    if result.run.settings.inputs.split:
+        console.print(Text(f"scenes:  {result.shown('scenes')}"))
     for line in result.removed:
         console.print(Text(line))
     sys.stdout.flush()

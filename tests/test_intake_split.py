@@ -23,10 +23,10 @@ MJCF = """<mujoco model="kitchen"><compiler angle="radian"/><worldbody><geom typ
     <body name="counter" pos="1 0 0"><geom type="box" size="0.4 0.6 0.45" pos="0 0 0.45"/></body>
     <body name="cabinet" pos="-1 0.2 1.5" quat="0.8 0 0 0.6"><body name="carcass">
       <geom type="box" size="0.2 0.3 0.3"/><body name="door" pos="0.21 -0.3 0">
-        <joint name="door_hinge" axis="0 0 1" range="0 1.6"/><geom type="box" size="0.01 0.29 0.29" pos="0 0.3 0"/>
+        <joint name="door_hinge" axis="0 0 -1" range="0 1.6"/><geom type="box" size="0.01 0.29 0.29" pos="0 0.3 0"/>
       </body></body></body>
     <body name="stove" pos="0 1 0" quat="0.5 0.5 0.5 0.5">
-      <geom type="box" size="0.3 0.4 0.3" pos="0 0.4 0"/><body name="handle" pos="0.31 0.5 0">
+      <geom type="box" size="0.3 0.4 0.3" pos="0 0.4 0"/><body name="handle" pos="0.31 0.6 0">
         <geom type="box" size="0.01 0.01 0.1"/></body>
       <body name="oven_door" pos="0.31 0.1 0"><joint name="oven_hinge" axis="0 0 -1" range="0 1.5"/>
         <geom type="box" size="0.01 0.2 0.25" pos="0 0.2 0"/></body></body>
@@ -69,7 +69,7 @@ def placed(ref: AssetRef) -> dict[str, Array]:
 def test_a_kitchen_is_cut_where_its_parts_hang_and_each_stands_where_it_stood(tmp_path: Path) -> None:
     refs = kitchen(tmp_path, "kitchen.xml", MJCF)
     scene = AssetRef(asset_id=tmp_path.name, path=str(tmp_path))
-    whole, (_, parts) = placed(scene), parts_in(scene, UpAxis.Z, SPLIT)
+    whole, parts = placed(scene), parts_in(scene, UpAxis.Z, SPLIT)
     assert [ref.asset_id for ref in refs] == [f"{tmp_path.name}.{name}" for name in MOVED]
     for ref, part in zip(refs, parts, strict=True):
         found = extract(ref).features

@@ -16,7 +16,7 @@ from asset2sim.assets.urdf.read import PARTNET_TURN
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
 from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
-from asset2sim.intake.formats.format import Converted, unconvertible
+from asset2sim.intake.formats.format import unconvertible
 from asset2sim.intake.locate import find_source
 from asset2sim.intake.split import Part, cut_out, parts_of
 from asset2sim.storage.regular_files import is_file
@@ -41,15 +41,15 @@ TO_Z_UP: Mapping[UpAxis, tuple[tuple[int, int, int], ...]] = {
 the front in ROS, once it is turned; PartNet-Mobility's objects face -x (``PARTNET_TURN``)."""
 
 
-def parts_in(ref: AssetRef, up: UpAxis, inputs: InputSettings) -> tuple[Converted, tuple[Part, ...]]:
-    """A scene's URDF, upright, whose files may be gone, and its parts. Raises AssetError as ``open_origin`` does."""
+def parts_in(ref: AssetRef, up: UpAxis, inputs: InputSettings) -> tuple[Part, ...]:
+    """The parts of a scene, upright; none of a single object. Raises AssetError as ``open_origin`` does."""
     reach = allowed_folders(ref, inputs)
     file = check_within(find_source(check_within(Path(ref.path), reach), reach.allows), reach)
     with TemporaryDirectory(prefix="asset2sim-source-") as work:
         converted = FORMATS[file.suffix].converter(file, Path(work), reach)
     if up is not UpAxis.Z:
         turn_upright(converted.robot, up, partnet=False)
-    return converted, parts_of(converted)
+    return parts_of(converted)
 
 
 def open_origin(

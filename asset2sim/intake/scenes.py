@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from asset2sim.intake.asset_folders import refuse_twice, safe_id
 from asset2sim.intake.origin import parts_in
+from asset2sim.intake.split import Part
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError
 from schemas.inputs import InputSettings
@@ -29,19 +30,20 @@ def _split(ref: AssetRef, inputs: InputSettings) -> list[AssetRef]:
     if ref.fault is not None:
         return [ref]
     try:
-        _, parts = parts_in(ref, ref.up or UpAxis.Z, inputs)
+        return [asset_of(ref, part) for part in parts_in(ref, ref.up or UpAxis.Z, inputs)] or [ref]
     except AssetError:
         return [ref]  # reading it says what is wrong
-    return [
-        AssetRef(
-            asset_id=f"{ref.asset_id}.{safe_id(part.name)}",
-            path=ref.path,
-            subset=ref.subset,
-            support=SupportKind.FREESTANDING if part.free else SupportKind.FIXED,
-            up=ref.up,
-            root=ref.root,
-            scene=ref.asset_id,
-            part=part.name,
-        )
-        for part in parts
-    ] or [ref]
+
+
+def asset_of(scene: AssetRef, part: Part) -> AssetRef:
+    """The asset that a part of a scene is."""
+    return AssetRef(
+        asset_id=f"{scene.asset_id}.{safe_id(part.name)}",
+        path=scene.path,
+        subset=scene.subset,
+        support=SupportKind.FREESTANDING if part.free else SupportKind.FIXED,
+        up=scene.up,
+        root=scene.root,
+        scene=scene.asset_id,
+        part=part.name,
+    )

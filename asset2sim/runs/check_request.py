@@ -58,6 +58,8 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
     place = Location(out).absolute()
     check_output(place, Location(data).absolute(), found.refs)
     if place.is_url:
+        if settings.inputs.split:
+            raise UsageError("--split needs an --out that is a folder, in which scenes are put together")
         if settings.views.write and settings.views.later:
             raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
         check_store(place)

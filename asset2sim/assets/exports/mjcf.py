@@ -50,19 +50,7 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     root = etree.Element("mujoco", model=item.name)
     # Paths are relative to the file; mass and inertia come from the inertials alone, never from shapes.
     etree.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false", fusestatic="false")
-    # Damping is integrated implicitly: stable at the coarse steps of robot learning.
-    etree.SubElement(
-        root,
-        "option",
-        timestep=number(timestep_s),
-        gravity=numbers((0.0, 0.0, -GRAVITY_M_S2)),
-        integrator="implicitfast",
-        solver="Newton",
-        cone="elliptic",
-        impratio=number(mujoco_options.FRICTION_RATIO),
-        iterations=str(mujoco_options.SOLVER_ITERATIONS),
-        tolerance=number(mujoco_options.SOLVER_TOLERANCE),
-    )
+    write_options(root, timestep_s)
     write_defaults(root, item.contact_friction, item.rolling_friction_m, timestep_s)
     assets = etree.SubElement(root, "asset")
     geoms = write_looks(looks_of(item), item.folder, assets)
@@ -88,6 +76,23 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
         if not len(part):
             root.remove(part)
     return root
+
+
+def write_options(root: Element, timestep_s: float) -> None:
+    """Write the solver's options."""
+    # Damping is integrated implicitly: stable at the coarse steps of robot learning.
+    etree.SubElement(
+        root,
+        "option",
+        timestep=number(timestep_s),
+        gravity=numbers((0.0, 0.0, -GRAVITY_M_S2)),
+        integrator="implicitfast",
+        solver="Newton",
+        cone="elliptic",
+        impratio=number(mujoco_options.FRICTION_RATIO),
+        iterations=str(mujoco_options.SOLVER_ITERATIONS),
+        tolerance=number(mujoco_options.SOLVER_TOLERANCE),
+    )
 
 
 def write_defaults(root: Element, contact_friction: float, rolling_m: float, timestep_s: float) -> None:

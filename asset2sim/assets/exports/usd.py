@@ -60,9 +60,14 @@ class UsdExport:
         return min((hull.volume_ratio for hull in self.limited), default=1.0)
 
 
+def has_usd() -> bool:
+    """Whether ``usd-core`` is installed."""
+    return find_spec("pxr") is not None
+
+
 def require_usd() -> None:
     """Raise UsageError where ``usd-core`` is not installed, with what to install."""
-    if find_spec("pxr") is None:
+    if not has_usd():
         raise UsageError("export 'usd' needs usd-core, which is not installed; pip install -c constraints.txt '.[usd]'")
 
 

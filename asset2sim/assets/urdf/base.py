@@ -30,6 +30,16 @@ def hung_from_world(document: bytes, height_m: float) -> bytes:
     return serialised(robot)
 
 
+def taken_from_world(document: bytes, root: str) -> bytes:
+    """The document that ``hung_from_world`` hung up, of an object whose own root is this link, as it was before."""
+    robot = etree.fromstring(document)
+    for joint in robot.findall(f"joint/child[@link='{root}']/.."):
+        robot.remove(joint)
+        for link in robot.findall(f"link[@name='{WORLD}']"):
+            robot.remove(link)
+    return serialised(robot)
+
+
 def free_name(robot: Element) -> str:
     """A name for the joint that no other has."""
     taken, name = {joint.get("name") for joint in robot.findall("joint")}, JOINT

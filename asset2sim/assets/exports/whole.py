@@ -1,0 +1,162 @@
+"""A scene put together again: its refined parts, each where it stood, in one URDF, one MJCF and one USD.
+
+The URDF holds every part by a fixed joint on a link ``world``: a URDF is one tree, so what is free is held in it, too.
+MJCF and USD attach and refer to the parts' own exports, each in its folder: what is free is free there.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets import mujoco_options
+from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, export_mjcf, numbers, placed, write_options
+from asset2sim.assets.exports.refined_object import ExportObject, read_object, wxyz_of
+from asset2sim.assets.exports.usd import USD_NAME, export_usd, has_usd
+from asset2sim.assets.exports.usd_collision import place
+from asset2sim.assets.exports.usd_looks import identifier, paths
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.urdf.base import WORLD
+from asset2sim.assets.urdf.edit import serialised, words
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import rpy_of
+from schemas.overlay import PhysicsOverlay
+
+PLACEMENT_NAME = "placement.json"
+PARTS = "parts"
+"""Folder of the parts' own folders."""
+URDF_SCENE, MJCF_SCENE, USD_SCENE = "scene.urdf", "scene.xml", "scene.usda"
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedPart:
+    """A part's ``name``, its refined ``folder`` below the scene's, its overlay, the (4, 4) pose of its authored root in
+    the scene, and what became of it: ``refined``, or ``authored`` geometry that is held."""
+
+    name: str
+    folder: Path
+    overlay: PhysicsOverlay
+    to_scene: Array
+    made: str
+
+    @property
+    def root_to_scene(self) -> Array:
+        """(4, 4) pose of the refined root in the scene, in which the part may be turned."""
+        pose = self.to_scene.copy()
+        pose[:3, :3] = pose[:3, :3] @ Rotation.from_rotvec(self.overlay.turned_rad).as_matrix().T
+        return pose
+
+
+def write_whole(folder: Path, name: str, parts: Sequence[PlacedPart], timestep_s: float) -> None:
+    """Write the scene of these parts into its ``folder``; USD where ``usd-core`` is installed. Raises what the exports
+    raise."""
+    items = [read_object(part.folder, part.overlay) for part in parts]
+    (folder / URDF_SCENE).write_bytes(serialised(whole_urdf(folder, name, parts)))
+    for part in parts:
+        export_mjcf(part.folder, part.overlay, timestep_s)
+    document = whole_mjcf(folder, name, parts, items, timestep_s)
+    etree.indent(document, space="  ")
+    (folder / MJCF_SCENE).write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
+    if has_usd():
+        for part in parts:
+            export_usd(part.folder, part.overlay)
+        write_usd(folder, name, parts, items)
+    rows = [placement(folder, part, item) for part, item in zip(parts, items, strict=True)]
+    text = json.dumps({"scene": name, "parts": rows}, indent=1, ensure_ascii=False)
+    (folder / PLACEMENT_NAME).write_text(text, encoding="utf-8")
+
+
+def placement(folder: Path, part: PlacedPart, item: ExportObject) -> dict[str, object]:
+    """Place and state of one part: of its root in the scene, m and (x y z w), and its joints, rad or m."""
+    pose = part.root_to_scene
+    return {
+        "part": part.name,
+        "asset_id": part.overlay.asset_id,
+        "folder": part.folder.relative_to(folder).as_posix(),
+        "root": item.root,
+        "free": not item.fixed,
+        "made": part.made,
+        "position_m": pose[:3, 3].tolist(),
+        "quaternion_xyzw": Rotation.from_matrix(pose[:3, :3]).as_quat().tolist(),
+        "joints": item.initial,
+    }
+
+
+def whole_urdf(folder: Path, name: str, parts: Sequence[PlacedPart]) -> Element:
+    """The URDF of all parts, which keep the names of their links and joints; no two have one name in their scene."""
+    documents = [etree.parse(str(part.folder / URDF_NAME)).getroot() for part in parts]
+    robot, world = etree.Element("robot", name=name), WORLD
+    taken = {item.get("name") for document in documents for item in document}
+    while world in taken:
+        world += "_"
+    etree.SubElement(robot, "link", name=world)
+    for part, document in zip(parts, documents, strict=True):
+        children = {child.get("link") for child in document.iterfind("joint/child")}
+        root = next(str(link.get("name")) for link in document.findall("link") if link.get("name") not in children)
+        for element in document.iter("mesh", "texture"):
+            element.set("filename", f"{part.folder.relative_to(folder).as_posix()}/{element.get('filename')}")
+        joint = etree.SubElement(robot, "joint", name=f"{world}_to_{root}", type="fixed")
+        pose = part.root_to_scene
+        etree.SubElement(joint, "origin", xyz=words(pose[:3, 3]), rpy=words(rpy_of(pose[:3, :3])))
+        etree.SubElement(joint, "parent", link=world)
+        etree.SubElement(joint, "child", link=root)
+        known = {item.get("name") for item in robot.findall("material")}
+        robot.extend([item for item in document if item.tag != "material" or item.get("name") not in known])
+    return robot
+
+
+def whole_mjcf(
+    folder: Path, name: str, parts: Sequence[PlacedPart], items: Sequence[ExportObject], timestep_s: float
+) -> Element:
+    """The MJCF that attaches each part's own, its names behind ``<part>/``; the keyframe ``home`` is the initial state
+    of all."""
+    root = etree.Element("mujoco", model=name)
+    etree.SubElement(root, "compiler", angle="radian", autolimits="true")
+    write_options(root, timestep_s)
+    assets, world = etree.SubElement(root, "asset"), etree.SubElement(root, "worldbody")
+    state: list[float] = []
+    for part, item in zip(parts, items, strict=True):
+        file = (part.folder / MJCF_NAME).relative_to(folder).as_posix()
+        etree.SubElement(assets, "model", name=part.name, file=file)
+        frame = etree.SubElement(world, "frame", placed(lowered(part, item, item.initial if item.fixed else {})))
+        body = mujoco_options.body_name(item.root, item.bodies)
+        etree.SubElement(frame, "attach", model=part.name, body=body, prefix=f"{part.name}/")
+        own = etree.parse(str(part.folder / MJCF_NAME)).find(f"keyframe/key[@name='{HOME}']")
+        values = [] if own is None else [float(word) for word in str(own.get("qpos")).split()]
+        pose = part.root_to_scene
+        state += values if item.fixed else [*pose[:3, 3], *wxyz_of(pose[:3, :3]), *values[7:]]
+    etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(state))
+    return root
+
+
+def lowered(part: PlacedPart, item: ExportObject, positions: dict[str, float]) -> Array:
+    """(4, 4) pose of an export of the part in the scene; the export stands on its own z = 0 at these positions."""
+    down = np.eye(4)
+    down[2, 3] = -item.height_to_stand(positions)
+    return np.asarray(part.root_to_scene @ down)
+
+
+def write_usd(folder: Path, name: str, parts: Sequence[PlacedPart], items: Sequence[ExportObject]) -> None:
+    """Write the USD that refers to each part's own."""
+    from pxr import Usd, UsdGeom, UsdPhysics
+
+    path = folder / USD_SCENE
+    path.unlink(missing_ok=True)
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
+    top = f"/{identifier(name)}"
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, top).GetPrim())
+    prims = paths(top, (part.name for part in parts))
+    for part, item in zip(parts, items, strict=True):
+        xform = UsdGeom.Xform.Define(stage, prims[part.name])
+        file = (part.folder / USD_NAME).relative_to(folder).as_posix()
+        xform.GetPrim().GetReferences().AddReference(f"./{file}")
+        place(xform, lowered(part, item, item.initial))
+    stage.Save()
