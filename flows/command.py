@@ -3,6 +3,7 @@
 What a command needs is imported when it runs: Prefect, Dask and the engines take seconds.
 """
 
+import io
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -28,6 +29,10 @@ Nightly = Callable[[RefineRequest], int]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal of another encoding shows an escape for a letter that it lacks.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     with lost_interrupts_repeated():
         return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=serve)
 
@@ -84,7 +89,7 @@ def _print(options: Options) -> int:
         case asked.FailuresOptions():
             show.print_failures(options.out, options.by, options.since, options.compare, reviewed=options.reviewed)
         case asked.QueryOptions():
-            show.print_query(options.out, options.sql, csv=options.csv)
+            show.print_query(options.out, options.sql, csv=options.csv, files=options.allow_files)
         case asked.ShowOptions():
             show.print_asset(options.out, options.asset_id)
         case asked.ViewsOptions():

@@ -18,7 +18,7 @@ def print_served(request: RefineRequest, schedule: str, following: datetime | No
         lines.append(f"settings: {request.settings_file}, read when a night begins")
     lines.append(f"next run: {moment(following)}")
     for line in [*lines, "a night at once, from another terminal:", *(f"  {command}" for command in commands)]:
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line, soft_wrap=True)
     sys.stdout.flush()
 
 

@@ -108,7 +108,7 @@ def run_deployed_night(request: RefineRequest) -> int | None:
     found = find_deployment(name)
     if found is None or found.status != "READY":
         return None
-    output().print(f"{FLOW}/{name} runs now; Ctrl-C stops the waiting, not the night", markup=False, soft_wrap=True)
+    output().print(f"{FLOW}/{name} runs now; Ctrl-C stops the waiting, not the night", soft_wrap=True)
     with secrets_kept(request) as safe:
         run = run_and_wait(UUID(str(found.id)), parameters(safe))
     if never_began(run):
@@ -118,7 +118,7 @@ def run_deployed_night(request: RefineRequest) -> int | None:
     if code:
         complain(f"the night ended {state.name}: {state.message or 'without a word'}")
     else:
-        output().print(state.message or "", markup=False, soft_wrap=True)
+        output().print(state.message or "", soft_wrap=True)
     return code
 
 

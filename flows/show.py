@@ -52,11 +52,11 @@ def print_failures(
         output().print(render_failures_by(failures_by(out, by, since), by, since))
 
 
-def print_query(out: Path | str, sql: str, *, csv: bool) -> None:
-    """Print the answer to a query over the tables of ``out``."""
+def print_query(out: Path | str, sql: str, *, csv: bool, files: bool) -> None:
+    """Print the answer to a query over the tables of ``out``; other ``files`` are out of its reach without that."""
     from asset2sim.catalog.read import query
 
-    answer = query(out, sql)
+    answer = query(out, sql, files=files)
     if csv:
         text = answer.to_csv(index=False)
         # A file or a program gets the values as they are; a terminal would obey escapes among them.

@@ -71,3 +71,12 @@ def test_a_sample_of_all_kinds_is_handled(tmp_path: Path) -> None:
     assert len(cases) >= 30 and any(not case.modes for case in cases)
     wrong = [outcome for outcome in try_kind("sample", cases, tmp_path / "sample") if outcome.problems]
     assert not wrong, "\n".join(map(str, wrong))
+
+
+@pytest.mark.system
+def test_damaged_outputs_and_what_is_not_believed_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # On a terminal that lacks most letters.
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    cases = [*cases_of("outputs"), *(case for case in cases_of("numbers") if case.finds)]
+    wrong = [outcome for outcome in try_kind("told", cases, tmp_path / "told") if outcome.problems]
+    assert not wrong, "\n".join(map(str, wrong))

@@ -11,7 +11,7 @@ import numpy as np
 from lxml import etree
 
 from asset2sim.assets.companions import companions_of, read_category, read_semantics
-from asset2sim.assets.joints import limits_in_radians, read_joint, with_ends
+from asset2sim.assets.joints import believed_limits, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
@@ -133,7 +133,7 @@ def read_asset(
     points = {name: item.points for name, item in geometry.items()}
     if not any(len(cloud) for cloud in points.values()):
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
-    stated = [limits_in_radians(read_joint(joint, urdf)) for joint in robot.joints]
+    stated = [believed_limits(read_joint(joint, urdf)) for joint in robot.joints]
     joints, narrowed = coupled([joint for joint, _ in stated])
     reader.findings.extend(finding for _, finding in stated if finding is not None)
     reader.findings.extend(narrowed)

@@ -16,6 +16,8 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import CollisionMode
 
 URDF_NAME = "mobility.urdf"
+INDEX_NAME, LOADER_NAME = "index.json", "load.py"
+"""Files beside the refined folders: what is there to load, and a loader."""
 
 
 @dataclass(frozen=True)

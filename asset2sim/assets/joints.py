@@ -83,22 +83,30 @@ LARGEST_DEGREES = 720.0
 """Largest limit that may be degrees; beyond it, the number stands for no limit at all."""
 
 
-def limits_in_radians(joint: JointFeatures) -> tuple[JointFeatures, Finding | None]:
-    """The joint with an implausibly long hinge range read as degrees, and a finding; else unchanged, and None."""
+def believed_limits(joint: JointFeatures) -> tuple[JointFeatures, Finding | None]:
+    """The joint with an implausibly long hinge range read as degrees, or as none, and a finding; else unchanged, and
+    None."""
     if joint.type != "revolute" or joint.lower is None or joint.upper is None:
         return joint, None
     range_rad, largest = abs(joint.upper - joint.lower), max(abs(joint.lower), abs(joint.upper))
-    if range_rad <= LONGEST_RANGE_RAD or largest > LARGEST_DEGREES:
+    if range_rad <= LONGEST_RANGE_RAD:
         return joint, None
-    lower, upper = math.radians(joint.lower), math.radians(joint.upper)
+    if largest > LARGEST_DEGREES:
+        code = "limits_unlimited"
+        changes: dict[str, object] = {"type": "continuous", "lower": None, "upper": None}
+        taken = "taken for none: write the joint as continuous, or state radians"
+    else:
+        lower, upper = math.radians(joint.lower), math.radians(joint.upper)
+        code, changes = "limits_in_degrees", {"lower": lower, "upper": upper}
+        taken = f"read as degrees, {lower:.4g} to {upper:.4g} rad: state radians"
     finding = Finding(
         stage=Stage.EXTRACT,
         severity=Severity.WARNING,
-        code="limits_in_degrees",
+        code=code,
         message=f"joint '{joint.name}': limits {joint.lower:.4g} to {joint.upper:.4g} rad are "
-        f"{range_rad / math.tau:.3g} turns; read as degrees, {lower:.4g} to {upper:.4g} rad: state radians",
+        f"{range_rad / math.tau:.3g} turns; {taken}",
         joint=joint.name,
         value=range_rad,
         limit=LONGEST_RANGE_RAD,
     )
-    return joint.model_copy(update={"lower": lower, "upper": upper}), finding
+    return joint.model_copy(update=changes), finding

@@ -11,14 +11,13 @@ from typing import Any
 
 from asset2sim.assets.exports.mjcf import MJCF_NAME
 from asset2sim.assets.exports.usd import USD_NAME
-from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.folder import INDEX_NAME, LOADER_NAME, URDF_NAME
 from asset2sim.catalog.stored_tables import stored_columns
 from asset2sim.catalog.switch import replace_file
 from asset2sim.storage.objects import list_objects, send_objects
 from schemas.tables import TABLES
 
 ASSETS_FOLDER = "assets"
-INDEX_NAME, LOADER_NAME = "index.json", "load.py"
 LOADER_PACKAGE = "asset2sim.load."
 OVERLAY_NAME = "overlay.json"
 VERSION = 1

@@ -10,11 +10,14 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pyarrow as pa
 import pyarrow.parquet as pq
+from pyarrow import dataset
 
 from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.own_files import own_files, own_pattern
 from asset2sim.catalog.read_remote import local_tables
+from asset2sim.catalog.stored_tables import reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.extensions import further_tables, missing
@@ -44,28 +47,35 @@ def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
     return connection
 
 
-def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path) -> None:
-    """A view for every published table; ``folder`` holds OUT's set of tables. One that has no file yet is empty."""
+def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path, *, files: bool = True) -> None:
+    """A view for every published table; ``folder`` holds OUT's set of tables. One that has no file yet is empty.
+    Without ``files``, for a connection that may open none, Arrow reads them. Raises CatalogError for one that cannot be
+    read."""
     connection.execute("SET TimeZone = 'UTC'")
     added = further_tables()
-    for table in TABLES.values():
-        path = folder / table.file
-        if path.is_file():
-            old = [f'"{name}" AS {RENAMED[name]}' for name in pq.read_schema(path).names if name in RENAMED]
+    places = (
+        *((table, folder / table.file, [folder / table.file]) for table in TABLES.values()),
+        (HISTORY, out / PATTERN, history_files(out)),
+        *((table, out / own_pattern(table), own_files(out, table)) for table in (REVIEWS, *added.values())),
+    )
+    for table, pattern, paths in places:
+        schemas = []
+        for path in (path for path in paths if path.exists()):
+            with reading(table, path):
+                schemas.append(pq.read_schema(path))
+        if not schemas:
+            connection.register(table.name, table.schema.empty_table())
+            continue
+        # Files of older versions may lack columns.
+        whole = pa.unify_schemas(schemas, promote_options="permissive")
+        source = f"read_parquet({_text(pattern)}, union_by_name = true, hive_partitioning = false)"
+        old = [f'"{name}" AS {RENAMED[name]}' for name in whole.names if name in RENAMED]
+        if not files:
+            source = f"{table.name}_files" if old else table.name
+            connection.register(source, dataset.dataset(paths, schema=whole))
+        if files or old:
             renamed = f" RENAME ({', '.join(old)})" if old else ""
-            connection.execute(f"CREATE VIEW {table.name} AS SELECT *{renamed} FROM read_parquet({_text(path)})")
-        else:
-            connection.register(table.name, table.schema.empty_table())
-    for table, pattern, there in (
-        (HISTORY, PATTERN, history_files(out)),
-        *((table, own_pattern(table), own_files(out, table)) for table in (REVIEWS, *added.values())),
-    ):
-        if there:
-            # Files of older versions may lack columns.
-            files = f"read_parquet({_text(out / pattern)}, union_by_name = true, hive_partitioning = false)"
-            connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM {files}")
-        else:
-            connection.register(table.name, table.schema.empty_table())
+            connection.execute(f"CREATE VIEW {table.name} AS SELECT *{renamed} FROM {source}")
     for table in (PUBLISHED | added).values():
         _comment(connection, table)
 
@@ -88,12 +98,16 @@ def packaged_sql(name: str) -> str:
 
 def query_error(error: "duckdb.Error") -> UsageError:
     """UsageError for a failed query: one line that lists the valid tables or columns."""
+    import duckdb
+
     lines = [line.strip() for line in str(error).splitlines() if line.strip() and not _LEFT_OUT.match(line)]
     unknown = _NO_TABLE.search(str(error))
     if unknown is not None:
         # DuckDB's own suggestion may be a table of its own.
         choices = f"choose from: {', '.join(sorted(PUBLISHED | further_tables()))}"
         lines = [lines[0], missing(unknown[1]) or choices]
+    if isinstance(error, duckdb.PermissionException):
+        lines = [lines[0], "it may read OUT's tables alone; --allow-files lets it read and write files"]
     if not lines:
         lines = [type(error).__name__]
     return UsageError(f"the query failed: {'; '.join(line.rstrip('!;') for line in lines)}")

@@ -11,12 +11,12 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.enforce import conform
+from asset2sim.catalog.enforce import CatalogError, conform
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.query import make_views, query_error
 from asset2sim.catalog.read_remote import local_tables
-from asset2sim.catalog.stored_tables import ROWS_AT_ONCE
+from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY, RENAMED, with_names_of_today
@@ -54,14 +54,15 @@ def read_table(out: Path | str, name: str) -> pd.DataFrame:
     return _read_consistent(out, lambda folder: _frame(folder / TABLES[name].file))
 
 
-def query(out: Path | str, sql: str, parameters: Sequence[object] = ()) -> pd.DataFrame:
-    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``. Raises UsageError
-    where OUT has no catalog or the query is at fault."""
+def query(out: Path | str, sql: str, parameters: Sequence[object] = (), *, files: bool = True) -> pd.DataFrame:
+    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``. Without ``files``
+    it reads and writes nothing else, whatever it says. Raises UsageError where OUT has no catalog or the query is at
+    fault."""
     out = local_tables(out)
     import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 
     try:
-        return _read_consistent(out, lambda folder: _answer(out, folder, sql, parameters), duckdb.Error)
+        return _read_consistent(out, lambda folder: _answer(out, folder, sql, parameters, files), duckdb.Error)
     except duckdb.Error as error:
         raise query_error(error) from error
 
@@ -99,7 +100,8 @@ def read_assets(out: Path | str, asset_ids: Sequence[str]) -> dict[str, pd.DataF
 
 def _asset_frames(folder: Path, asset_id: str) -> dict[str, pd.DataFrame]:
     path = folder / TABLES["assets"].file
-    known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
+    with reading(TABLES["assets"], path):
+        known = pq.read_table(path, columns=["asset_id"]).column("asset_id").unique().to_pylist()
     if asset_id not in known:
         raise UnknownChoiceError("asset", asset_id, get_close_matches(asset_id, known, n=8, cutoff=0.5) or known)
     mine = TableSlice(filters=[("asset_id", "==", asset_id)])
@@ -112,11 +114,12 @@ def _frame(path: Path, part: TableSlice = WHOLE) -> pd.DataFrame:
     # A catalog that an earlier version wrote may lack a table that was added since.
     if not path.exists() and path.with_name(TABLES["runs"].file).exists():
         return _pandas(TABLES[path.stem].schema.empty_table())
-    own = pq.read_schema(path).names
-    columns = [name for name in own if part.columns is None or RENAMED.get(name, name) in part.columns]
-    if part.filters is None:
-        return _pandas(with_names_of_today(pq.read_table(path, columns=columns)))
-    return _pandas(with_names_of_today(_passing(path, columns, part.filters)))
+    with reading(TABLES[path.stem], path):
+        own = pq.read_schema(path).names
+        columns = [name for name in own if part.columns is None or RENAMED.get(name, name) in part.columns]
+        whole = part.filters is None
+        found = pq.read_table(path, columns=columns) if whole else _passing(path, columns, part.filters or [])
+    return _pandas(with_names_of_today(found))
 
 
 def _passing(path: Path, columns: Sequence[str], filters: Filters) -> pa.Table:
@@ -152,8 +155,9 @@ def _history_frame(out: Path, runs: Sequence[str] | None = None, columns: Sequen
     mine = None if runs is None else pc.field("run_id").isin(pa.array(list(runs), type=pa.string()))
     whole = HISTORY.schema.empty_table()
     for path in history_files(out):
-        table = conform(HISTORY, pq.read_table(path, partitioning=None, filters=mine, use_threads=False), str(path))
-        whole = pa.concat_tables([whole, table])
+        with reading(HISTORY, path):
+            found = pq.read_table(path, partitioning=None, filters=mine, use_threads=False)
+        whole = pa.concat_tables([whole, conform(HISTORY, found, str(path))])
     return _pandas(whole.select(columns or whole.schema.names))
 
 
@@ -162,11 +166,11 @@ def _pandas(table: pa.Table) -> pd.DataFrame:
     return frame
 
 
-def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> pd.DataFrame:
+def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object], files: bool) -> pd.DataFrame:
     import duckdb
 
-    with duckdb.connect(":memory:") as connection:
-        make_views(connection, out, folder)
+    with duckdb.connect(":memory:", config={"enable_external_access": files}) as connection:
+        make_views(connection, out, folder, files=files)
         done: duckdb.DuckDBPyConnection | None = connection.execute(sql, list(parameters))
         if done is None:
             raise UsageError("the query failed: there is nothing in it")
@@ -175,7 +179,7 @@ def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object]) -> 
 
 def _read_consistent(out: Path, read: Callable[[Path], Result], *retried: type[Exception]) -> Result:
     """Result of ``read`` on one consistent set of tables; retried where another run switched them meanwhile."""
-    caught: tuple[type[Exception], ...] = (OSError, *retried)
+    caught: tuple[type[Exception], ...] = (OSError, CatalogError, *retried)
     for attempt in range(_ATTEMPTS):
         folder = find_catalog(out)
         if folder is None:

@@ -65,7 +65,7 @@ def check_catalog(out: Path) -> None:
     for table in TABLES.values():
         path = table_path(out, table)
         if path is not None:
-            with _reading(table, path), pq.ParquetFile(path) as file:
+            with reading(table, path), pq.ParquetFile(path) as file:
                 conform(table, file.schema_arrow.empty_table(), str(path))
             for _ in stored_batches(out, table):
                 pass
@@ -75,7 +75,7 @@ def table_path(out: Path, table: Table) -> Path | None:
     """The table's file in OUT, if there is one."""
     folder = find_catalog(out)
     path = folder / table.file if folder else None
-    return path if path is not None and path.is_file() else None
+    return path if path is not None and path.exists() else None
 
 
 def stored_table(out: Path, table: Table) -> pa.Table:
@@ -83,7 +83,7 @@ def stored_table(out: Path, table: Table) -> pa.Table:
     path = table_path(out, table)
     if path is None:
         return table.schema.empty_table()
-    with _reading(table, path):
+    with reading(table, path):
         found = pq.read_table(path)
     return conform(table, found, str(path))
 
@@ -94,7 +94,7 @@ def stored_batches(out: Path, table: Table) -> Iterator[pa.Table]:
     path = table_path(out, table)
     if path is None:
         return
-    with _reading(table, path), pq.ParquetFile(path) as file:
+    with reading(table, path), pq.ParquetFile(path) as file:
         for batch in file.iter_batches(ROWS_AT_ONCE, use_threads=False):
             yield conform(table, pa.Table.from_batches([batch]), str(path))
 
@@ -105,7 +105,7 @@ def stored_by_asset(out: Path, table: Table) -> Iterator[pa.Table]:
     path = table_path(out, table)
     if path is None:
         return
-    with _reading(table, path), pq.ParquetFile(path) as file:
+    with reading(table, path), pq.ParquetFile(path) as file:
         names = file.iter_batches(10 * ROWS_AT_ONCE, columns=["asset_id"], use_threads=False)
         sorted_already = ascends(batch["asset_id"] for batch in names)
     if sorted_already:
@@ -120,15 +120,16 @@ def stored_columns(out: Path, table: Table, names: Sequence[str]) -> pa.Table:
     wanted = [name for name in table.schema.names if name in names]
     if path is None:
         return table.schema.empty_table().select(wanted)
-    with _reading(table, path):
+    with reading(table, path):
         return pq.read_table(path, columns=wanted)
 
 
 @contextmanager
-def _reading(table: Table, path: Path) -> Iterator[None]:
+def reading(table: Table, path: Path) -> Iterator[None]:
+    """Raises CatalogError, which names the table and its file, where the block cannot read it."""
     try:
         yield
     except (pa.ArrowException, OSError) as error:
         raise CatalogError(
-            f"table '{table.name}': {path} cannot be read ({error}); restore it or move it away"
+            f"table '{table.name}': {path} cannot be read ({' '.join(str(error).split())}); restore it or move it away"
         ) from error

@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Sequence
 
 from rich import box
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
-from rich.markup import escape
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
@@ -27,9 +26,10 @@ MAX_CELL = 500
 
 def output() -> Console:
     """Standard output: as wide as the terminal, or ``WIDE`` columns in a file or a pipe. What it prints is shown, never
-    obeyed: escapes in a prompt or a name are left out."""
-    console = Console(highlight=False)
-    console = console if console.is_terminal else Console(highlight=False, width=WIDE)
+    obeyed: escapes in a prompt or a name are left out, brackets are brackets."""
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console.width = WIDE
     console.push_render_hook(_OnlyPrintable())
     return console
 
@@ -105,5 +105,5 @@ def number_table(title: str, headings: Iterable[str], rows: Iterable[Iterable[ob
     for index, heading in enumerate(headings):
         table.add_column(heading, justify="left" if index < left else "right", overflow="fold")
     for row in rows:
-        table.add_row(*(cell if isinstance(cell, Text) else escape(cut(str(cell))) for cell in row))
+        table.add_row(*(cell if isinstance(cell, Text) else Text(cut(str(cell))) for cell in row))
     return table

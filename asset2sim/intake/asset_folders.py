@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from asset2sim.assets.companions import COMPANIONS
+from asset2sim.assets.folder import INDEX_NAME, LOADER_NAME
 from asset2sim.intake.formats import FORMATS, PREFERRED
 from asset2sim.intake.locate import FURTHER, TELLING, URDF_FOLDER, descriptions, stem
 from asset2sim.storage.regular_files import path_problem, printable
@@ -16,6 +17,11 @@ from schemas.asset import AssetRef
 from schemas.errors import UsageError
 
 MANIFEST = "manifest.csv"
+RESERVED = {
+    "null": "means none in --assets; choose another",
+    **dict.fromkeys((INDEX_NAME, LOADER_NAME), "is a file beside the refined folders; choose another"),
+}
+"""Texts that cannot be an asset's id, whatever their case, and why, in words that follow them."""
 MAX_ID_LENGTH = 200
 """Bytes of an asset's id: it names a folder, and file systems stop at 255 bytes."""
 
@@ -57,8 +63,8 @@ def id_problem(asset_id: str) -> str | None:
         return f"holds {unsafe[0]!r}, {why}; use letters, digits, '.', '_', '-' and spaces"
     if not asset_id or asset_id != asset_id.strip() or asset_id.startswith("."):
         return "names a folder of the output; it may not be empty or start with '.' or a space, or end with one"
-    if asset_id == "null":
-        return "means none in --assets; choose another"
+    if asset_id.casefold() in RESERVED:
+        return RESERVED[asset_id.casefold()]
     if len(asset_id.encode()) > MAX_ID_LENGTH:
         return f"has over {MAX_ID_LENGTH} bytes; it names a folder"
     return None
@@ -117,7 +123,7 @@ def safe_id(name: str) -> str:
     """An id for a folder whose name cannot be one: percent signs and hexadecimal digits in the place of what cannot
     stand in it, cut to its length."""
     safe = "".join(c if _is_safe(c) else "".join(f"%{byte:02X}" for byte in os.fsencode(c)) for c in name)
-    safe = f"%20{safe.strip()}" if safe != safe.strip() or safe == "null" else safe
+    safe = f"%20{safe.strip()}" if safe != safe.strip() or safe.casefold() in RESERVED else safe
     return safe if len(safe.encode()) <= MAX_ID_LENGTH else shortened_id(safe, name)
 
 

@@ -33,6 +33,8 @@ BOX_MARGIN = 0.1
 OTHER_UNIT = 100.0
 """Size of an object that is too large over the longest offset of its joints, from which its meshes are in another unit:
 in one of one unit it is seldom over 10."""
+LONGEST_SLIDE = 10.0
+"""Range of a slider over the object's longest edge from which it is not believed: a telescopic pole of ten parts."""
 AXIS_SLACK = 1e-3
 """Rounding slack in a unit axis' length."""
 NO_INERTIA = 1e-15
@@ -142,12 +144,14 @@ def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings,
 
 @dataclass(frozen=True)
 class StatedJoint:
-    """A joint as its URDF states it, before extraction completes it; ``axis`` is the length of the axis vector."""
+    """A joint as its URDF states it, before extraction completes it; ``axis`` is the length of the axis vector,
+    ``limits`` lower and upper, where there are both."""
 
     type: str
     axis: float | None
     effort: float | None
     velocity: float | None
+    limits: tuple[float, float] | None
 
 
 def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> None:
@@ -159,6 +163,7 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
     for joint in features.movable_joints:
         lever = 1.0 if joint.prismatic else max(features.rest_size)
         form(joint, raw[joint.name], notes)
+        reach(joint, max(features.rest_size), notes)
         signs(joint, terms[joint.name], notes)
         steps(joint, terms[joint.name], moves.get(joint.name, 0.0), settings, notes)
         effort = raw[joint.name].effort
@@ -173,18 +178,39 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
 
 
 def form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
-    """Warn where a joint's axis has no unit length, limits are missing, or its effort or velocity limit is zero."""
+    """Warn where a joint's axis has no unit length, limits are missing or count for nothing, or its effort or velocity
+    limit is zero."""
     where = f"joint '{joint.name}'"
     if raw.axis is not None and abs(raw.axis - 1.0) > AXIS_SLACK:
         message = f"{where} has an axis of length {raw.axis:.4g}; engines differ in what they make of it"
         notes.warn("axis_not_unit", message, joint=joint.name, value=raw.axis, limit=1.0)
     if raw.type == "revolute" and joint.type == "continuous":
         notes.warn("limits_missing", f"{where} is revolute and states no limits; it turns freely", joint=joint.name)
+    if raw.type == "continuous" and raw.limits is not None and 0.0 < raw.limits[1] - raw.limits[0] < math.tau:
+        low, high = raw.limits
+        message = (
+            f"{where} is continuous, so its limits {low:.4g} to {high:.4g} rad count for nothing and it turns freely; "
+            "write it as revolute if they are meant"
+        )
+        notes.warn("limits_ignored", message, joint=joint.name, value=high - low, limit=math.tau)
     for what, value in (("effort", raw.effort), ("velocity", raw.velocity)):
         if value is not None and value <= 0.0:
             notes.warn(
                 f"{what}_zero", f"{where} has a limit of zero on its {what}: no motor moves it", joint=joint.name
             )
+
+
+def reach(joint: JointFeatures, longest: float, notes: Notes) -> None:
+    """Warn where a slider's range is many times the object's longest edge, m."""
+    if not joint.prismatic or joint.lower is None or joint.upper is None:
+        return
+    span = abs(joint.upper - joint.lower)
+    if span > LONGEST_SLIDE * longest > 0.0:
+        message = (
+            f"joint '{joint.name}' slides over {span:.4g} m, {span / longest:.3g} times the object's longest edge: is "
+            "its range in metres?"
+        )
+        notes.warn("range_implausible", message, joint=joint.name, value=span / longest, limit=LONGEST_SLIDE)
 
 
 def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
@@ -244,6 +270,9 @@ def read_stated_joints(extraction: Extraction) -> dict[str, StatedJoint]:
         if axis is not None and axis.get("xyz"):
             length = float(np.linalg.norm([float(word) for word in str(axis.get("xyz")).split()]))
         given = dict[str, str]() if limit is None else {str(key): str(text) for key, text in limit.attrib.items()}
-        effort, velocity = (float(given[key]) if key in given else None for key in ("effort", "velocity"))
-        found[str(element.get("name"))] = StatedJoint(str(element.get("type")), length, effort, velocity)
+        number = {key: float(text) for key, text in given.items() if key in ("effort", "velocity", "lower", "upper")}
+        both = (number["lower"], number["upper"]) if {"lower", "upper"} <= number.keys() else None
+        found[str(element.get("name"))] = StatedJoint(
+            str(element.get("type")), length, number.get("effort"), number.get("velocity"), both
+        )
     return found

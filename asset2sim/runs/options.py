@@ -223,6 +223,7 @@ class QueryOptions(CatalogOptions):
 
     sql: CliPositionalArg[str] = Field(description="a DuckDB query; tables go by their names")
     csv: CliToggleFlag[bool] = Field(False, description="comma-separated values instead of a table")
+    allow_files: CliToggleFlag[bool] = Field(False, description="let the query read and write other files, too")
 
 
 class ShowOptions(CatalogOptions):

@@ -199,7 +199,7 @@ def write(request: BenchRequest, found: BenchMeasurements) -> str:
 def bench_and_print(request: BenchRequest) -> int:
     """Measure, print tables, name missed targets. Returns the exit code; a miss fails only under ``--strict``."""
     found = bench(request)
-    output().print(write(request, found), markup=False, highlight=False, soft_wrap=True)
+    output().print(write(request, found), soft_wrap=True)
     left = missed(figures(found))
     if left:
         tell(f"not met: {'; '.join(left)}")

@@ -41,7 +41,7 @@ def compare_methods(request: CompareRequest) -> int:
 
         with use_server(address):
             for number, run in enumerate(runs, start=1):
-                console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}", markup=False)
+                console.print(f"{number} of {len(runs)}: {run.method.value}, {run.label}")
                 result = refine_dataset(
                     Location(request.data), Location(run.folder), run.settings(base), *chosen, found=found
                 )

@@ -18,7 +18,6 @@ from time import perf_counter
 from pydantic import BaseModel, Field
 from pydantic_settings import CliPositionalArg, CliVariadicArg
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 from typing_extensions import TypeAliasType
@@ -144,14 +143,12 @@ def show(summary: SimcheckSummary, reports: Sequence[ObjectReport], console: Con
         headings = ("", "check", "engine", "objects", "findings", "for example", "and said there")
         table = Table(*headings, title="causes left")
         for cause in summary.causes:
-            counts, examples = (str(cause.objects), str(cause.findings)), escape(", ".join(cause.examples))
-            table.add_row(
-                cause.severity, cause.check, cause.engine or "files", *counts, examples, escape(cause.message)
-            )
+            counts, examples = (str(cause.objects), str(cause.findings)), ", ".join(cause.examples)
+            table.add_row(cause.severity, cause.check, cause.engine or "files", *counts, examples, cause.message)
         console.print(table)
     for report in reports:
         if report.problem:
-            console.print(f"[red]not checked in full[/red] {escape(report.asset_id)}: {escape(report.problem)}")
+            console.print(f"not checked in full {report.asset_id}: {report.problem}")
 
 
 def main(words: Sequence[str]) -> int:
@@ -177,7 +174,7 @@ def main(words: Sequence[str]) -> int:
     found = Findings(judgement=summary, objects=reports).model_dump_json(indent=2)
     (chosen.out / REPORT).write_text(found, encoding="utf-8")
     show(summary, reports, console)
-    console.print(f"all findings: {escape(str(chosen.out / REPORT))}")
+    console.print(f"all findings: {chosen.out / REPORT}")
     return 0 if summary.passed else 1
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from schemas.errors import MISTAKE
 from schemas.vocabulary import FailureMode
 
 CANARY = "CANARY-5f1c77ab"
@@ -24,11 +25,17 @@ UNREADABLE = frozenset({FailureMode.UNREADABLE_ASSET})
 
 @dataclass(frozen=True)
 class Place:
-    """Where a case writes: the dataset's folder, the asset's in it, which is not there yet, and one outside."""
+    """Where a case writes: the dataset's folder, the asset's in it, which is not there yet, and one outside. A case of
+    its own may also write its output before the command does."""
 
     data: Path
     asset: Path
     outside: Path
+
+    @property
+    def out(self) -> Path:
+        """The command's output."""
+        return self.data.parent / "out"
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,8 @@ class Case:
     ``modes``: it has a row with one of these failure modes; empty: it has a dataset of its own, and the command says
     one line and exits with 2. ``says`` must stand in the row's reason or in the line. ``asset_id`` is its row's where
     it is not ``name``; ``row`` its line in a manifest of ``COLUMNS``, else its dataset has none. Cases with the same
-    ``words`` share a command. ``command``: what is run for a case of its own.
+    ``words`` share a command. ``command``: what is run for a case of its own, unless ``line`` has all words, in which
+    DATA and OUT stand for its folders; it ends with ``code``. ``finds``: the code of a finding that its row must have.
     """
 
     name: str
@@ -49,6 +57,9 @@ class Case:
     row: str = ""
     words: tuple[str, ...] = ()
     command: str = "refine"
+    finds: str = ""
+    line: tuple[str, ...] = ()
+    code: int = MISTAKE
 
     @property
     def row_id(self) -> str:

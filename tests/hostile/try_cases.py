@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.switch import find_catalog
 from asset2sim.storage.regular_files import printable
-from schemas.errors import DONE, MISTAKE
+from schemas.errors import DONE
 from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode
 from tests.hostile import kinds as package
@@ -91,19 +91,25 @@ def _alone(kind: str, case: Case, base: Path, commands: Forked) -> Outcome:
     """A case with a dataset of its own, which the command must refuse in one line."""
     place = _prepare(base, "asset")
     case.write(place)
-    before, start = listing(base), time.monotonic()
-    words = [case.command, str(place.data), "--out", str(base / "out"), *ALWAYS, *case.words]
+    ours = [place.out, base / "said"]
+    before, start = listing(base, ours), time.monotonic()
+    words = [case.command, str(place.data), "--out", str(place.out), *ALWAYS, *case.words]
+    if case.line:
+        words = [word.replace("DATA", str(place.data)).replace("OUT", str(place.out)) for word in case.line]
     ended = commands.run(words, base / "said", LINE_LIMIT_S)
     seconds = time.monotonic() - start
     problems = _said(ended)
-    if ended.code != MISTAKE:
+    if ended.code != case.code:
         problems.append(f"exit code {ended.code}")
     lines = ended.stderr.splitlines()
-    if len(lines) != 1:
+    if case.code == DONE:
+        if case.says not in ended.stdout:
+            problems.append(f"says: {printable(ended.stdout[:300])}")
+    elif len(lines) != 1:
         problems.append(f"{len(lines)} lines: {printable(ended.stderr[:300])}")
     elif case.says not in lines[0]:
         problems.append(f"says: {printable(lines[0][:300])}")
-    problems += _changed(before, listing(base, [base / "out", base / "said"])) + _leaked(base / "out")
+    problems += _changed(before, listing(base, ours)) + _leaked(place.out)
     return Outcome(kind, case.name, f"exit {ended.code}", tuple(problems), seconds)
 
 
@@ -130,7 +136,7 @@ def _together(kind: str, cases: Sequence[Case], base: Path, words: Sequence[str]
     (base / "stdout").write_text(ended.stdout, encoding="utf-8")
     (base / "stderr").write_text(ended.stderr, encoding="utf-8")
     seconds = time.monotonic() - start
-    rows = _rows(out)
+    rows, findings = _rows(out), _findings(out)
     wrong = _said(ended)
     if ended.code != DONE:
         wrong.append(f"exit code {ended.code}: {printable(ended.stderr[-300:])}")
@@ -138,10 +144,10 @@ def _together(kind: str, cases: Sequence[Case], base: Path, words: Sequence[str]
     if rows.get(GOOD, ("", ""))[0] in ("", FailureMode.UNREADABLE_ASSET):
         wrong.append("the good asset beside them was not read")
     whole = Outcome(kind, f"the {len(cases)} together", f"exit {ended.code}", tuple(wrong), seconds)
-    return [whole, *(_row(kind, case, rows) for case in cases)]
+    return [whole, *(_row(kind, case, rows, findings) for case in cases)]
 
 
-def _row(kind: str, case: Case, rows: dict[str, tuple[str, str]]) -> Outcome:
+def _row(kind: str, case: Case, rows: dict[str, tuple[str, str]], findings: set[tuple[str, str]]) -> Outcome:
     if case.row_id not in rows:
         return Outcome(kind, case.name, "no row", ("no row",))
     mode, reason = rows[case.row_id]
@@ -151,6 +157,8 @@ def _row(kind: str, case: Case, rows: dict[str, tuple[str, str]]) -> Outcome:
         problems.append(f"{mode}: {printable(reason[:300])}")
     elif case.says not in reason:
         problems.append(f"says: {printable(reason[:300])}")
+    if case.finds and (case.row_id, case.finds) not in findings:
+        problems.append(f"no finding {case.finds}")
     if mode != FailureMode.NONE and not reason:
         problems.append(f"{mode} without a reason")
     return Outcome(kind, case.name, mode, tuple(problems))
@@ -171,6 +179,15 @@ def _rows(out: Path) -> dict[str, tuple[str, str]]:
         return {}
     table = pq.read_table(folder / TABLES["assets"].file, columns=["asset_id", "failure_mode", "reason"])
     return {row["asset_id"]: (row["failure_mode"], row["reason"] or "") for row in table.to_pylist()}
+
+
+def _findings(out: Path) -> set[tuple[str, str]]:
+    """Asset id and code of every finding."""
+    folder = find_catalog(out)
+    if folder is None:
+        return set()
+    table = pq.read_table(folder / TABLES["findings"].file, columns=["asset_id", "code"])
+    return {(row["asset_id"], row["code"]) for row in table.to_pylist()}
 
 
 def _said(ended: Ended) -> list[str]:

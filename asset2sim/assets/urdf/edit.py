@@ -200,9 +200,10 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     element.set("type", physics.type)
     child(element, "axis").set("xyz", words(authored.axis))
     limit = child(element, "limit")
-    if physics.lower is not None and physics.upper is not None:
-        limit.set("lower", word(physics.lower))
-        limit.set("upper", word(physics.upper))
+    for key, value in (("lower", physics.lower), ("upper", physics.upper)):
+        limit.attrib.pop(key, "")
+        if value is not None:
+            limit.set(key, word(value))
     needed = settings.effort_margin * (physics.friction + abs(physics.gravity_load))
     limit.set("effort", word(authored.effort if authored.effort else max(settings.default_effort, needed)))
     limit.set("velocity", word(authored.velocity if authored.velocity else settings.default_velocity))

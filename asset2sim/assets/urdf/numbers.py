@@ -138,17 +138,25 @@ def drop_unusable_inertials(robot: Element) -> list[Finding]:
                 for key, count in INERTIALS[str(element.tag)].items()
                 if element.get(key) is not None
             ]
-            bad = next((item for item in stated if problem_of(item[2], (item[3],), LARGEST) is not None), None)
-            if bad is None:
+            problems = ((*item[:3], problem_of_inertial(*item)) for item in stated)
+            element, key, text, problem = next((item for item in problems if item[3]), (None, "", "", None))
+            if element is None:
                 continue
-            name, (element, key, text, count) = str(link.get("name")), bad
-            _, problem = problem_of(text, (count,), LARGEST) or ("", "")
+            name = str(link.get("name"))
             message = (
                 f"link '{name}': its inertial counts as none, since <{element.tag} {key}='{shown(text)}'> {problem}"
             )
             findings.append(warning(code="inertial_unusable", message=message, link=name))
             link.remove(inertial)
     return findings
+
+
+def problem_of_inertial(element: Element, key: str, text: str, count: int) -> str | None:
+    """The fault of an attribute of an inertial, with the remedy; None where it can be used."""
+    found = problem_of(text, (count,), LARGEST)
+    if found is None and element.tag == "mass" and float(text) < 0.0:
+        return "is negative: state kilograms"
+    return found[1] if found else None
 
 
 def name_files(robot: Element) -> None:

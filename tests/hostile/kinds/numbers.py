@@ -67,6 +67,23 @@ PROMPTS = (
 )  # fmt: skip
 
 
+def _limited(lower: float, upper: float, kind: str = "revolute", more: str = "") -> str:
+    limit = f'{more}<limit lower="{lower}" upper="{upper}" effort="10" velocity="1"/>'
+    return robot(link("body", BODY), link("lid", LID), hinge(inner=limit, kind=kind))
+
+
+TOLD = {
+    "told_mass_minus": (SLOTS["mass"].replace("{}", "-3"), "inertial_unusable"),
+    "told_mass_huge": (SLOTS["mass"].replace("{}", "1e30"), "inertial_unusable"),
+    "told_limits_huge": (_limited(-1000, 1000), "limits_unlimited"),
+    "told_limits_degrees": (_limited(0, 90), "limits_in_degrees"),
+    "told_slide_km": (_limited(0, 1000, "prismatic"), "range_implausible"),
+    "told_continuous": (_limited(0, 1.5, "continuous"), "limits_ignored"),
+    "told_mimic_itself": (_limited(0, 1.5, more='<mimic joint="joint_0"/>'), "mimic_unusable"),
+}
+"""URDFs that are read, with a finding that says what was not believed."""
+
+
 def cases() -> Sequence[Case]:
     """Each number in each place."""
     urdfs = [
@@ -87,7 +104,8 @@ def cases() -> Sequence[Case]:
         Case(f"stated_{number:02}", asset(then=_stated(column, cell)), HANDLED, words=RULES)
         for number, (column, cell) in enumerate((column, cell) for column, cells in MEANT.items() for cell in cells)
     ]
-    return [*urdfs, *refused, *meant, *stated]
+    told = [Case(name, described(text), HANDLED, finds=code) for name, (text, code) in TOLD.items()]
+    return [*urdfs, *refused, *meant, *stated, *told]
 
 
 def _own(column: str, cell: str) -> Write:
