@@ -34,8 +34,12 @@ FAILURE_GUIDE = {
         "mend what it names; with `--method raw` and `asset2sim check` files are as they came: refining mends most",
     ),
     FailureMode.ENGINE_CRASH: Guide(
-        "The process that worked on it died: a crash of an engine, or memory beyond its limit",
+        "The process that worked on it died",
         "tried again each run; `OUT/logs/<asset_id>.log` has its last words; `--workers` fewer where memory is short",
+    ),
+    FailureMode.OUT_OF_MEMORY: Guide(
+        "It needed more memory than one asset may add (`run.asset_memory_limit_mb`)",
+        "tried again each run; give it more memory (`asset2sim settings`), or fewer and smaller meshes",
     ),
     FailureMode.TIMEOUT: Guide(
         "It was not done within its time",

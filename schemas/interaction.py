@@ -226,7 +226,7 @@ class Interaction(Frozen):
 
 class EngineReport(Frozen):
     """One engine's measurements of one asset. ``problem`` says why a part is missing: the engine ``refused`` the asset,
-    or its process ``died``, by a crash or a hang (``timed_out``)."""
+    needed too much memory (``starved``), or its process ``died``, by a crash or a hang (``timed_out``)."""
 
     engine: Engine
     engine_version: str
@@ -236,6 +236,7 @@ class EngineReport(Frozen):
     timed_out: bool = False
     died: bool = False
     refused: bool = False
+    starved: bool = False
     seconds: NonNegative = 0.0
     judged: Judged | None = None
     """The verdict, computed once, when the engine has measured."""

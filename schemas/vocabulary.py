@@ -27,6 +27,7 @@ class FailureMode(OpenValues):
     EFFORT = "effort"
     ENGINE_REFUSED = "engine_refused"
     ENGINE_CRASH = "engine_crash"
+    OUT_OF_MEMORY = "out_of_memory"
     TIMEOUT = "timeout"
     DISK_FULL = "disk_full"
     MODEL_ERROR = "model_error"
@@ -45,20 +46,22 @@ _PAPER_FAILURES = {
     ),
 }
 PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}
-"""Our failure mode → the paper's name for it, as used for its large set. The paper has none for a time limit and a full
-disk, which say nothing of the object."""
+"""Our failure mode → the paper's name for it, as used for its large set. The paper has none for limits of time and
+memory and a full disk, which say nothing of the object."""
 NO_PAPER_MODE = "none of the paper's"
 """What a chart says of a failure mode that the paper has no name for."""
 
 RETRIED_MODES = (
-    *(FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.DISK_FULL),
+    *(FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.OUT_OF_MEMORY, FailureMode.DISK_FULL),
     *(FailureMode.MODEL_ERROR, FailureMode.BUDGET),
 )
 """Failure modes that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
 others would come out as they did."""
 
 
-NOT_MEASURED = (FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH, FailureMode.TIMEOUT)
+NOT_MEASURED = (
+    *(FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH, FailureMode.OUT_OF_MEMORY, FailureMode.TIMEOUT),
+)
 """Failure modes of an engine that measured nothing."""
 
 

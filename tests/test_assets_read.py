@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.urdf.read import MOST_LINKS, Dynamics, read_dynamics, read_urdf
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 from tests.assets import cabinet, joint, link, read, robot, shape, written
@@ -47,7 +47,6 @@ def test_a_good_file_is_read(tmp_path: Path) -> None:
         (robot(TWO, hinge(), hinge("back", "b", "a")), "roots", "loop"),
         (robot(TWO, link("c"), hinge("one", "b", "c"), hinge("two", "c", "b")), "loop", "b, c"),
         (robot(TWO, link("c"), hinge(), hinge("other", "c", "b")), "two_parents", "link 'b'"),
-        (robot(*(link(f"l{place}") for place in range(MOST_LINKS + 1))), "too_many_links", f"{MOST_LINKS + 1} links"),
     ],
 )  # fmt: skip
 def test_what_is_no_tree_is_unreadable(tmp_path: Path, urdf: str, code: str, named: str) -> None:

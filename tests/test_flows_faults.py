@@ -79,7 +79,7 @@ def test_each_fault_of_an_asset_is_its_row_and_the_dead_are_tried_once_more(plac
     found = rows(place.out)
     assert set(found) == {*BAD, *OK}
     assert {name: row["failure_mode"] for name, row in found.items() if row["status"] != "ok"} == {
-        "hang": "timeout", "segfault": "engine_crash", "hungry": "engine_crash", "raise": "engine_crash",
+        "hang": "timeout", "segfault": "engine_crash", "hungry": "out_of_memory", "raise": "engine_crash",
         "engine": "engine_crash",
         **dict.fromkeys(SPOILT, "missing_mesh"), "cut": "unreadable_asset",
     }  # fmt: skip

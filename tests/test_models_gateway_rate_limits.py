@@ -38,11 +38,17 @@ def settings(api_base: str, **changes: object) -> ModelSettings:
 
 
 @pytest.mark.parametrize("drip", ["body", "headers"])
-def test_an_answer_that_never_ends_is_left_when_its_time_is_up(drip: str) -> None:
+@pytest.mark.parametrize("limit", ["call", "asset"])
+def test_an_answer_that_never_ends_is_left_when_its_time_is_up(drip: str, limit: str, tmp_path: Path) -> None:
     with serve([Reply(drip=drip)]) as server:  # type: ignore[arg-type]
-        answer = ask(REQUEST, settings(server.api_base, timeout_s=0.4, max_attempts=1))
+        wanted = settings(server.api_base, timeout_s=0.4, max_attempts=1)
+        session = None
+        if limit == "asset":
+            wanted = settings(server.api_base, timeout_s=60.0, max_attempts=4)
+            session = open_gateway_session(tmp_path, "run", "a", wanted, patience_s=0.4)
+        answer = ask(REQUEST, wanted, session)
     assert len(answer.calls) == 1 and answer.calls[0].latency_s < 60.0
-    assert answer.content is None and answer.error is not None and "within 0.4 s" in answer.error
+    assert answer.content is None and answer.error is not None and "within " in answer.error
 
 
 @pytest.mark.parametrize("model", ["openai/scripted", "anthropic/scripted", "mistral/scripted", "hosted_vllm/scripted"])

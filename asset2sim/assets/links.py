@@ -12,6 +12,7 @@ from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
 from asset2sim.assets.meshes.paints import link_paints
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
+from asset2sim.assets.meshes.strays import FAR
 from asset2sim.assets.meshes.surface import NOTHING, SheetSurface, joined_surfaces
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.unusable import UnusableMeshError, check_mesh_file, check_size
@@ -75,6 +76,14 @@ class MeshReader:
             why = "PyBullet, SAPIEN and ROS do; if the object lies, state --up"
             self.inform("collada_up_axis", f"{named} says {axis}; its coordinates are taken as written, as {why}", link)
 
+    def note_mesh(self, found: CachedMesh, named: str, link: str) -> None:
+        """Say what is left out of a mesh, and where it is inside out."""
+        if found.strays:
+            what = f"has {found.strays} triangles over {FAR:g} of its sizes away from all others"
+            self.note("stray_triangles", f"{named} {what}; they count for nothing: remove them", link)
+        if found.inside_out:
+            self.note("inside_out", f"{named} is inside out; collision shapes are wound outwards", link)
+
     def inform(self, code: str, message: str, link: str) -> None:
         """Add an explanation."""
         finding = Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message, link=link)
@@ -94,6 +103,7 @@ class MeshReader:
                 shape_of(mesh),
                 holed=not closed and hole_share(mesh) > HOLE_SHARE,
                 inside_out=closed and bool(mesh.volume < 0.0),
+                strays=self.triangles.used[path][1],
             )
         if key is not None:
             self.met[key] = found
@@ -137,8 +147,7 @@ class MeshReader:
                     self.note_collada(path, named, link)
                 if found.holed:
                     self.holed.add(reference)
-                if found.inside_out:
-                    self.note("inside_out", f"{named} is inside out; collision shapes are wound outwards", link)
+                self.note_mesh(found, named, link)
             except UnusableMeshError as error:
                 self.lose(reference, "unreadable_mesh", f"{named} {error.problem}", link)
                 self.shapes[key] = self.files[reference] = None

@@ -61,6 +61,8 @@ def _failures(
 def _mode_of_problem(report: EngineReport) -> FailureMode:
     if report.timed_out:
         return FailureMode.TIMEOUT
+    if report.starved:
+        return FailureMode.OUT_OF_MEMORY
     return FailureMode.ENGINE_REFUSED if report.refused and not report.died else FailureMode.ENGINE_CRASH
 
 

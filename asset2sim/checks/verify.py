@@ -84,6 +84,7 @@ def verify_in(
         timed_out=measured.timed_out or touched.timed_out,
         died=measured.died or touched.died,
         refused=measured.refused or touched.refused,
+        starved=measured.starved or touched.starved,
         seconds=perf_counter() - start,
     )
     return report.model_copy(update={"judged": judged(report, overlay, settings.thresholds)})

@@ -14,7 +14,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, NoReturn, TypeVar
 
 from asset2sim.assets.child_process import dump_traceback, end_with_parent
@@ -29,13 +29,15 @@ T = TypeVar("T")
 @dataclass(frozen=True)
 class ChildOutcome(Generic[T]):
     """Outcome of a child: a value, or a ``problem``, one sentence that names the engine. ``died``: the engine crashed
-    or hung, and so reported nothing itself; ``refused``: it was raised as an error of the asset, and would be again."""
+    or hung, and so reported nothing itself; ``refused``: it was raised as an error of the asset, and would be again;
+    ``starved``: it lacked memory."""
 
     value: T | None
     problem: str | None = None
     timed_out: bool = False
     died: bool = False
     refused: bool = False
+    starved: bool = False
 
 
 def in_child(engine: Engine, function: Callable[..., T], *args: object, time_limit_s: float) -> ChildOutcome[T]:
@@ -90,25 +92,25 @@ def _work(writer: int, parent: int, function: Callable[..., T], args: tuple[obje
 
 
 def _attempt(function: Callable[..., T], args: tuple[object, ...]) -> bytes:
-    """The pickled (value, problem, refused) of a call."""
+    """The pickled outcome of a call, its problem without the engine's name."""
     try:
-        return pickle.dumps((function(*args), None, False))
+        return pickle.dumps(ChildOutcome(function(*args)))
     except Asset2SimError as error:
-        return pickle.dumps((None, f"says: {error}", isinstance(error, AssetError)))
+        return pickle.dumps(ChildOutcome(None, f"says: {error}", refused=isinstance(error, AssetError)))
     except MemoryError:
-        return pickle.dumps((None, "needed more memory than an asset may use", False))
+        return pickle.dumps(ChildOutcome(None, "needed more memory than an asset may use", starved=True))
     except Exception as error:  # whatever is raised in here costs this engine's report alone
         traceback.print_exc()
-        return pickle.dumps((None, f"failed: {type(error).__name__}: {error}", False))
+        return pickle.dumps(ChildOutcome(None, f"failed: {type(error).__name__}: {error}"))
 
 
 def _unpickled(engine: Engine, said: bytes) -> ChildOutcome[T]:
     """The outcome that the child sent; ``died`` where it is cut short."""
     try:
-        value, problem, refused = pickle.loads(said)
+        found: ChildOutcome[T] = pickle.loads(said)
     except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
         return ChildOutcome(None, f"{engine} died while it answered ({error})", died=True)
-    return ChildOutcome(value, None if problem is None else f"{engine} {problem}", refused=refused)
+    return found if found.problem is None else replace(found, problem=f"{engine} {found.problem}")
 
 
 def _read(reader: int, deadline: float) -> bytes | None:

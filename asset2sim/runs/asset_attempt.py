@@ -28,7 +28,11 @@ class StoppedError(Asset2SimError):
 RETRIED_ENDINGS = (Ending.DIED, Ending.TIMED_OUT, Ending.OUT_OF_MEMORY)
 """Endings worth a second attempt: the machine or another process may have caused them. Exceptions would recur."""
 
-MODES = {Ending.TIMED_OUT: FailureMode.TIMEOUT, Ending.DISK_FULL: FailureMode.DISK_FULL}
+MODES = {
+    Ending.TIMED_OUT: FailureMode.TIMEOUT,
+    Ending.OUT_OF_MEMORY: FailureMode.OUT_OF_MEMORY,
+    Ending.DISK_FULL: FailureMode.DISK_FULL,
+}
 """Failure modes of endings; every other is a crash."""
 
 

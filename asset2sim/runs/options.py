@@ -159,7 +159,9 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     dry_run: CliToggleFlag[bool] = Field(
         False, description="say what would be refined, why, at what cost; write nothing"
     )
-    asset_timeout: SECONDS | None = Field(None, description="most seconds that one asset may take (default: 300)")
+    asset_timeout: SECONDS | None = Field(
+        None, description="most seconds for an asset, and for its answers (default: 300)"
+    )
     views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
     no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
     report: CliDualFlag[bool] = Field(True, description="write the report for people, OUT/report, after the run")

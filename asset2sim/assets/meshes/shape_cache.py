@@ -14,17 +14,19 @@ from asset2sim.assets.meshes.volume import Shape, Solid
 from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 
-FORMAT = f"4 trimesh {trimesh.__version__} scipy {scipy.__version__}"
+FORMAT = f"5 trimesh {trimesh.__version__} scipy {scipy.__version__}"
 """Format of the cache file; others are not read. Raise the number when the same mesh gives another shape."""
 
 
 @dataclass(frozen=True)
 class CachedMesh:
-    """One mesh file at one scale: its shape, whether it has large holes, and whether it is closed but inside out."""
+    """One mesh file at one scale: its shape, whether it has large holes, and whether it is closed but inside out, and
+    how many triangles far away from the others were left out."""
 
     shape: Shape
     holed: bool
     inside_out: bool
+    strays: int = 0
 
 
 def mesh_key(content: str | None, scale: Array) -> str | None:
@@ -76,6 +78,7 @@ def _said(mesh: CachedMesh) -> dict[str, object]:
         "exact": shape.exact,
         "holed": mesh.holed,
         "inside_out": mesh.inside_out,
+        "strays": mesh.strays,
     }
 
 
@@ -95,7 +98,7 @@ def _mesh(clouds: list[Array], item: dict[str, Any]) -> CachedMesh:
         int(str(item["n_faces"])),
         bool(item["exact"]),
     )
-    return CachedMesh(shape, bool(item["holed"]), bool(item["inside_out"]))
+    return CachedMesh(shape, bool(item["holed"]), bool(item["inside_out"]), int(str(item["strays"])))
 
 
 SHAPE_CACHE = ".cache/shapes"

@@ -9,6 +9,7 @@ import trimesh
 
 from asset2sim.assets.meshes.array_file import read_arrays, write_arrays
 from asset2sim.assets.meshes.load import load_mesh
+from asset2sim.assets.meshes.strays import without_strays
 from asset2sim.assets.meshes.unusable import UnusableMeshError
 from asset2sim.physics.arrays import Array, Faces
 
@@ -36,6 +37,9 @@ class Triangles:
     keys: dict[Path, str | None] = field(default_factory=dict)
     """File → its ``file_key``."""
     meshes: dict[Path, Mesh] = field(default_factory=dict)
+    """File → its triangles, those far away from the others among them."""
+    used: dict[Path, tuple[Mesh, int]] = field(default_factory=dict)
+    """File → its triangles without those, and how many there were."""
     parsed: bool = False
     """Whether a mesh was parsed that the store does not hold."""
     kept: dict[str, Mesh] | None = None
@@ -52,8 +56,8 @@ class Triangles:
         return self.keys[path]
 
     def of(self, path: Path) -> Mesh:
-        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, both read-only. Raises ValueError as ``load_mesh``
-        does, and where the file cannot be read."""
+        """The file's (n, 3) vertices, unscaled, and (k, 3) faces, both read-only, without strays. Raises ValueError as
+        ``load_mesh`` does, and where the file cannot be read."""
         if path not in self.meshes:
             key = self.key(path)
             found = self._kept().get(key) if key is not None else None
@@ -61,10 +65,10 @@ class Triangles:
                 mesh = load_mesh(path)
                 found = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
                 self.parsed = True
-            for array in found:
+            self.meshes[path], self.used[path] = found, without_strays(found)
+            for array in (*found, *self.used[path][0]):
                 array.flags.writeable = False
-            self.meshes[path] = found
-        return self.meshes[path]
+        return self.used[path][0]
 
     def mesh(self, path: Path, scale: Array) -> trimesh.Trimesh:
         """A new mesh of the file at a (3,) scale. Raises ValueError as ``of``."""

@@ -16,6 +16,8 @@ from asset2sim.assets.urdf.document import invalid, read_document, unreadable
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, transform
+from schemas.errors import AssetError
+from schemas.vocabulary import FailureMode
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 """The joint types that PyBullet, MuJoCo and PhysX all load; ``read_document`` says what becomes of others."""
@@ -96,7 +98,8 @@ def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
         raise unreadable(path, "no_links", "it has no link")
     if len(links) > MOST_LINKS:
         remedy = f"PyBullet simulates at most {MOST_LINKS}; merge those that are fixed to one another"
-        raise unreadable(path, "too_many_links", f"it has {len(links)} links, and {remedy}")
+        message = f"{path.name}: it has {len(links)} links, and {remedy}"
+        raise AssetError(FailureMode.ENGINE_REFUSED, "too_many_links", message)
     for kind, names in (("link", links), ("joint", [joint.name for joint in robot.joints])):
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:

@@ -24,6 +24,8 @@ from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
 from schemas.secret import redact, redact_answer
 from schemas.settings import ModelSettings
 
+LEAST_WAIT_S = 1.0
+"""Least time for an answer, s, however much of the asset's time others took."""
 _TITLE = re.compile(r"Prompt: (.{1,100})\n")
 
 
@@ -148,7 +150,11 @@ def _with_retries(
     refusals: list[tuple[AttemptOptions, AttemptOptions, Exception]] = []
     tries = 0
     while True:
+        if session is not None and session.patience_left_s < settings.timeout_s:
+            settings = settings.model_copy(update={"timeout_s": max(session.patience_left_s, LEAST_WAIT_S)})
         tried = _try_once(request, settings, session, options)
+        if session is not None:
+            session.answering_s.append(tried.call.latency_s)
         calls.append(tried.call.model_copy(update={"attempt": len(calls) + 1}))
         if tried.error is None:
             for before, after, error in refusals:
@@ -160,6 +166,8 @@ def _with_retries(
             options = less
             continue
         tries += 1
+        if session is not None and session.patience_left_s <= 0.0:
+            tries = settings.max_attempts
         failure = _failure(tried.error, settings, len(calls), tries)
         if failure is not None:
             return ModelAnswer(content=None, calls=tuple(calls), error=failure)

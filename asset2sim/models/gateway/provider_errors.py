@@ -119,7 +119,8 @@ def _cause_and_remedy(error: BaseException, settings: ModelSettings) -> str:
     if status == 429:
         return "rate limit (429): use fewer workers, wait, or raise max_attempts"
     if status == 408:
-        return f"no answer{place} within {settings.timeout_s:g} s: raise timeout_s, or choose a faster model"
+        limit = "raise timeout_s (or --asset-timeout)"
+        return f"no answer{place} within {settings.timeout_s:.3g} s: {limit}, or choose a faster model"
     if _is_connection_failure(error):
         return f"could not be reached{place}: check the network and api_base"
     if status is not None and status >= 500:

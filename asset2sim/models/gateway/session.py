@@ -1,6 +1,7 @@
 """State that the model calls of all assets share: the answer cache, budgets and rate limits."""
 
 import contextlib
+import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -35,6 +36,15 @@ class GatewaySession:
     asked: Counter[tuple[str, str]] = field(default_factory=Counter)
     questions: Path | None = None
     """The folder in which questions are kept for people; None: they are not."""
+    patience_s: float = math.inf
+    """Most time that models may take over the asset's answers, s; waiting for a turn does not count."""
+    answering_s: list[float] = field(default_factory=list)
+    """Time that each answer took so far, s."""
+
+    @property
+    def patience_left_s(self) -> float:
+        """Time that is left for answers, s."""
+        return self.patience_s - sum(self.answering_s)
 
     def count_question(self, model: str, purpose: str) -> int:
         """The number of this question among those that the asset asked a model for a purpose, from 1 on."""
@@ -49,6 +59,7 @@ def open_gateway_session(
     settings: ModelSettings,
     stopped: Stopped = never_stopped,
     recordings: Path = Path(),
+    patience_s: float = math.inf,
 ) -> GatewaySession:
     """The shared state for one asset of a run that writes to ``out``; files are made when they are needed."""
     answers = out / answer_cache.FOLDER if settings.cache else None
@@ -62,6 +73,7 @@ def open_gateway_session(
         stopped=stopped,
         recordings=recordings,
         questions=out / questions.FOLDER,
+        patience_s=patience_s,
     )
 
 

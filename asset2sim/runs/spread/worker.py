@@ -51,7 +51,8 @@ def attempt_asset(
     passed to ``made``. A ``fresh`` child has refined nothing before; ``recordings``: see ``GatewaySession``."""
     folder, owner = working_folder(out), str(out)
     stopped = partial(is_stopped, owner)
-    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped, Path(recordings))
+    patience_s = settings.run.asset_time_limit_s
+    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped, Path(recordings), patience_s)
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
         answer = ask_for_asset(request, settings, books)

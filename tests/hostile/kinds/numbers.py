@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from schemas.vocabulary import FailureMode
 from tests.hostile.case import HANDLED, RULES, Case, Place
-from tests.hostile.tiny import BODY, LID, Write, asset, described, hinge, link, robot, write_files
+from tests.hostile.tiny import BODY, LID, Write, asset, box, described, hinge, link, robot, write_files
 
 VALUES = {
     "nan": "nan",
@@ -105,6 +106,8 @@ def cases() -> Sequence[Case]:
         for number, (column, cell) in enumerate((column, cell) for column, cells in MEANT.items() for cell in cells)
     ]
     told = [Case(name, described(text), HANDLED, finds=code) for name, (text, code) in TOLD.items()]
+    far = {BODY: box((-0.2, -0.2, 0.0), (0.2, 0.2, 0.2)) + "v 1e4 0 0\nv 1e4 0.1 0\nv 1e4 0 0.1\nf 9 10 11\n"}
+    told.append(Case("told_stray", asset(far), frozenset({FailureMode.NONE}), finds="stray_triangles", words=RULES))
     return [*urdfs, *refused, *meant, *stated, *told]
 
 

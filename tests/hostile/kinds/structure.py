@@ -14,6 +14,8 @@ BODY_LINK, LID_LINK = link("body", BODY), link("lid", LID)
 def cases() -> Sequence[Case]:
     """URDFs by their texts, folders by their files."""
     refused = [Case(name, described(text), REFUSED) for name, text in _refused().items()]
+    many = robot(BODY_LINK, *(link(f"l{n}", LID) + hinge(f"j{n}", child=f"l{n}") for n in range(130)))
+    refused.append(Case("links_131", described(many), frozenset({FailureMode.ENGINE_REFUSED}), "131 links"))
     # As it came, PyBullet refuses a hinge without limits.
     words = {"no_limit": RULES}
     handled = [Case(name, described(text), HANDLED, words=words.get(name, ())) for name, text in _handled().items()]
