@@ -1,8 +1,9 @@
 """The parts of a scene: what hangs on the world or on one fixed root, each cut out as a URDF of its own."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 from lxml import etree
@@ -27,7 +28,8 @@ UPRIGHT_RAD = 1e-9
 class Part:
     """One object of a scene: its ``links``, the ``root`` among them (one without shape that is made for it where it
     hangs on the world by joints), and whether it is ``free`` of the world. ``to_scene`` is the (4, 4) pose of its root
-    in the scene's, upright; in the part's own URDF its root's shapes and joints are turned by the (3, 3) ``tilt``."""
+    in the scene's, upright; in the part's own URDF its root's shapes and joints are turned by the (3, 3) ``tilt``.
+    ``masks``: see ``Converted``."""
 
     name: str
     root: str
@@ -35,6 +37,13 @@ class Part:
     free: bool
     to_scene: Array
     tilt: Array
+    masks: Mapping[str, tuple[int, int]]
+
+    def passes(self, other: "Part") -> Iterator[tuple[str, str]]:
+        """Pairs of a link of this part and one of another that the file lets pass through each other."""
+        for (own, (kind, reach)), (their, (kind2, reach2)) in product(self.masks.items(), other.masks.items()):
+            if not (kind & reach2 or kind2 & reach):
+                yield own, their
 
 
 @dataclass
@@ -106,6 +115,7 @@ class _Scene:
     shaped: Collection[str]
     free: Collection[str]
     mimics: tuple[tuple[str, str], ...]
+    masks: Mapping[str, tuple[int, int]]
 
     @classmethod
     def of(cls, converted: Converted) -> "_Scene | None":
@@ -136,7 +146,7 @@ class _Scene:
             if len(held) != 1 or held[0].type != "fixed":
                 break
             hub = held[0].child
-        return cls(tree, root, hub, hub in (converted.world, WORLD), shaped, free, mimics)
+        return cls(tree, root, hub, hub in (converted.world, WORLD), shaped, free, mimics, converted.masks)
 
     def below(self, link: str) -> set[str]:
         """The link and all that hangs on it, without what floats."""
@@ -185,7 +195,8 @@ class _Scene:
         free = group.tops == [first] and first in self.free
         yaw, tilt = about_z(pose[:3, :3])
         pose[:3, :3] = yaw
-        return Part(first, root, frozenset(group.links | {root}), free, pose, tilt)
+        masks = {name: bits for name, bits in self.masks.items() if name in group.links}
+        return Part(first, root, frozenset(group.links | {root}), free, pose, tilt, masks)
 
 
 def merged(groups: list[Group], links: Collection[str]) -> list[Group]:

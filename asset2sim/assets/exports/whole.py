@@ -5,7 +5,7 @@ MJCF and USD attach and refer to the parts' own exports, each in its folder: wha
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, export_mjcf, numbers,
 from asset2sim.assets.exports.refined_object import ExportObject, read_object, wxyz_of
 from asset2sim.assets.exports.usd import USD_NAME, export_usd, has_usd
 from asset2sim.assets.exports.usd_collision import place
-from asset2sim.assets.exports.usd_looks import identifier, paths
+from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, paths
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.base import WORLD
 from asset2sim.assets.urdf.edit import serialised, words
@@ -52,23 +52,48 @@ class PlacedPart:
         return pose
 
 
-def write_whole(folder: Path, name: str, parts: Sequence[PlacedPart], timestep_s: float) -> None:
-    """Write the scene of these parts into its ``folder``; USD where ``usd-core`` is installed. Raises what the exports
-    raise."""
+def write_urdf(folder: Path, name: str, parts: Sequence[PlacedPart]) -> Path:
+    """Write the scene's URDF; its path."""
+    path = folder / URDF_SCENE
+    path.write_bytes(serialised(whole_urdf(folder, name, parts)))
+    return path
+
+
+def write_whole(
+    folder: Path, name: str, parts: Sequence[PlacedPart], passing: Collection[frozenset[str]], timestep_s: float
+) -> None:
+    """Write MJCF and placement of the scene of these parts beside its URDF, and USD where ``usd-core`` is installed;
+    ``passing`` are pairs of links of different parts that do not collide. Raises what the exports raise."""
     items = [read_object(part.folder, part.overlay) for part in parts]
-    (folder / URDF_SCENE).write_bytes(serialised(whole_urdf(folder, name, parts)))
+    moved = {name for item in items for name in moved_links(item)}
+    owner = {link: index for index, item in enumerate(items) for link in item.bodies}
+    pairs = sorted(tuple(sorted(pair, key=lambda link: (owner[link], link))) for pair in passing if pair & moved)
     for part in parts:
         export_mjcf(part.folder, part.overlay, timestep_s)
     document = whole_mjcf(folder, name, parts, items, timestep_s)
+    contact = etree.SubElement(document, "contact")
+    bodies = {link: f"{part.name}/{mujoco_options.body_name(link, item.bodies)}"
+              for part, item in zip(parts, items, strict=True) for link in item.bodies}  # fmt: skip
+    for first, second in pairs:
+        etree.SubElement(contact, "exclude", body1=bodies[first], body2=bodies[second])
     etree.indent(document, space="  ")
     (folder / MJCF_SCENE).write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
     if has_usd():
         for part in parts:
             export_usd(part.folder, part.overlay)
-        write_usd(folder, name, parts, items)
+        write_usd(folder, name, parts, items, pairs)
     rows = [placement(folder, part, item) for part, item in zip(parts, items, strict=True)]
-    text = json.dumps({"scene": name, "parts": rows}, indent=1, ensure_ascii=False)
+    text = json.dumps({"scene": name, "parts": rows, "do_not_collide": pairs}, indent=1, ensure_ascii=False)
     (folder / PLACEMENT_NAME).write_text(text, encoding="utf-8")
+
+
+def moved_links(item: ExportObject) -> set[str]:
+    """The links that can move in the scene: all of a free object, of one that is held those beyond its joints."""
+    found = set[str]() if item.fixed else {*item.bodies}
+    for joint in item.joints:
+        if joint.moves or joint.tree.parent in found:
+            found.add(joint.tree.child)
+    return found
 
 
 def placement(folder: Path, part: PlacedPart, item: ExportObject) -> dict[str, object]:
@@ -141,8 +166,14 @@ def lowered(part: PlacedPart, item: ExportObject, positions: dict[str, float]) -
     return np.asarray(part.root_to_scene @ down)
 
 
-def write_usd(folder: Path, name: str, parts: Sequence[PlacedPart], items: Sequence[ExportObject]) -> None:
-    """Write the USD that refers to each part's own."""
+def write_usd(
+    folder: Path,
+    name: str,
+    parts: Sequence[PlacedPart],
+    items: Sequence[ExportObject],
+    passing: Sequence[tuple[str, ...]],
+) -> None:
+    """Write the USD that refers to each part's own; pairs of links that are ``passing`` do not collide."""
     from pxr import Usd, UsdGeom, UsdPhysics
 
     path = folder / USD_SCENE
@@ -153,10 +184,15 @@ def write_usd(folder: Path, name: str, parts: Sequence[PlacedPart], items: Seque
     UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
     top = f"/{identifier(name)}"
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, top).GetPrim())
-    prims = paths(top, (part.name for part in parts))
+    prims, bodies = paths(top, (part.name for part in parts)), dict[str, str]()
     for part, item in zip(parts, items, strict=True):
         xform = UsdGeom.Xform.Define(stage, prims[part.name])
         file = (part.folder / USD_NAME).relative_to(folder).as_posix()
         xform.GetPrim().GetReferences().AddReference(f"./{file}")
         place(xform, lowered(part, item, item.initial))
+        own = PrimPaths(item)
+        bodies |= {link: prims[part.name] + at.removeprefix(own.top) for link, at in own.links.items()}
+    for first in dict.fromkeys(pair[0] for pair in passing):
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(bodies[first]))
+        api.CreateFilteredPairsRel().SetTargets([bodies[second] for other, second in passing if other == first])
     stage.Save()

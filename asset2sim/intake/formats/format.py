@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -35,6 +35,8 @@ class Converted:
     """The link that stands for the world, where there is one."""
     free: tuple[str, ...] = ()
     """The links that the file has free of the world and that are fixed in ``robot``."""
+    masks: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    """Link with collision shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
 
 
 INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")

@@ -138,7 +138,19 @@ class _Model:
         left = {"tendons": m.ntendon, "actuators": m.nu, "sensors": m.nsensor}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
-        return Converted(robot, files, (*dict.fromkeys(self.notes), *told), world=world, free=free)
+        notes = (*dict.fromkeys(self.notes), *told)
+        return Converted(robot, files, notes, world=world, free=free, masks=self.masks())
+
+    def masks(self) -> dict[str, tuple[int, int]]:
+        """Link → the bits of all its shapes that collide, contype and conaffinity."""
+        m, found = self.model, dict[str, tuple[int, int]]()
+        for geom in range(m.ngeom):
+            body, bits = int(m.geom_bodyid[geom]), (int(m.geom_contype[geom]), int(m.geom_conaffinity[geom]))
+            if any(bits) and m.geom_type[geom] not in self.ground():
+                name = self.name("body", body) if body else BASE
+                known = found.get(name, (0, 0))
+                found[name] = known[0] | bits[0], known[1] | bits[1]
+        return found
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""
