@@ -78,6 +78,7 @@ def placed(ref: AssetRef) -> dict[str, Array]:
     return {name: apply(poses[name], item.points) for name, item in found.geometry.items() if len(item.points)}
 
 
+@pytest.mark.system
 def test_a_kitchen_is_cut_where_its_parts_hang_and_each_stands_where_it_stood(tmp_path: Path) -> None:
     refs = kitchen(tmp_path, "kitchen.xml", MJCF)
     scene = AssetRef(asset_id=tmp_path.name, path=str(tmp_path))
