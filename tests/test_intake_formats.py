@@ -218,6 +218,7 @@ def test_an_sdf_joint_of_several_axes_is_a_chain_of_hinges(
     ("old", "new", "code", "said"),
     [
         ("<freejoint/>", "<freejoint/><geom type=\"bad\"/>", "mjcf_refused", "bad"),
+        ("</worldbody>", '<body name="b"><freejoint/><geom size="1"/></body></worldbody>', "mjcf_objects", "(body, b)"),
         (MJCF[MJCF.index("<worldbody>") : MJCF.index("</worldbody>")], "<worldbody>", "mjcf_bodies", "no body"),
     ],
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A kitchen of boxes, in MJCF and URDF, cut into its parts: what they are, and that each stands where it stood."""
+"""Scenes of boxes, in MJCF, SDF, USD and URDF, cut: what their parts are, and that each stands where it stood."""
 
 from pathlib import Path
 
@@ -15,7 +15,9 @@ from schemas.errors import AssetError, UsageError
 from schemas.inputs import InputSettings
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
+from tests import usd_stages as usd
 from tests.assets import joint, link, robot, shape
+from tests.cabinets import sdf_shape, usd_part
 
 SPLIT = InputSettings(split=True)
 MJCF = """<mujoco model="kitchen"><compiler angle="radian"/><worldbody><geom type="plane" size="4 4 1"/>
@@ -50,6 +52,24 @@ MOVED = {
 }
 """Part → links that its joints move. The hood overlaps the cabinet by 5 mm and more, and the oven's door swings through
 the tap, which by its bits collides with nothing."""
+LAMP, STAND, LEAF = (sdf_shape(size) for size in ("0.1 0.1 0.3", "0.4 0.4 0.5", "0.02 0.3 0.3"))
+DOOR = f"""<link name="door"><pose>0.3 0 0 0 0 0</pose>{LEAF}</link><joint name="j" type="revolute">
+  <parent>body</parent><child>door</child><axis><xyz>0 0 1</xyz><limit><lower>0</lower><upper>1</upper></limit></axis>
+  </joint>"""
+WORLD = f"""<sdf version="1.7"><world name="room"><model name="ground"><static>true</static><link name="l">
+  <visual name="v"><geometry><plane><normal>0 0 1</normal></plane></geometry></visual></link></model>
+  <model name="stand"><static>1</static><pose>1 2 0.25 0 0 1</pose><link name="body">{STAND}</link>{DOOR}</model>
+  <model name="lamp"><pose>1 2 0.65 0 0 1.5</pose><link name="body"><pose>0.1 0 0 0 0 0</pose>{LAMP}</link></model>
+  </world></sdf>"""
+STAGE = usd.usda(
+    usd.prim("Xform", "room",
+             usd.prim("Xform", "stand", usd.at((1, 2, 0.25)), "bool physics:kinematicEnabled = true",
+                      usd.plate("mesh", (0.4, 0.4, 0.5)), apis=("PhysicsRigidBodyAPI",)),
+             usd_part("lamp", (0.1, 0.1, 0.3), (1, 2, 0.65)), usd_part("door", (0.02, 0.3, 0.3), (1.3, 2, 0.25)),
+             usd.joint("Revolute", "hinge", ("/room/stand", "/room/door"), usd.limits(0.0, 60.0, "Z"),
+                       frame0="0.3 0 0")),
+    default="room",
+)  # fmt: skip
 URDF = robot(
     link("floor", shape("4 4 0.02")),
     *(link(name, shape("0.5 0.4 0.6")) for name in ("left", "right", "shelf", "cup")),
@@ -79,20 +99,33 @@ def placed(ref: AssetRef) -> dict[str, Array]:
 
 
 @pytest.mark.system
-def test_a_kitchen_is_cut_where_its_parts_hang_and_each_stands_where_it_stood(tmp_path: Path) -> None:
-    refs = kitchen(tmp_path, "kitchen.xml", MJCF)
+@pytest.mark.parametrize(
+    ("name", "text", "moved", "free"),
+    [
+        ("kitchen.xml", MJCF, MOVED, "kettle"),
+        ("room.sdf", WORLD, {"stand__body": ("stand__door",), "lamp__body": ()}, "lamp__body"),
+        ("room.usda", STAGE, {"stand": ("door",), "lamp": ()}, "lamp"),
+    ],
+)
+def test_a_scene_is_cut_where_its_parts_hang_and_each_stands_where_it_stood(
+    tmp_path: Path, name: str, text: str, moved: dict[str, tuple[str, ...]], free: str
+) -> None:
+    if name.endswith("usda"):
+        pytest.importorskip("pxr")
+    refs = kitchen(tmp_path, name, text)
     scene = AssetRef(asset_id=tmp_path.name, path=str(tmp_path))
     whole, parts = placed(scene), parts_in(scene, UpAxis.Z, SPLIT)
-    assert [ref.asset_id for ref in refs] == [f"{tmp_path.name}.{name}" for name in MOVED]
+    assert [ref.asset_id for ref in refs] == [f"{tmp_path.name}.{name}" for name in moved]
     for ref, part in zip(refs, parts, strict=True):
         found = extract(ref).features
         assert ref.scene == tmp_path.name and ref.part == part.name and found.metric
-        assert tuple(item.child for item in found.movable_joints) == MOVED[part.name]
-        assert ref.support is (SupportKind.FREESTANDING if part.name == "kettle" else SupportKind.FIXED)
+        assert tuple(item.child for item in found.movable_joints) == moved[part.name]
+        assert ref.support is (SupportKind.FREESTANDING if part.name == free else SupportKind.FIXED)
         assert np.allclose(part.to_scene[2, :3], [0, 0, 1]) and np.allclose(part.to_scene[:3, 2], [0, 0, 1])
         for name, points in placed(ref).items():
             assert apply(part.to_scene, points) == pytest.approx(whole.pop(name), abs=1e-8), name
     assert not whole, "every link with a shape is in one part"
+    assert any(f"{free}: free in it, and fixed where they stand" in item.message for item in extract(scene).findings)
 
 
 @pytest.mark.parametrize(
@@ -116,11 +149,7 @@ def test_of_what_is_one_object_or_no_tree_nothing_is_cut(tmp_path: Path) -> None
         assert ref.part is None and ref.asset_id == name
 
 
-def test_loose_objects_name_the_option_and_with_one_that_is_held_all_are(tmp_path: Path) -> None:
-    (tmp_path / "kitchen.xml").write_text(MJCF)
-    (ref,) = load_dataset(tmp_path)
-    held = extract(ref)
-    assert any("kettle: free in it, and fixed where they stand; --split" in item.message for item in held.findings)
+def test_objects_that_nothing_holds_are_refused_by_the_option_s_name(tmp_path: Path) -> None:
     for name, text in (
         ("k.xml", MJCF.replace('<body name="room">', '<body name="room"><freejoint/>')),
         ("k.urdf", URDF),

@@ -73,7 +73,7 @@ BAD = BOX.replace("0, 1, 3, 2,", "0, 1, 3, 99,", 1)
         ("no usd at all", "usd_unreadable", "thing.usda"),
         ("", "usd_unreadable", "thing.usda"),
         (thing(), "usd_empty", "no rigid body and no geometry"),
-        (thing(A, B), "usd_objects", "/Thing/b"),
+        (thing(A, B), "usd_objects", "(a, b): cut it by --split"),
         (thing(A, B, HINGE.replace("</Thing/b>", "</Thing/a/mesh>")), "usd_joint", "/Thing/a to itself"),
         (thing(A, B, HINGE.replace("</Thing/b>", "</Thing/gone>")), "usd_joint", "/Thing/gone is not there"),
         (thing(prim("Xform", "g", NAN, A)), "usd_number", "/Thing/g"),

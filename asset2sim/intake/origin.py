@@ -16,7 +16,7 @@ from asset2sim.assets.urdf.read import PARTNET_TURN
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
 from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
-from asset2sim.intake.formats.format import unconvertible
+from asset2sim.intake.formats.format import Converted, unconvertible
 from asset2sim.intake.locate import find_source
 from asset2sim.intake.split import Part, cut_out, parts_of
 from asset2sim.storage.regular_files import is_file
@@ -73,11 +73,7 @@ def open_origin(
         robot.set("name", file.resolve().parent.name)
     if up is not UpAxis.Z:
         turn_upright(robot, up, partnet=(folder / "semantics.txt").is_file())
-    if part is not None:
-        chosen = next((item for item in parts_of(converted) if item.name == part), None)
-        if chosen is None:
-            raise unconvertible(file, "no_such_part", f"it has no part '{part}' any more; refine it again")
-        robot = cut_out(converted, chosen)
+    robot = one_object(file, converted, part)
     for name in BESIDE if part is None else ():
         if is_file(folder / name) and reach.allows(folder / name):
             copyfile(folder / name, place / name)
@@ -101,6 +97,22 @@ def open_origin(
     form = FORMATS[file.suffix]
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
     return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric)
+
+
+def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":
+    """The URDF of a whole file, or of one part of its scene. Raises AssetError for a part that is not there, and for a
+    whole of several objects that nothing holds."""
+    robot = converted.robot
+    if part is None:
+        loose = [str(end.get("link")) for end in robot.iterfind("joint[@type='floating']/child")]
+        if converted.world and loose:
+            problem = f"it has several objects that nothing holds ({', '.join(loose)}): cut it by --split, or keep one"
+            raise unconvertible(file, f"{FORMATS[file.suffix].name.lower()}_objects", problem)
+        return robot
+    chosen = next((item for item in parts_of(converted) if item.name == part), None)
+    if chosen is None:
+        raise unconvertible(file, "no_such_part", f"it has no part '{part}' any more; refine it again")
+    return cut_out(converted, chosen)
 
 
 def extract(

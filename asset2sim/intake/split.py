@@ -56,8 +56,8 @@ class Group:
 
 
 def parts_of(converted: Converted) -> tuple[Part, ...]:
-    """The parts of a scene, in the order of its links; none of a single object and of what is not one tree, of which
-    reading says what is wrong.
+    """The parts of a scene, in the order of its links; none of a single object, of what neither moves nor is free, and
+    of what is not one tree, of which reading says what is wrong.
 
     Cut is at the world, or at the first link with a shape or with several links on it. What floats is a part wherever
     it hangs. On a root that is not the world, links without joints of their own stay with it where it has a shape or
@@ -67,7 +67,7 @@ def parts_of(converted: Converted) -> tuple[Part, ...]:
     groups = [] if scene is None else scene.groups()
     if scene is None or len(groups) < 2:
         return ()
-    if not scene.is_world and not scene.free and all(joint.type == "fixed" for joint in scene.tree):
+    if not scene.free and all(joint.type == "fixed" for joint in scene.tree):
         return ()
     order = [str(link.get("name")) for link in converted.robot.findall("link")]
     parts = (scene.part(group) for group in groups)

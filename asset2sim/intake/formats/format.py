@@ -101,6 +101,19 @@ def add_origin(parent: Element, pose: Array) -> None:
     add(parent, "origin", xyz=words(pose[:3, 3]), rpy=words(rpy_of(pose[:3, :3])))
 
 
+def settle_free(robot: Element, world: str, free: Sequence[str]) -> tuple[str, ...]:
+    """Notes on links that a file has free of the link ``world`` and that are fixed to it. Where nothing is held they
+    float instead, which is refused of an asset that is not cut."""
+    hung = robot.findall(f"joint/parent[@link='{world}']/..")
+    solid = any(robot.find(f"link[@name='{world}']/{tag}") is not None for tag in ("visual", "collision"))
+    if len(free) < len(hung) or solid:
+        said = f"{', '.join(free)}: free in it, and fixed where they stand; --split keeps them free"
+        return (said,) if free else ()
+    for joint in hung:
+        joint.set("type", "floating")
+    return ()
+
+
 def add_joint(robot: Element, name: str, kind: str, parent: str, child: str, pose: Array) -> Element:
     """A new joint between two links; ``pose`` is its (4, 4) own in the parent."""
     element = add(robot, "joint", name=name, type=kind)

@@ -25,6 +25,7 @@ from asset2sim.intake.formats.format import (
     add_origin,
     included_in,
     pose_of,
+    settle_free,
     unconvertible,
     write_obj,
 )
@@ -129,11 +130,7 @@ class _Model:
                 self.add_geom(base, geom, np.eye(4))
             for body in tops:
                 self.add_body(robot, body, BASE, np.eye(4))
-            if len(loose) == len(tops) and not solid:
-                for joint in robot.findall(f"joint/parent[@link='{BASE}']/.."):
-                    joint.set("type", "floating")
-            elif free:
-                self.notes.append(f"{', '.join(free)}: free in it, and fixed where they stand; --split keeps them free")
+            self.notes += settle_free(robot, BASE, free)
         self.add_mimics(robot)
         left = {"tendons": m.ntendon, "actuators": m.nu, "sensors": m.nsensor}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]

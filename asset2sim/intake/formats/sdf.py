@@ -16,8 +16,17 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.edit import words
 from asset2sim.assets.urdf.references import AllowedFolders
-from asset2sim.intake.formats.format import Converted, Format, add, add_inertial, add_joint, add_origin, unconvertible
-from asset2sim.intake.formats.sdf_nested import flatten
+from asset2sim.intake.formats.format import (
+    Converted,
+    Format,
+    add,
+    add_inertial,
+    add_joint,
+    add_origin,
+    settle_free,
+    unconvertible,
+)
+from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
 from schemas.errors import AssetError
@@ -36,14 +45,26 @@ FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
 
 
 def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
-    """The URDF of the one model in an SDF file. Raises AssetError (unreadable_asset) for what is no SDF, and for joints
-    and nesting that a URDF does not have."""
+    """The URDF of the one model in an SDF file, or of all models of its one world. Raises AssetError (unreadable_asset)
+    for what is no SDF, and for joints and nesting that a URDF does not have."""
     document, recovered = parse_xml(file, "SDF")
-    models = [*document.findall("model"), *document.findall("world/model")]
+    models, worlds = document.findall("model"), document.findall("world")
+    if not models and len(worlds) == 1:
+        models = [model for model in worlds[0].findall("model") if is_object(model)]
+        if len(models) > 1:
+            whole = etree.Element("model", name=str(worlds[0].get("name") or file.stem))
+            whole.extend(models)
+            return _Model(file, whole, _version(document), recovered).converted()
     if document.tag != "sdf" or len(models) != 1:
         problem = f"an SDF file of one <model> is needed; it has {len(models)} in <{document.tag}>; {FLATTEN}"
         raise unconvertible(file, "sdf_models", problem)
     return _Model(file, models[0], _version(document), recovered).converted()
+
+
+def is_object(model: Element) -> bool:
+    """Whether a model of a world is more than its ground."""
+    shapes = {str(shape.tag) for geometry in model.iter("geometry") for shape in geometry.iterchildren(etree.Element)}
+    return not shapes or bool(shapes - {"plane", "heightmap"})
 
 
 def _version(document: Element) -> tuple[int, ...]:
@@ -58,6 +79,9 @@ class _Model:
         self.file, self.model, self.version = file, model, version
         if next(model.iter("include"), None) is not None:
             raise self.refused("sdf_nested", f"its model holds <include>; {FLATTEN}")
+        inner = model.findall("model")
+        self.inner = [(str(item.get("name")), self.text(item, "static") in ("1", "true")) for item in inner]
+        self.is_world = bool(self.inner) and not model.findall("link") and not model.findall("joint")
         flatten(model, version)
         kinds = ("link", "joint", "frame")
         self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
@@ -75,7 +99,25 @@ class _Model:
             self.add_link(robot, name)
         for joint in self.model.findall("joint"):
             self.add_joint(robot, joint)
-        return Converted(robot, (), tuple(dict.fromkeys(self.notes)))
+        world, free = self.hung(robot) if self.is_world else ("", ())
+        return Converted(robot, (), tuple(dict.fromkeys(self.notes)), world=world, free=free)
+
+    def hung(self, robot: Element) -> tuple[str, tuple[str, ...]]:
+        """Hang what stands in the world, model by model, from a link for it: its name, and the links that are free."""
+        children = {str(end.get("link")) for end in robot.iterfind("joint/child")}
+        roots = [name for name in self.links if name not in children]
+        if len(roots) == 1 and BASE not in children and robot.find(f"link[@name='{BASE}']") is None:
+            return "", ()
+        if robot.find(f"link[@name='{BASE}']") is None:
+            add(robot, "link", name=BASE)
+        still = tuple(f"{model}{SEPARATOR}" for model, static in self.inner if static)
+        fixed = {name for name in roots if name in self.joint_of}  # by a joint to the world
+        held = {name for name in roots if name in fixed or name.startswith(still)}
+        for name in roots:
+            add_joint(robot, f"{name}_stands", "fixed", BASE, name, self.frame(name))
+        free = tuple(name for name in roots if name not in held)
+        self.notes += settle_free(robot, BASE, free)
+        return BASE, free
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""

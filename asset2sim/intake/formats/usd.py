@@ -21,6 +21,7 @@ from asset2sim.intake.formats.format import (
     add_joint,
     add_origin,
     outermost,
+    settle_free,
     write_obj,
 )
 from asset2sim.intake.formats.usd_joints import Step, UsdJoint, read_joints
@@ -78,6 +79,8 @@ class _Object:
         self.names = unique_names(self.bodies)
         self.names[WORLD] = next(name for name in BASES if name not in self.names.values())
         self.joint_names = unique_names({joint.path: stage.stage.GetPrimAtPath(joint.path) for joint in self.joints})
+        self.free: list[str] = []
+        """Bodies that nothing holds, of several objects."""
         self.in_body: dict[str, Array] = {}
         """Body → its link's (4, 4) frame in it."""
 
@@ -102,6 +105,7 @@ class _Object:
                 raise stage.refused("usd_empty", "it has no rigid body and no geometry: is it a part of another file?")
             stage.notes.append("it states no physics: it is one rigid link")
         root, tree = self.tree()
+        world, free = self.names[WORLD] if root == WORLD else "", tuple(self.names[path] for path in self.free)
         self.in_body[root] = np.eye(4)
         if root != WORLD:
             self.in_body[root][:3, :3] = stage.rigid(self.bodies[root])[:3, :3].T
@@ -109,7 +113,9 @@ class _Object:
         for joint, turned in tree:
             self.add_chain(robot, joint, turned)
         self.add_mimics(robot, [joint for joint, _ in tree])
-        return Converted(robot, stage.layers, tuple(dict.fromkeys(stage.notes)), metric=stage.states_metres)
+        stage.notes += settle_free(robot, world, free) if world else ()
+        notes = tuple(dict.fromkeys(stage.notes))
+        return Converted(robot, stage.layers, notes, metric=stage.states_metres, world=world, free=free)
 
     def tree(self) -> tuple[str, list[tuple[UsdJoint, bool]]]:
         """The root, and the joints from it on, parents first, each with whether it is turned round: its second body is
@@ -137,11 +143,12 @@ class _Object:
                     continue
                 reached.append(other)
                 found.append((joint, joint.bodies[1] == body))
-        apart = [body for body in self.bodies if body not in reached]
+        apart = {body: self.bodies[body] for body in self.bodies if body not in reached}
         if apart:
-            names = ", ".join([*apart[:5], *["…"] * (len(apart) > 5)])
-            problem = f"it has several objects: no joint ties {names} to {root or 'the world'}; keep one in the file"
-            raise stage.refused("usd_objects", problem)
+            if root != WORLD and not any(WORLD in joint.bodies for joint in self.joints):
+                self.joints.append(self.stands(root))
+            self.joints.append(self.stands(min(apart, key=self.order)))
+            return self.tree()
         if root != WORLD and self.shapes[WORLD]:
             names = ", ".join(str(prim.GetPath()) for prim in self.shapes[WORLD][:5])
             stage.notes.append(f"what stands beside the object is left out: {names}")
@@ -150,20 +157,33 @@ class _Object:
     def root(self) -> str:
         """The body from which the tree is built: the world where a joint hangs from it, else what is held still, else
         the articulation's own root, else a body that is no joint's second."""
-        from pxr import UsdPhysics
-
         if not self.bodies or any(WORLD in joint.bodies for joint in self.joints):
             return WORLD
-        seconds = {joint.bodies[1] for joint in self.joints}
-        firsts = {joint.bodies[0] for joint in self.joints}
+        return min(self.bodies, key=self.order)
 
-        def order(path: str) -> tuple[bool, ...]:
-            prim = self.bodies[path]
-            still = UsdPhysics.RigidBodyAPI(prim).GetKinematicEnabledAttr().Get(self.stage.time) is True
-            marked = prim.HasAPI(UsdPhysics.ArticulationRootAPI)
-            return not still, not marked, path in seconds, path not in firsts
+    def order(self, path: str) -> tuple[bool, ...]:
+        """Key by which the root of a tree is the least of its bodies."""
+        from pxr import UsdPhysics
 
-        return min(self.bodies, key=order)
+        marked = self.bodies[path].HasAPI(UsdPhysics.ArticulationRootAPI)
+        firsts, seconds = ({joint.bodies[side] for joint in self.joints} for side in (0, 1))
+        return not self.is_still(path), not marked, path in seconds, path not in firsts
+
+    def is_still(self, path: str) -> bool:
+        """Whether a body is moved by nothing but a program."""
+        from pxr import UsdPhysics
+
+        return UsdPhysics.RigidBodyAPI(self.bodies[path]).GetKinematicEnabledAttr().Get(self.stage.time) is True
+
+    def stands(self, path: str) -> UsdJoint:
+        """A joint that fixes a body to the world where it stands, as one object of several."""
+        if not self.is_still(path):
+            self.free.append(path)
+        at = f"{path}/stands"
+        self.joint_names[at] = f"{self.names[path]}_stands"
+        step = Step("fixed", np.array([1.0, 0.0, 0.0]), {}, {})
+        frames = self.stage.rigid(self.bodies[path]), np.eye(4)
+        return UsdJoint(self.joint_names[at], at, (WORLD, path), frames, (step,), None, False)
 
     def add_chain(self, robot: Element, joint: UsdJoint, turned: bool) -> None:
         """The link that a joint moves, and the joint, or one after the other its degrees of freedom."""
