@@ -1,5 +1,6 @@
 """One asset to refine, and its result record, as sent between the flow and the workers."""
 
+import json
 from collections.abc import Sequence
 
 from pydantic import Field
@@ -48,6 +49,15 @@ class AssetRef(Frozen):
     scene: str | None = None
     """The id of the scene that it is cut out of, and the ``part`` that it is there; None: its file is all its own."""
     part: str | None = None
+
+    @property
+    def own_numbers(self) -> str | None:
+        """The user's own numbers as JSON; None without any."""
+        if self.overrides is None:
+            return None
+        return json.dumps(
+            self.overrides.model_dump(mode="json", exclude={"where"}, exclude_defaults=True), sort_keys=True
+        )
 
 
 class FoundAssets:

@@ -21,6 +21,7 @@ _ASSETS: tuple[Column, ...] = (
     ("category!", TEXT, "", "What the object is"),
     ("subset", TEXT, "", "The manifest's subset; null where it names none"),
     ("prompt", TEXT, "", "The user's guidance; null where there is none"),
+    ("overrides", TEXT, "", "The user's own numbers as JSON; null where there are none"),
     ("status!", TEXT, "", "ok or failed"),
     ("failure_mode!", TEXT, "", "Why it failed, none for ok; see schemas.vocabulary.FailureMode"),
     ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok, and where it has none"),

@@ -66,8 +66,11 @@ def test_errors_and_progress_are_printable_too(capsys: pytest.CaptureFixture[str
     report.begun(f"x{EVIL}")
     report(make_record("slow"))
     report.begun("slow")
+    report.begun("dead")
+    report.waits("dead")
     line = report.line()
-    assert line.startswith("refined 1 of 3 assets, 0 failed, 0 s; at work: xsmall") and "slowest: slow (0 s)" in line
+    assert line.startswith("refined 1 of 3 assets, 0 failed, 0 s; at work: x")
+    assert "(0 s); 1 to be tried once more; slowest: slow (0 s)" in line and "dead" not in line
     assert "\x1b" not in line and printable("a\tb\nc – é 名") == "a\tb\nc – é 名"
 
 

@@ -34,10 +34,11 @@ def test_every_asset_has_its_reason_and_nothing_is_written(tmp_path: Path, monke
     assert found.reasons == {"failed in a way that may pass": ["d"]} and found.failing == ["c"]
     manifest(data, {"a": "open", "b": "", "c": "", "d": ""})
     (data / "b" / "mobility.urdf").write_text("<robot name='other'/>")
-    reasons = told(data, out).reasons
-    (b,) = (why for why, ids in reasons.items() if ids == ["b"])
-    (a,) = (why for why, ids in reasons.items() if ids == ["a"])
-    assert "files mobility.urdf" in b and "its prompt" in a
+    (data / "overrides.csv").write_text("asset_id,mass_kg\nc,3\n")
+    reasons = {asset_id: why for why, ids in told(data, out).reasons.items() for asset_id in ids}
+    assert "files mobility.urdf" in reasons["b"] and "its prompt" in reasons["a"]
+    assert reasons["c"] == "changed: its overrides"
+    (data / "overrides.csv").unlink()
     assert told(data, out, asking(Redo.FAILED)).reasons["failed, and --retry-failed"] == ["c", "d"]
     assert told(data, out, asking(Redo.ALL)).reasons["--force"] == ["c", "d"]
     other = NO_VIEWS.model_copy(update={"physics": PhysicsSettings(hold_margin=2.5)})

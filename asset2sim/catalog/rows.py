@@ -57,6 +57,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "category": record.category,
         "subset": record.ref.subset,
         "prompt": record.ref.prompt,
+        "overrides": record.ref.own_numbers,
         "status": record.status.value,
         "failure_mode": record.failure_mode.value,
         "paper_failure_mode": PAPER_FAILURE_MODES.get(record.failure_mode),

@@ -64,7 +64,7 @@ def open_origin(
     place = Path(work.name)
     converted = FORMATS[file.suffix].converter(file, place, reach)
     robot = converted.robot
-    confined = confine(robot, file, replace(reach, roots=(*reach.roots, place.resolve())), place)
+    confined = confine(robot, file, replace(reach, work=(place.resolve(),)), place)
     as_it_is = not converted.notes and not confined.moved and is_utf8(robot) and part is None
     if file.suffix == ".urdf" and up is UpAxis.Z and as_it_is:
         return DescriptionFile(file, file, (file,))

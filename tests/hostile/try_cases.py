@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -212,6 +213,7 @@ def _changed(before: dict[str, str], after: dict[str, str]) -> list[str]:
 
 
 def _leaked(out: Path) -> list[str]:
-    """Which files of the output hold what lies outside the dataset, or a key."""
-    found: Iterable[tuple[str, str]] = ((name, text) for text in (CANARY, KEY) for name in holding(out, text)[:10])
+    """Which files of the output hold what lies outside the dataset, a key, or a path that is gone."""
+    texts = (CANARY, KEY, f"{tempfile.gettempdir()}/asset2sim-")
+    found: Iterable[tuple[str, str]] = ((name, text) for text in texts for name in holding(out, text)[:10])
     return [f"'{text}' in {name}" for name, text in found]

@@ -32,11 +32,12 @@ OUTSIDE_REMEDY = "bring it into the dataset, name its folder by --package NAME=P
 @dataclass(frozen=True)
 class AllowedFolders:
     """The folders (links followed) below which an asset's files may lie, and those of named packages; ``anywhere``
-    stands for all folders."""
+    stands for all folders. ``work``: a temporary folder of ours, which no message names."""
 
     roots: tuple[Path, ...] = ()
     packages: Mapping[str, Path] = field(default_factory=dict)
     anywhere: bool = False
+    work: tuple[Path, ...] = ()
 
     def allows(self, path: Path) -> bool:
         """Whether a path, links followed, lies below one of the folders."""
@@ -46,7 +47,7 @@ class AllowedFolders:
             real = path.resolve()
         except (OSError, RuntimeError, ValueError):  # a loop of links, a name that no file can have
             return False
-        return any(real.is_relative_to(folder) for folder in (*self.roots, *self.packages.values()))
+        return any(real.is_relative_to(folder) for folder in (*self.roots, *self.packages.values(), *self.work))
 
 
 ANYWHERE = AllowedFolders(anywhere=True)

@@ -74,7 +74,7 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
     """Asset id → what of it is not as it was when it was refined, as far as that is recorded."""
     rows = read_table(out, "assets")
     mine = rows[(rows["method"] == settings.method.value) & (rows["model"] == settings.model.model)]
-    was = mine.set_index("asset_id")[["run_id", "prompt", "subset"]].to_dict("index")
+    was = mine.set_index("asset_id")[["run_id", "prompt", "subset", "overrides"]].to_dict("index")
     runs = read_table(out, "runs").set_index("run_id").to_dict("index")
     by_run = {
         run_id: changed_of_run(runs[run_id], settings)
@@ -89,8 +89,8 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
                 files := changed_inputs(state, Path(ref.path), allowed_folders(ref, settings.inputs))
             ):
                 parts.insert(0, f"files {_listed(files)}")
-            for name in ("prompt", "subset"):
-                if (None if pd.isna(row[name]) else row[name]) != getattr(ref, name):
+            for name, now in (("prompt", ref.prompt), ("subset", ref.subset), ("overrides", ref.own_numbers)):
+                if (None if pd.isna(row[name]) else row[name]) != now:
                     parts.insert(0, f"its {name}")
             found[ref.asset_id] = f"changed: {', '.join(parts) or 'the code, its manifest row or its files'}"
     return found

@@ -38,7 +38,8 @@ class Harvest(Generic[Kept]):
     ``records``: asset id → that. ``dead``: asset id → a first attempt that died and awaits a second, in the order in
     which that became known. ``first``: asset id → a dead first attempt's record, if it left one.
     ``tried_again`` counts second attempts. ``out`` is the run's own folder, ``url`` what it mirrors, if anything.
-    ``timeouts``: asset id → runs in a row, until this one, in which it took too long."""
+    ``timeouts``: asset id → runs in a row, until this one, in which it took too long. ``waits`` is told of each asset
+    that waits for a second attempt."""
 
     out: Path
     run_id: str
@@ -52,6 +53,7 @@ class Harvest(Generic[Kept]):
     url: str | None = None
     timeouts: Mapping[str, int] = field(default_factory=dict)
     breaker: Breaker = field(default_factory=lambda: Breaker(0))
+    waits: Callable[[str], None] = lambda asset_id: None
 
     @property
     def place(self) -> Path | str:
@@ -78,8 +80,11 @@ def take(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> N
     else:
         kept = _lost(harvest, job, f"its Dask worker was lost: {end.reason}")
     if kept is None:
+        if asset_id in harvest.dead:
+            harvest.waits(asset_id)
         return
     if kept.died and kept.attempt == 1:
+        harvest.waits(asset_id)
         harvest.first[asset_id] = kept.record
         harvest.dead[asset_id] = FirstAttempt(kept.died, kept.record.calls)
     else:

@@ -34,18 +34,26 @@ class Report:
     slowest: tuple[float, str] = (0.0, "")
     at_work: dict[str, float] = field(default_factory=dict)
     ended: set[str] = field(default_factory=set)
+    waiting: set[str] = field(default_factory=set)
 
     def begun(self, asset_id: str) -> None:
         """Note that a worker begins an asset, for the first or second time."""
         # The cluster's word of a quick asset may come after its record.
         if asset_id not in self.ended:
             self.at_work[asset_id] = time.monotonic()
+            self.waiting.discard(asset_id)
+
+    def waits(self, asset_id: str) -> None:
+        """Note an asset whose first attempt died, and that waits for its second."""
+        self.at_work.pop(asset_id, None)
+        self.waiting.add(asset_id)
 
     def __call__(self, record: AssetRecord) -> None:
         """Note an asset's last record."""
         self.done += 1
         self.failed += record.status is Status.FAILED
         self.ended.add(record.ref.asset_id)
+        self.waiting.discard(record.ref.asset_id)
         began = self.at_work.pop(record.ref.asset_id, None)
         if began is not None:
             self.slowest = max(self.slowest, (time.monotonic() - began, record.ref.asset_id))
@@ -57,6 +65,8 @@ class Report:
         parts = [f"refined {self.done} of {self.total} assets, {self.failed} failed, {now - self.started:.0f} s"]
         if names := self.names_at_work():
             parts.append(f"at work: {names}")
+        if self.waiting:
+            parts.append(f"{len(self.waiting)} to be tried once more")
         if self.slowest[1]:
             parts.append(f"slowest: {self.slowest[1]} ({self.slowest[0]:.0f} s)")
         return printable("; ".join(parts))

@@ -105,7 +105,7 @@ def refine_and_keep(
         if settings.run.scheduler is None:
             threading.Thread(target=load_litellm).start()
         with sigterm_as_interrupt(), progress(len(jobs)) as report:
-            harvest.report, harvest.timeouts = report, plan.timeouts
+            harvest.report, harvest.waits, harvest.timeouts = report, report.waits, plan.timeouts
             harvest.breaker.most = settings.run.max_model_errors
             work = partial(
                 refine_on_worker,

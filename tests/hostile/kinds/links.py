@@ -133,7 +133,7 @@ def _roots() -> list[Case]:
             "row_file",
             lambda place: write_files(place.data, {"a_file": ""}),
             UNREADABLE,
-            "is a file",
+            "its ending is none of",
             row="row_file,a_file,,",
         ),
         Case("row_long", lambda place: None, UNREADABLE, row=f"row_long,{'x' * 300},,"),

@@ -22,7 +22,7 @@ def cases() -> Sequence[Case]:
     # What a xacro computes may take as long as it likes: its asset ends with its time.
     modes = {"xacro_power": HANDLED | {FailureMode.TIMEOUT}}
     # A folder of assets may be meant: the inner one is the asset then.
-    ids = {"urdf_in_urdf_folder": "box.urdf"}
+    ids = {"urdf_in_urdf_folder": "box.urdf", "two_urdfs": "two_urdfs_a", "xacro_two": "xacro_two_a"}
     folders = [Case(key, write, modes.get(key, HANDLED), "", ids.get(key, "")) for key, write in _folders().items()]
     return [*refused, *handled, *folders]
 
