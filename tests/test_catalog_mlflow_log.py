@@ -1,5 +1,6 @@
 """A run in MLflow, the figures that it logs, and the chart."""
 
+import json
 import threading
 import time
 from datetime import UTC, datetime, timedelta
@@ -76,10 +77,10 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
     experiment = client.get_experiment_by_name(EXPERIMENT)
     assert experiment is not None
-    child, logged = sorted(client.search_runs([experiment.experiment_id]), key=lambda found: len(found.info.run_name))
-    assert (child.info.run_name, child.info.status) == ("4", "FAILED")
-    tags = {"mlflow.parentRunId": logged.info.run_id, "failure_mode": "missing_mesh", "was": "none"}
-    assert tags.items() <= child.data.tags.items()
+    (logged,) = client.search_runs([experiment.experiment_id])
+    table = json.loads(Path(client.download_artifacts(logged.info.run_id, "failed.json")).read_text())
+    (row,) = table["data"]
+    assert dict(zip(table["columns"], row, strict=True)).items() >= {"asset_id": "4", "was": "none"}.items()
     assert logged.info.run_name == run.run_id and logged.info.status == "FINISHED"
     assert logged.data.metrics["success_rate"] == 0.75 and logged.data.metrics["failures_missing_mesh"] == 1
     assert (logged.data.metrics["new_failures"], logged.data.metrics["standing_success_rate"]) == (1, 0.8)
@@ -89,7 +90,7 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     }
     # Nothing is expected of these assets, and a table without rows is not logged.
     tables = {f"changed/{item.file}" for item in TABLES.values() if item.per_asset and item.name != "expectations"}
-    assert artifacts == tables | {"changed", "failure_modes.png", "summary.json"}
+    assert artifacts == tables | {"changed", "failed.json", "failure_modes.png", "summary.json"}
     assert (tmp_path / "mlartifacts").is_dir()
 
 
@@ -108,7 +109,7 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr(mlflow_log, "MAX_CHILDREN", 2)
+    monkeypatch.setattr(mlflow_log, "MAX_FAILED", 2)
     monkeypatch.setattr(mlflow_log, "MAX_CHANGED_BYTES", 10)
     records = make_run_records(3, [FailureMode.DRIFT] * 4)
     run = start_run(Settings(), "data/raw")
@@ -117,12 +118,12 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
     client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
     experiment = client.get_experiment_by_name(EXPERIMENT)
     assert experiment is not None
-    runs = {found.info.run_name: found for found in client.search_runs([experiment.experiment_id])}
-    assert runs.keys() == {run.run_id, "bad3", "bad0"}  # what is new comes first
-    parent = runs[run.run_id]
+    (parent,) = client.search_runs([experiment.experiment_id])
+    table = json.loads(Path(client.download_artifacts(parent.info.run_id, "failed.json")).read_text())
+    assert [row[0] for row in table["data"]] == ["bad3", "bad0"]  # what is new comes first
     assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
     artifacts = {file.path for file in client.list_artifacts(parent.info.run_id)}
-    assert artifacts == {"failure_modes.png", "summary.json", "changed"}
+    assert artifacts == {"failed.json", "failure_modes.png", "summary.json", "changed"}
     assert not client.list_artifacts(parent.info.run_id, "changed"), "rows for which there is no room"
 
 

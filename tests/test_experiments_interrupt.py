@@ -65,3 +65,12 @@ def test_ctrl_c_in_a_destructor_comes_again_and_prints_nothing(
     InterruptedAsItGoes()
     assert [type(value) for value in seen] == [ValueError, KeyboardInterrupt], "and all, after the block"
     assert capsys.readouterr().err == ""
+
+
+def test_what_a_shell_starts_in_its_background_hears_ctrl_c() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with lost_interrupts_repeated(), pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)

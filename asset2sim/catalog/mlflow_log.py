@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from asset2sim.catalog.changes import Changes, change_figures
+from asset2sim.catalog.changes import AssetChange, Changes, change_figures
 from asset2sim.catalog.history import newest_runs
 from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.mlflow_store import open_mlflow
@@ -37,14 +37,15 @@ _MAX_PARAM = 500
 """Characters of one parameter: what the oldest supported server takes."""
 _MAX_PARAMS = 100
 """Parameters of one request: the most that MLflow takes."""
-MAX_CHILDREN = 25
-"""Failed assets of one run that become runs of their own: 25 take 2 s in SQLite, and the tables hold all."""
+MAX_FAILED = 500
+"""Failed assets of a run that its table has: the catalog holds all."""
 MAX_CHANGED = 500
 """Assets up to which the rows that a run wrote are attached, of every table; beyond, of ``assets`` alone ..."""
 MAX_CHANGED_BYTES = 2 * 1024 * 1024
 """... and no more than this in all: the catalog holds them, and a nightly runs 365 times a year."""
-CHANGED, SUMMARY = "changed", "summary.json"
-"""Artifacts: the folder of the rows that a run wrote, and the run in figures."""
+CHANGED, SUMMARY, FAILED = "changed", "summary.json", "failed.json"
+"""Artifacts: the folder of the rows that a run wrote, the run in figures, and its failed assets, a table that MLflow's
+pages show."""
 _ABOUT = {"run_id", "started_at", "finished_at", "outcome", "dataset", "subset"}
 REMOVED = "artifacts_removed"
 """Tag of a run whose artifacts were removed, and when."""
@@ -62,8 +63,8 @@ def log_run(
     """Logs one run; call it after ``write_run``. It attaches ``index``, the report's, without the pages of objects:
     those are in OUT, and nights are many.
 
-    Its cost does not grow with the dataset: figures of the same names every night in one batch, a bounded number
-    of failed assets as children, and of the tables what the run changed (``parts``) while that is little. Counts,
+    Its cost does not grow with the dataset: figures of the same names every night in one batch, a bounded table of
+    failed assets, and of the tables what the run changed (``parts``) while that is little. Counts,
     success rate and failure modes are of all the run's assets, calls, cost and seconds of those that it refined.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
     """
@@ -129,30 +130,21 @@ def _log(
         )
         for first in range(_MAX_PARAMS, len(everything), _MAX_PARAMS):
             client.log_batch(identity, params=everything[first : first + _MAX_PARAMS])
-        _log_failures(client, experiment, identity, run, changes)
-        _log_artifacts(client, identity, run, records, figures, parts, index)
+        _log_artifacts(client, identity, run, records, changes, figures, parts, index)
         status = "FINISHED" if run.outcome == "finished" else "KILLED"
     finally:
         client.set_terminated(identity, status=status, end_time=finished)
 
 
-def _log_failures(client: "MlflowClient", experiment: str, parent: str, run: RunRow, changes: Changes) -> None:
-    """Log a child run for each failed asset, new failures first, up to ``MAX_CHILDREN``."""
-    started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
-    for item in (*changes.new_failures, *changes.still_failing)[:MAX_CHILDREN]:
-        record = item.record
-        tags = {
-            "mlflow.parentRunId": parent,
-            "run_id": run.run_id,
-            "asset_id": record.ref.asset_id,
-            "category": record.category,
-            "failure_mode": record.failure_mode.value,
-            "reason": record.reason[:_MAX_PARAM],
-            "was": item.was or "not there",
-        }
-        # Everything goes with the run's creation: a call to the store each for tags and for figures would cost as much.
-        child = client.create_run(experiment, start_time=started, run_name=record.ref.asset_id, tags=tags)
-        client.set_terminated(child.info.run_id, status="FAILED", end_time=finished)
+def failed_table(failed: Sequence[AssetChange]) -> dict[str, list[Any]]:
+    """Columns and rows of failed assets, new failures first; ``was`` is the failure mode of the run before."""
+    columns = ["asset_id", "category", "failure_mode", "was", "reason"]
+    rows = [
+        [record.ref.asset_id, record.category, record.failure_mode.value, item.was or "not there", record.reason]
+        for item in failed
+        for record in (item.record,)
+    ]
+    return {"columns": columns, "data": rows}
 
 
 def _log_artifacts(
@@ -160,6 +152,7 @@ def _log_artifacts(
     identity: str,
     run: RunRow,
     records: Sequence[AssetSummary],
+    changes: Changes,
     figures: Mapping[str, float],
     parts: Parts | None,
     index: Path | None,
@@ -169,6 +162,8 @@ def _log_artifacts(
         about = run.model_dump(mode="json", include=_ABOUT)
         text = json.dumps(about | {"figures": dict(figures)}, indent=1)
         (folder / SUMMARY).write_text(text, encoding="utf-8")
+        if failed := [*changes.new_failures, *changes.still_failing]:
+            (folder / FAILED).write_text(json.dumps(failed_table(failed[:MAX_FAILED])), encoding="utf-8")
         if records:
             draw_failures(records, folder / "failure_modes.png", f"How {len(records)} assets ended: run {run.run_id}")
         if records and parts is not None:
@@ -216,7 +211,7 @@ def remove_old_artifacts(out: Path, run: RunRow, days: int) -> str | None:
 
 
 def _runs_before(client: "MlflowClient", experiment: str, limit: datetime) -> Iterator["Run"]:
-    """Runs, without the children that failed assets are, that began before a time."""
+    """Runs that began before a time, without the children that older versions made of failed assets."""
     token = None
     while True:
         asked = f"attributes.start_time < {int(1000 * limit.timestamp())} AND tags.catalog LIKE '%'"

@@ -34,9 +34,12 @@ def sigterm_as_interrupt() -> Iterator[None]:
 @contextmanager
 def lost_interrupts_repeated() -> Iterator[None]:
     """Send Ctrl-C again where Python dropped it within the block: in a destructor or the garbage collector's callback
-    it would only print a traceback, and the program would go on."""
+    it would only print a traceback, and the program would go on. A shell starts what runs in its background deaf to
+    Ctrl-C: it hears one all the same."""
     before = sys.unraisablehook
     main_thread = threading.main_thread().ident
+    if threading.get_ident() == main_thread and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def repeat(lost: "sys.UnraisableHookArgs") -> None:
         if not isinstance(lost.exc_value, KeyboardInterrupt):
