@@ -24,7 +24,7 @@ from asset2sim.assets.mujoco_options import (
     solref,
 )
 from asset2sim.assets.urdf.parsed import parsed
-from asset2sim.assets.urdf.read import Dynamics, read_dynamics
+from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.assets.urdf.references import find_mesh
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -109,6 +109,10 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
         spec.worldbody.first_body().add_freejoint(name="root")
     else:
         exclude_related(spec)
+    links = [str(link.get("name")) for link in root.findall("link")]
+    for pair in passing_pairs(root):
+        first, second = (body_name(name, links) for name in pair)
+        spec.add_exclude(bodyname1=first, bodyname2=second)
     return spec
 
 

@@ -17,7 +17,7 @@ from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.parsed import parsed
-from asset2sim.assets.urdf.read import Dynamics, read_dynamics
+from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.engines.child import captured_console
 from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration
 from asset2sim.physics.arrays import Array
@@ -148,7 +148,11 @@ def loaded(
             said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
             message = f"PyBullet refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message)
-        yield prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(parsed(urdf)))
+        item = prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(parsed(urdf)))
+        index = {name: number for number, name in item.link_names.items()}
+        for pair in passing_pairs(parsed(urdf)):
+            client.setCollisionFilterPair(body, body, *(index[name] for name in pair), 0)
+        yield item
 
 
 def prepared(

@@ -4,7 +4,7 @@ SAPIEN's own URDF loader leaves friction and stiffness out and makes up masses, 
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,7 +17,8 @@ import yourdfpy
 
 from asset2sim.assets.meshes.load import mesh_points, scale_vector
 from asset2sim.assets.urdf.capsule import Capsule
-from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
+from asset2sim.assets.urdf.parsed import parsed
+from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics, read_urdf
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines import lowest
 from asset2sim.engines.child import captured_console
@@ -52,6 +53,8 @@ POSITION_ITERATIONS = 50
 stands on the plane, with 50 not at all."""
 VELOCITY_ITERATIONS = 1
 
+FILTER_BITS = 30
+"""Kinds of links that PhysX' filter tells apart beside the plane."""
 ALONG_X = (0.7071068, 0.0, 0.7071068, 0.0)
 """The turn (wxyz) from URDF's cylinders along z to PhysX' along x."""
 UPWARDS = (0.7071068, 0.0, -0.7071068, 0.0)
@@ -90,6 +93,7 @@ def loaded(
         terms = read_dynamics(urdf)
         try:
             built = build(builder, robot, terms)
+            give_groups(built, passing_pairs(parsed(urdf)))
         except RuntimeError as error:
             said = " ".join(str(error).split())[:400]
             message = f"SAPIEN refuses {urdf.name} and says: {said}"
@@ -185,6 +189,24 @@ def build(builder: Builder, robot: yourdfpy.Robot, terms: dict[str, Dynamics]) -
         built.links.append((link, entity))
         waiting.extend((child.child, child) for child in reversed(below.get(name, [])))
     return built
+
+
+def give_groups(built: SapienParts, passing: Sequence[tuple[str, str]]) -> None:
+    """Have these pairs of links pass through each other: links that pass the same others share a bit of PhysX' filter,
+    the lowest being the plane's. Of more kinds than there are bits all collide."""
+    others: dict[str, set[str]] = {link.name: set() for link, _ in built.links}
+    for first, second in passing:
+        others[first].add(second)
+        others[second].add(first)
+    kinds = list(dict.fromkeys(frozenset(names) for names in others.values()))
+    if not passing or len(kinds) > FILTER_BITS:
+        return
+    members = {kind: {name for name, found in others.items() if found == kind} for kind in kinds}
+    for link, _ in built.links:
+        own = frozenset(others[link.name])
+        met = sum(1 << number for number, kind in enumerate(kinds, 1) if not members[kind] <= own)
+        for shape in link.collision_shapes:
+            shape.set_collision_groups([1 << (1 + kinds.index(own)), 1 | met, 0, 0])
 
 
 def give_mass(builder: Builder, link: yourdfpy.Link, body: Any, needed: bool) -> None:

@@ -16,9 +16,9 @@ from asset2sim.assets.urdf.read import PARTNET_TURN
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
 from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
-from asset2sim.intake.formats.format import Converted, unconvertible
+from asset2sim.intake.formats.format import Converted, add, unconvertible
 from asset2sim.intake.locate import find_source
-from asset2sim.intake.split import Part, cut_out, parts_of
+from asset2sim.intake.split import Part, cut_out, parts_of, passing
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
 from schemas.finding import Finding
@@ -108,6 +108,8 @@ def one_object(file: Path, converted: Converted, part: str | None) -> "etree._El
         if converted.world and loose:
             problem = f"it has several objects that nothing holds ({', '.join(loose)}): cut it by --split, or keep one"
             raise unconvertible(file, f"{FORMATS[file.suffix].name.lower()}_objects", problem)
+        for first, second in passing(parts_of(converted)) if converted.free else ():
+            add(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         return robot
     chosen = next((item for item in parts_of(converted) if item.name == part), None)
     if chosen is None:

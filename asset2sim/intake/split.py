@@ -1,9 +1,9 @@
 """The parts of a scene: what hangs on the world or on one fixed root, each cut out as a URDF of its own."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 from lxml import etree
@@ -72,6 +72,11 @@ def parts_of(converted: Converted) -> tuple[Part, ...]:
     order = [str(link.get("name")) for link in converted.robot.findall("link")]
     parts = (scene.part(group) for group in groups)
     return tuple(sorted(parts, key=lambda part: min(map(order.index, part.links & {*order}))))
+
+
+def passing(parts: Sequence[Part]) -> list[tuple[str, str]]:
+    """Pairs of links of different parts that the file lets pass through each other."""
+    return [pair for one, other in combinations(parts, 2) for pair in one.passes(other)]
 
 
 def cut_out(converted: Converted, part: Part) -> Element:

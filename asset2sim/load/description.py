@@ -74,6 +74,13 @@ class Description:
     reason: str = ""
 
     @property
+    def passing(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of links that pass through each other."""
+        return tuple(
+            (str(item.get("link1")), str(item.get("link2"))) for item in self.urdf.findall("disable_collisions")
+        )
+
+    @property
     def links(self) -> tuple[str, ...]:
         """Names of its links."""
         return tuple(str(link.get("name")) for link in self.urdf.findall("link"))

@@ -154,3 +154,5 @@ def give_terms(mujoco: Any, spec: Any, about: Description, timestep_s: float) ->
     for held in groups[0]:  # contacts that MuJoCo filters, but not where the root is held to the world
         for other in groups[1]:
             spec.add_exclude(bodyname1=held, bodyname2=other)
+    for pair in about.passing:
+        spec.add_exclude(bodyname1=pair[0], bodyname2=pair[1])

@@ -39,6 +39,9 @@ class PyBulletObject(Loaded):
         with copied(about.urdf) as path:
             body = bullet.loadURDF(path, root.position, xyzw, useFixedBase=root.fixed, flags=flags, **at)
         infos = [bullet.getJointInfo(body, index, **at) for index in range(bullet.getNumJoints(body, **at))]
+        numbers = {about.root: -1} | {info[12].decode(): info[0] for info in infos}
+        for first, second in about.passing:
+            bullet.setCollisionFilterPair(body, body, numbers[first], numbers[second], 0, **at)
         joints = {info[1].decode(): info[0] for info in infos if info[2] != bullet.JOINT_FIXED}
         for index in range(-1, len(infos)):
             still = {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}

@@ -2,7 +2,6 @@
 
 import shutil
 from collections.abc import Collection, Sequence
-from itertools import combinations
 from pathlib import Path
 from typing import cast
 
@@ -21,7 +20,7 @@ from asset2sim.experiments.work import Work, in_child
 from asset2sim.intake.asset_folders import safe_id
 from asset2sim.intake.origin import open_origin, parts_in
 from asset2sim.intake.scenes import asset_of
-from asset2sim.intake.split import Part
+from asset2sim.intake.split import Part, passing
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
@@ -80,10 +79,10 @@ def write_parts(scene: AssetRef, folder: Path, out: Path, settings: Settings) ->
             continue
         placed.append(PlacedPart(part.name, place, overlay, part.to_scene, made))
     urdf = write_urdf(folder, scene.asset_id, placed)
-    passing = {frozenset(pair) for one, other in combinations(parts, 2) for pair in one.passes(other)}
-    passing |= overlapping(urdf, parts, placed, settings.engine)
+    apart = {frozenset(pair) for pair in passing(parts)}
+    apart |= overlapping(urdf, parts, placed, settings.engine)
     there = {link.name for part in placed for link in part.overlay.links}
-    write_whole(folder, scene.asset_id, placed, {pair for pair in passing if pair <= there}, settings.engine.timestep_s)
+    write_whole(folder, scene.asset_id, placed, {pair for pair in apart if pair <= there}, settings.engine.timestep_s)
     return told
 
 

@@ -63,7 +63,7 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
         etree.SubElement(body, "freejoint", name=free_name(item))
     write_body(body, item, item.root, geoms, names)
     contact = etree.SubElement(root, "contact")
-    for first, second in related_to_root(item):
+    for first, second in (*related_to_root(item), *item.passing):
         named = {
             "body1": mujoco_options.body_name(first, item.bodies),
             "body2": mujoco_options.body_name(second, item.bodies),

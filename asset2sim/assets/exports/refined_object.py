@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
+from asset2sim.assets.urdf.parsed import parsed
+from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, parents_first
@@ -90,6 +91,8 @@ class ExportObject:
     contact_friction: float
     rolling_friction_m: float
     fixed: bool = False
+    passing: tuple[tuple[str, str], ...] = ()
+    """Pairs of links that pass through each other."""
 
     @property
     def initial(self) -> dict[str, float]:
@@ -127,6 +130,7 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
         contact_friction=overlay.contact_friction,
         rolling_friction_m=overlay.rolling_friction_m,
         fixed=overlay.support.fixed,
+        passing=passing_pairs(parsed(folder / URDF_NAME)),
     )
 
 

@@ -17,6 +17,7 @@ its custom data, and the root layer sums them up in its own.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -109,6 +110,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
             if smaller is not None:
                 limited.append(smaller)
                 stage.GetPrimAtPath(at).SetCustomDataByKey(CUSTOM_DATA, hull_data(smaller))
+    filter_pairs(stage, item.passing, names.links)
     UsdGeom.Scope.Define(stage, f"{names.top}/joints")
     turning = {joint.name: joint.turns for joint in item.joints}
     for joint in item.joints:
@@ -154,6 +156,15 @@ def hold_root(stage: "Usd.Stage", to_object: Array, link: str, path: str) -> "Us
     joint.CreateLocalPos1Attr(Gf.Vec3f(0.0))
     joint.CreateLocalRot1Attr(Gf.Quatf(1.0))
     return joint.GetPrim()
+
+
+def filter_pairs(stage: "Usd.Stage", pairs: Sequence[tuple[str, ...]], links: Mapping[str, str]) -> None:
+    """Have pairs of links, by their prims' paths, pass through each other."""
+    from pxr import UsdPhysics
+
+    for first in dict.fromkeys(pair[0] for pair in pairs):
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(links[first]))
+        api.CreateFilteredPairsRel().SetTargets([links[second] for other, second in pairs if other == first])
 
 
 def write_articulation(prim: "Usd.Prim") -> None:

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, export_mjcf, numbers, placed, write_options
 from asset2sim.assets.exports.refined_object import ExportObject, read_object, wxyz_of
-from asset2sim.assets.exports.usd import USD_NAME, export_usd, has_usd
+from asset2sim.assets.exports.usd import USD_NAME, export_usd, filter_pairs, has_usd
 from asset2sim.assets.exports.usd_collision import place
 from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, paths
 from asset2sim.assets.folder import URDF_NAME
@@ -192,7 +192,5 @@ def write_usd(
         place(xform, lowered(part, item, item.initial))
         own = PrimPaths(item)
         bodies |= {link: prims[part.name] + at.removeprefix(own.top) for link, at in own.links.items()}
-    for first in dict.fromkeys(pair[0] for pair in passing):
-        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(bodies[first]))
-        api.CreateFilteredPairsRel().SetTargets([bodies[second] for other, second in passing if other == first])
+    filter_pairs(stage, passing, bodies)
     stage.Save()

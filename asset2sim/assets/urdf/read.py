@@ -170,6 +170,13 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
     return terms
 
 
+def passing_pairs(robot: "etree._Element") -> tuple[tuple[str, str], ...]:
+    """The pairs of a URDF's links that pass through each other, stated as SRDF does; others collide."""
+    stated = [(str(item.get("link1")), str(item.get("link2"))) for item in robot.findall("disable_collisions")]
+    links = {link.get("name") for link in robot.findall("link")}
+    return tuple(pair for pair in stated if links.issuperset(pair))
+
+
 def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Array:
     """(3,) the horizontal direction in the root frame that the object's front faces. PartNet-Mobility's objects face -x
     once its root joint has turned them z-up; an object is taken for one of them by that joint, by its robot's name or

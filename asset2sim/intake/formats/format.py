@@ -36,7 +36,7 @@ class Converted:
     free: tuple[str, ...] = ()
     """The links that the file has free of the world and that are fixed in ``robot``."""
     masks: Mapping[str, tuple[int, int]] = field(default_factory=dict)
-    """Link with collision shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
+    """Link with shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
 
 
 INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")

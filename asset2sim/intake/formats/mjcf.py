@@ -139,11 +139,11 @@ class _Model:
         return Converted(robot, files, notes, world=world, free=free, masks=self.masks())
 
     def masks(self) -> dict[str, tuple[int, int]]:
-        """Link → the bits of all its shapes that collide, contype and conaffinity."""
+        """Link → the bits of all its shapes, contype and conaffinity; both 0 where it collides with nothing."""
         m, found = self.model, dict[str, tuple[int, int]]()
         for geom in range(m.ngeom):
             body, bits = int(m.geom_bodyid[geom]), (int(m.geom_contype[geom]), int(m.geom_conaffinity[geom]))
-            if any(bits) and m.geom_type[geom] not in self.ground():
+            if m.geom_type[geom] not in self.ground():
                 name = self.name("body", body) if body else BASE
                 known = found.get(name, (0, 0))
                 found[name] = known[0] | bits[0], known[1] | bits[1]
