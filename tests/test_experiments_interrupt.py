@@ -1,14 +1,20 @@
 """Being told to stop by SIGTERM: the first counts, later ones cut nothing, and one that comes early waits.
 A Ctrl-C counts wherever it comes."""
 
+import asyncio
+import gc
 import os
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
+from distributed.comm.core import CommClosedError
 
+from asset2sim.experiments.cluster import open_client
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt, sigterm_deferred
+from schemas.settings import RunSettings
 
 
 def stop() -> None:
@@ -74,3 +80,17 @@ def test_what_a_shell_starts_in_its_background_hears_ctrl_c() -> None:
             signal.raise_signal(signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.system
+def test_connections_that_dask_forgot_are_no_errors(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    async def forget(error: Exception) -> None:
+        asyncio.get_running_loop().create_future().set_exception(error)
+        gc.collect()
+
+    with open_client(RunSettings(workers=1), tmp_path):
+        pass
+    asyncio.run(forget(CommClosedError("closed")))
+    assert not caplog.records
+    asyncio.run(forget(ValueError("of another kind")))
+    assert [record.name for record in caplog.records] == ["asyncio"]

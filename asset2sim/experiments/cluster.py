@@ -8,6 +8,7 @@ from pathlib import Path
 
 import dask
 from distributed import Client, LocalCluster
+from distributed.comm.core import CommClosedError
 
 from asset2sim.experiments.existing_cluster import join_cluster
 from schemas.settings import RunSettings
@@ -71,9 +72,16 @@ def concurrency(client: Client) -> int:
     return max(1, sum(threads.values()))
 
 
+def _no_closed_connection(record: logging.LogRecord) -> bool:
+    """Whether a log record is about anything but a connection that Dask closed."""
+    return not (record.exc_info and isinstance(record.exc_info[1], CommClosedError))
+
+
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Silence Dask within the block: it logs every connection, and warns about those that it closes itself."""
+    """Silence Dask within the block: it logs every connection, and warns about those that it closes itself. Those that
+    it forgot are collected later, and told by asyncio: they are silenced for good."""
+    logging.getLogger("asyncio").addFilter(_no_closed_connection)
     before = {name: logging.getLogger(name).level for name in _TALKATIVE}
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL)
