@@ -56,3 +56,9 @@ def test_what_it_holds_is_said_by_what_bears_or_moves_it() -> None:
 def test_positions_are_degrees_and_millimetres() -> None:
     assert (position(math.pi / 2, False), position(0.25, True), position(-2e-8, True)) == ("90°", "250 mm", "0 mm")
     assert position(None, True) == "–"
+    assert (position(58.023, True), position(100.0 * math.tau, False)) == ("58.0 m", "100 turns")
+
+
+def test_a_joint_that_hardly_anything_brakes_runs_to_the_end_of_its_range() -> None:
+    slow = {"effective_inertia": 0.1, "damping": 0.001, "friction": 0.001, "lower": 0.0, "upper": 1.5}
+    assert dict(felt(JOINT | slow, []))["let go moving"].endswith("runs through its whole range, 85.9°")

@@ -49,6 +49,9 @@ def test_only_pages_of_what_changed_are_made_anew_and_those_of_what_is_gone_go(t
     after = stamps(tmp_path)
     assert site.written == 1 and site.pages == 3 and {name for name in after if after[name] != before[name]} == {"b"}
     assert "timeout" in page(tmp_path, "b")
+    assert 'href="../a/index.html">previous: a' in page(tmp_path, "b") and 'rel="next" href="../c/' in page(
+        tmp_path, "b"
+    )
     (tmp_path / "report/objects/c/drop.webp").write_bytes(b"a loop")
     assert write_site(tmp_path).written == 1 and 'src="drop.webp"' in page(tmp_path, "c")
     run = finish_run(start_run(Settings(), "dataset"))

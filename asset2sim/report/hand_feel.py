@@ -16,6 +16,10 @@ NO_MOTION = 1e-6
 """Position, m or rad, that is 0 to anybody."""
 AT_ONCE_S = 0.02
 """Time too short to be seen, s."""
+LONG_M = 10.0
+"""Way that is told in metres, m."""
+MANY_TURNS = 10.0
+"""Turns from which on angles are told in them."""
 UNFELT_N = 0.01
 """Force that no hand feels, N: the weight of a gram."""
 
@@ -50,9 +54,12 @@ def _coasting(joint: Row) -> str:
     inertia += float(joint.get("armature") or 0.0)
     seconds = stopping_time_s(speed, inertia, damping, friction)
     given = f"from {number(speed)} m/s" if slides else f"from {number(math.degrees(speed), digits=2)}°/s"
+    way = glide(speed, inertia / damping, friction / inertia) if damping > 0.0 and inertia > 0.0 else None
+    lower, upper = joint.get("lower"), joint.get("upper")
+    if way is not None and lower is not None and upper is not None and way >= upper - lower:
+        return f"{given} on the level it runs through its whole range, {position(upper - lower, slides)}"
     if seconds > ENDLESS_S:
         return f"{given} it coasts on: nothing brakes it"
-    way = glide(speed, inertia / damping, friction / inertia) if damping > 0.0 and inertia > 0.0 else None
     far = "" if way is None else f", after {position(way, slides)}"
     when = "at once" if seconds < AT_ONCE_S else f"in {number(seconds, 's', 2)}"
     return f"{given} on the level it stops {when}{far}"
@@ -106,8 +113,12 @@ def _return(checks: Sequence[Row]) -> list[tuple[str, str]]:
 
 
 def position(value: float | None, slides: bool) -> str:
-    """A joint position for people: mm for a slider, degrees for a hinge."""
+    """A joint position for people: mm for a slider, m for a long one, degrees for a hinge, turns for many."""
     if value is None:
         return "–"
     value = 0.0 if abs(value) < NO_MOTION else value
-    return number(1e3 * value, "mm", 3) if slides else f"{number(math.degrees(value), digits=3)}°"
+    if slides:
+        return number(value, "m", 3) if abs(value) >= LONG_M else number(1e3 * value, "mm", 3)
+    if abs(value) > MANY_TURNS * math.tau:
+        return f"{number(value / math.tau)} turns"
+    return f"{number(math.degrees(value), digits=3)}°"

@@ -1,6 +1,7 @@
 """Contents of an object's page: its row and all that belongs to it, in the words of people who handle objects."""
 
 import re
+import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -42,6 +43,8 @@ CHECKS = {
     "effort": "opens with a hand's force",
 }
 """Interaction checks in words, in their order."""
+TURNED = "turned_upright"
+"""Code of the finding on an object that a rule turned, which may be why it fails."""
 LOADERS = ("pybullet", "mujoco", "sapien", "drake", "genesis", "newton")
 SEVERITIES = ("error", "warning", "info")
 
@@ -55,16 +58,32 @@ class Picture:
     caption: str
 
 
+@dataclass(frozen=True)
+class Beside:
+    """What lies beside a page: the pictures in its ``folder``, the ids of the objects ``before`` and ``after`` it, the
+    refined files that can be loaded, relative to OUT, and OUT itself."""
+
+    folder: Collection[str] = ()
+    before: str | None = None
+    after: str | None = None
+    refined: Sequence[str] = ()
+    out: str = ""
+
+
 def object_page(
-    asset: Row, own: Rows, others: Sequence[Row], files: Collection[str], calls: Sequence[Exchange]
+    asset: Row, own: Rows, others: Sequence[Row], beside: Beside, calls: Sequence[Exchange]
 ) -> dict[str, Any]:
-    """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other refinements,
-    ``files`` what lies beside the page."""
+    """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other
+    refinements."""
+    files = beside.folder
     checks = own["interactions"]
     return {
         "asset": asset,
         "ok": asset["status"] == "ok",
         "guide": failure_guide().get(asset["failure_mode"]),
+        "turned": [item["message"] for item in own["findings"] if item["code"] == TURNED],
+        "beside": beside,
+        "view": shlex.join(["asset2sim", "view", asset["asset_id"], "--out", beside.out]),
         "method": method_of(asset),
         "facts": facts(asset),
         "pictures": pictures(asset, files),

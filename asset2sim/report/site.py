@@ -13,13 +13,14 @@ from pathlib import Path
 from markupsafe import Markup
 
 from asset2sim.assets.urdf.references import AllowedFolders
+from asset2sim.catalog.index import ASSETS_FOLDER, local_files
 from asset2sim.catalog.read_remote import PARTS, repair_history
 from asset2sim.experiments.isolation import stop_children
 from asset2sim.intake.dataset import root_of
 from asset2sim.report.exchanges import exchanges_of
 from asset2sim.report.index_page import index_page
 from asset2sim.report.loops.write import RECORD
-from asset2sim.report.object_page import object_page
+from asset2sim.report.object_page import Beside, object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
@@ -40,6 +41,9 @@ AT_ONCE = 200
 """Objects whose rows are in memory at once."""
 WHOLE = "+"
 """Ending of the key of pictures among which is the object as it came."""
+
+Near = tuple[str | None, str | None]
+"""The ids of the objects before and after one, by name."""
 
 logger = logging.getLogger(__name__)
 
@@ -83,10 +87,12 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
         state = {} if anew else _read_state(folder)
         assets = newest(found)
         drawn = _draw(found, assets, out, url, state, workers, before)
-        pages = {name: _page_key(row, None if url else folder) for name, row in assets.items()}
+        ids = sorted(assets)
+        near = dict(zip(ids, zip([None, *ids[:-1]], [*ids[1:], None], strict=True), strict=True))
+        pages = {name: _page_key(row, None if url else folder, near[name]) for name, row in assets.items()}
         changed = [name for name, key in pages.items() if state.get(name, ["", ""])[1] != key]
         for first in range(0, len(changed), AT_ONCE):
-            _write_pages({name: assets[name] for name in changed[first : first + AT_ONCE]}, out, url)
+            _write_pages({name: assets[name] for name in changed[first : first + AT_ONCE]}, near, out, url)
         for gone in state.keys() - assets.keys():
             shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
         here = {
@@ -169,12 +175,12 @@ def _picture_key(asset: Row, out: Path | None) -> str:
     return _digest(_identity(asset), _stamp(out and out / "assets" / asset["asset_id"] / VIEW))
 
 
-def _page_key(asset: Row, folder: Path | None) -> str:
-    """Key of an object's page, the pictures that are there among it; behind a URL they may be on another
-    machine, and do not count."""
+def _page_key(asset: Row, folder: Path | None, near: Near) -> str:
+    """Key of an object's page, the pictures that are there among it, and its neighbours; behind a URL pictures may be
+    on another machine, and do not count."""
     place = folder and _object_folder(folder, asset["asset_id"])
     shown = [name for name in (*PICTURES, *LOOPS, SIZE) if place and place.joinpath(name).is_file()]
-    return _digest(_identity(asset), _code(), *shown)
+    return _digest(_identity(asset), _code(), *map(str, near), *shown)
 
 
 def _identity(asset: Row) -> str:
@@ -199,7 +205,7 @@ def _digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _write_pages(assets: Mapping[str, Row], out: Path, url: str | None) -> None:
+def _write_pages(assets: Mapping[str, Row], near: Mapping[str, Near], out: Path, url: str | None) -> None:
     """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
     own = rows_of(out, list(assets))
     systems: set[str] = set()
@@ -217,7 +223,10 @@ def _write_pages(assets: Mapping[str, Row], out: Path, url: str | None) -> None:
         if url is not None and AFTER not in files:
             # Drawn by another machine.
             files |= set(list_objects(f"{url}/{FOLDER}/{OBJECTS}/{name}"))
-        values = object_page(asset, mine, others, files, calls)
+        refined = f"{ASSETS_FOLDER}/{name}"
+        loadable = [f"{refined}/{file}" for file in local_files(out / refined)] if url is None else []
+        beside = Beside(files, *near[name], loadable, url or str(out))
+        values = object_page(asset, mine, others, beside, calls)
         write_text(folder / INDEX, render("object.html.jinja", values, "../../"))
     _copy_systems(out, systems)
 
