@@ -1,5 +1,6 @@
 """Scenes of boxes, in MJCF, SDF, USD and URDF, cut: what their parts are, and that each stands where it stood."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from asset2sim.intake.origin import extract, parts_in
 from asset2sim.intake.scenes import with_parts
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from asset2sim.runs.check_request import cut
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError
 from schemas.inputs import InputSettings
@@ -93,7 +95,7 @@ def kitchen(folder: Path, name: str, text: str) -> list[AssetRef]:
     """The assets of a dataset that is this file, cut."""
     folder.mkdir(exist_ok=True)
     (folder / name).write_text(text)
-    return load_dataset(folder, inputs=SPLIT)
+    return load_dataset(folder, cut=partial(with_parts, inputs=SPLIT))
 
 
 def placed(ref: AssetRef) -> dict[str, Array]:
@@ -170,10 +172,10 @@ def test_parts_have_rows_of_their_own_and_are_chosen_by_their_ids(tmp_path: Path
     kitchen(tmp_path, "kitchen.xml", MJCF)
     lamp = f"{tmp_path.name}.lamp"
     (tmp_path / "overrides.csv").write_text(f"asset_id,mass_kg\n{lamp},0.5\n")
-    (ref,) = load_dataset(tmp_path, None, (lamp,), None, SPLIT)
+    (ref,) = load_dataset(tmp_path, None, (lamp,), None, partial(with_parts, inputs=SPLIT))
     assert ref.overrides is not None and ref.overrides.mass_kg == 0.5 and ref.root == str(tmp_path)
     with pytest.raises(UsageError, match="behind a URL"):
-        with_parts([AssetRef(asset_id="k", path="s3://kitchens/k")], SPLIT)
+        cut([AssetRef(asset_id="k", path="s3://kitchens/k")], SPLIT)
 
 
 @every_engine

@@ -1,7 +1,7 @@
 """A dataset is a list of asset references: from a manifest, a folder of asset folders, or one asset folder."""
 
 import posixpath
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from asset2sim.intake.asset_folders import MANIFEST as MANIFEST
@@ -9,15 +9,12 @@ from asset2sim.intake.asset_folders import check_asset_id as check_asset_id
 from asset2sim.intake.asset_folders import file_asset, find_assets, refuse_twice
 from asset2sim.intake.formats import FORMATS
 from asset2sim.intake.locate import package_of, split_url
-from asset2sim.intake.origin import INPUTS
 from asset2sim.intake.overrides import NUMBERS, PREFIXES, read_overrides, with_overrides
-from asset2sim.intake.scenes import with_parts
 from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from asset2sim.storage.regular_files import NOT_THERE, folder_problem, is_file, path_problem, printable
 from asset2sim.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.inputs import InputSettings
 from schemas.location import Location, nearest_existing
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
@@ -31,10 +28,10 @@ def load_dataset(
     subset: str | None = None,
     asset_ids: Sequence[str] = (),
     limit: int | None = None,
-    inputs: InputSettings = INPUTS,
+    cut: Callable[[list[AssetRef]], list[AssetRef]] = list,
 ) -> list[AssetRef]:
-    """The chosen assets of a dataset, at most ``limit``, in the manifest's order, else by name; in the place of a scene
-    its parts, where ``inputs`` ask for them.
+    """The chosen assets of a dataset, at most ``limit``, in the manifest's order, else by name; those that the
+    dataset has are ``cut`` before (see ``scenes``).
 
     ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset's folder or file; it
     is on this machine or a URL (``schemas.location``). Paths come out absolute. A manifest row whose folder is missing
@@ -48,7 +45,7 @@ def load_dataset(
         found = [file_asset(tree, file)] if file else read_manifest(tree) if has_manifest else find_assets(tree)
         root = tree.place if place.is_url else root_of(tree.place)
         refs = [ref.model_copy(update={"root": str(root)}) for ref in found]
-        refs = with_overrides(tree, with_parts(refs, inputs), whole=not file)
+        refs = with_overrides(tree, cut(refs), whole=not file)
     except OSError as error:
         raise UsageError(f"{error.filename or data} {path_problem(Path(data), error)}") from error
     if subset is not None:

@@ -2,31 +2,23 @@
 
 from collections.abc import Sequence
 
-from asset2sim.intake.asset_folders import refuse_twice, safe_id
+from asset2sim.intake.asset_folders import safe_id
 from asset2sim.intake.origin import parts_in
 from asset2sim.intake.split import Part
 from schemas.asset import AssetRef
-from schemas.errors import AssetError, UsageError
+from schemas.errors import AssetError
 from schemas.inputs import InputSettings
-from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
 
 
 def with_parts(refs: Sequence[AssetRef], inputs: InputSettings) -> list[AssetRef]:
     """The assets, in the place of each scene its parts, called after both. What is said of a scene is not said of its
-    parts: they have rows of their own in ``overrides.csv``. A file that cannot be read is an asset that says so.
-    Raises UsageError for a dataset behind a URL."""
-    if not inputs.split:
-        return list(refs)
-    found = [part for ref in refs for part in _split(ref, inputs)]
-    refuse_twice((ref.asset_id for ref in found), "--split")
-    return found
+    parts: they have rows of their own in ``overrides.csv``. A file that cannot be read is an asset that says so."""
+    return [part for ref in refs for part in _split(ref, inputs)]
 
 
 def _split(ref: AssetRef, inputs: InputSettings) -> list[AssetRef]:
-    if Location(ref.path).is_url:
-        raise UsageError(f"--split: {ref.path} is behind a URL; bring the scene to this machine")
     if ref.fault is not None:
         return [ref]
     try:

@@ -3,21 +3,30 @@
 import os
 import socket
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
+from typing import cast
 from urllib.parse import urlsplit
 
 from asset2sim.checks.known_checks import require_bounds
 from asset2sim.engines.registry import require
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.work import Work, in_child
+from asset2sim.intake.asset_folders import refuse_twice
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.overrides import with_prompt
+from asset2sim.intake.scenes import with_parts
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import UsageError
+from schemas.inputs import InputSettings
 from schemas.location import Location, nearest_existing
 from schemas.secret import redacted_address
 from schemas.settings import Settings
 
+CUT_LIMIT_S = 120.0
+"""Time in which a scene must be read, s: a kitchen of 34 bodies takes one."""
 CONNECT_LIMIT_S = 5.0
 """Time in which a scheduler must accept a connection, s."""
 
@@ -31,8 +40,25 @@ def check_request(
     limit: int | None,
 ) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    found = FoundAssets(with_prompt(load_dataset(data, subset, asset_ids, limit, settings.inputs), settings.prompt))
+    found = FoundAssets(
+        with_prompt(load_dataset(data, subset, asset_ids, limit, partial(cut, inputs=settings.inputs)), settings.prompt)
+    )
     check_run(found, data, out, settings)
+    return found
+
+
+def cut(refs: list[AssetRef], inputs: InputSettings) -> list[AssetRef]:
+    """The assets, scenes among them cut where ``inputs`` ask for it, each in a child process: one that dies of a file
+    leaves that as it is, to fail as an asset."""
+    if not inputs.split:
+        return refs
+    found = list[AssetRef]()
+    for ref in refs:
+        if Location(ref.path).is_url:
+            raise UsageError(f"--split: {ref.path} is behind a URL; bring the scene to this machine")
+        outcome = in_child(Work(with_parts, ([ref], inputs), CUT_LIMIT_S))
+        found += cast(list[AssetRef], outcome.value) if outcome.ending is Ending.RETURNED else [ref]
+    refuse_twice((ref.asset_id for ref in found), "--split")
     return found
 
 

@@ -68,6 +68,10 @@ def write_whole(
     moved = {name for item in items for name in moved_links(item)}
     owner = {link: index for index, item in enumerate(items) for link in item.bodies}
     pairs = sorted(tuple(sorted(pair, key=lambda link: (owner[link], link))) for pair in passing if pair & moved)
+    robot = etree.parse(str(folder / URDF_SCENE)).getroot()
+    for first, second in pairs:
+        etree.SubElement(robot, "disable_collisions", link1=first, link2=second, reason="Never")
+    (folder / URDF_SCENE).write_bytes(serialised(robot))
     for part in parts:
         export_mjcf(part.folder, part.overlay, timestep_s)
     document = whole_mjcf(folder, name, parts, items, timestep_s)
