@@ -60,8 +60,8 @@ class Picture:
 
 @dataclass(frozen=True)
 class Beside:
-    """What lies beside a page: the pictures in its ``folder``, the ids of the objects ``before`` and ``after`` it, the
-    refined files that can be loaded, relative to OUT, and OUT itself."""
+    """Files and pages beside a page: the pictures in its ``folder``, the ids of the objects ``before`` and ``after``
+    it, the refined files that can be loaded, relative to OUT, and OUT itself."""
 
     folder: Collection[str] = ()
     before: str | None = None
