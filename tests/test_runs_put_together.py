@@ -28,7 +28,10 @@ def scene(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> Path
     (folder / "data" / "overrides.csv").write_text("asset_id,joint:none\nkitchen.lamp,0.1\n")
     words = f"refine {folder}/data/kitchen.xml --out {folder}/out --split --engines pybullet --no-views --base world"
     environment = using(prefect_server, folder / "prefect")
-    (printed,) = one_after_the_other([[*words.split(), "--no-report", "--workers", "2"]], environment)
+    refine = [*words.split(), "--no-report", "--workers", "2"]
+    check = f"check {folder}/out/scenes/kitchen/scene.urdf --support fixed --engines pybullet".split()
+    printed, checked = one_after_the_other([refine, check], environment)
+    assert "1 of 1 ok" in checked
     assert f"scenes:  {folder}/out/scenes" in printed
     return folder / "out" / "scenes" / "kitchen"
 

@@ -67,9 +67,10 @@ def write_whole(
     items = [read_object(part.folder, part.overlay) for part in parts]
     moved = {name for item in items for name in moved_links(item)}
     owner = {link: index for index, item in enumerate(items) for link in item.bodies}
-    pairs = sorted(tuple(sorted(pair, key=lambda link: (owner[link], link))) for pair in passing if pair & moved)
+    every = sorted(tuple(sorted(pair, key=lambda link: (owner[link], link))) for pair in passing)
+    pairs = [pair for pair in every if moved.intersection(pair)]
     robot = etree.parse(str(folder / URDF_SCENE)).getroot()
-    for first, second in pairs:
+    for first, second in every:
         etree.SubElement(robot, "disable_collisions", link1=first, link2=second, reason="Never")
     (folder / URDF_SCENE).write_bytes(serialised(robot))
     for part in parts:
