@@ -1,5 +1,7 @@
 """Features extracted from an asset: links, joints, meshes and boxes, at the authored scale and in SI units."""
 
+import math
+
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Vector3
 from schemas.vocabulary import VolumeSource
 
@@ -52,6 +54,11 @@ class LinkFeatures(Frozen):
         """(3,) edge lengths of the link's box in its own frame, m."""
         low, high = self.box_min, self.box_max
         return (high[0] - low[0], high[1] - low[1], high[2] - low[2])
+
+    @property
+    def diagonal_m(self) -> float:
+        """Diagonal of the link's box, m."""
+        return math.hypot(*self.box_size)
 
     @property
     def has_geometry(self) -> bool:

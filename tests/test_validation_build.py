@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.models.prompts import synthesis_request
 from asset2sim.validation.build import Built, built_link
 from asset2sim.validation.validate import validate
 from schemas.features import LinkFeatures
 from schemas.overlay import Content, LinkProposal, MassChange, Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import MassRule, Severity, Source
-from tests.assets import link, read, robot, shape, written
+from tests.assets import joint, link, prior, read, robot, shape, written
 from tests.test_assets_surface import shell_moments
 
 SETTINGS = PhysicsSettings()
@@ -85,3 +86,36 @@ def test_how_a_mass_was_made_is_recorded_and_a_fitted_one_is_a_finding(tmp_path:
         assert (part.mass_rule, part.wall_m) == (MassRule.SHELL, 1e-3) and part.outer_m2 == pytest.approx(AREA)
         (found,) = [finding for finding in findings if finding.code == "mass_fitted"]
         assert (found.severity, found.value, found.limit) == (severity, 1.0, 2.0)
+
+
+@pytest.mark.parametrize("drawn_m", [1e-4, 3e-3])
+@pytest.mark.parametrize(
+    ("category", "label", "least", "most"),
+    [
+        ("Refrigerator", "rotation_door", 6.0, 9.0),  # see the material's source
+        ("Safe", "rotation_door", 31.0, 55.0),  # plate of 4 to 6 mm and its bolts
+        ("Oven", "rotation_door", 15.0, 25.0),  # two or three panes of 3 to 4 mm
+        ("Window", "rotation_window", 15.0, 25.0),  # two panes of 3 to 5 mm
+        ("StorageFurniture", "rotation_door", 9.0, 13.0),  # boards of 15 to 18 mm
+        ("*", "rotation_door", 3.0, 8.0),  # no known category: 3 to 7 mm of plastic
+    ],
+)
+def test_a_door_drawn_as_a_sheet_is_as_heavy_as_its_kind(
+    tmp_path: Path, drawn_m: float, category: str, label: str, least: float, most: float
+) -> None:
+    """However thin it is drawn; kg/m². A mass stated for it is none that no material has."""
+    width, height = 0.48, 0.68
+    urdf = robot(
+        link("body", shape("0.5 0.5 0.7")),
+        link("leaf", shape(f"{drawn_m} {width} {height}", xyz=f"0 {width / 2} 0")),
+        joint("hinge", "revolute", "body", "leaf", xyz="-0.26 -0.24 0", axis="0 0 1", limit="0 1.6"),
+    )
+    folder = written(tmp_path, urdf, {"semantics.txt": f"body hinge body\nleaf hinge {label}\n"})
+    extraction = read(folder, category)
+    overlay = Overlay.model_validate_json(prior(synthesis_request(extraction.features, "")).content)
+    done, _ = validate(extraction, overlay, Source.PRIOR, 0.5, SETTINGS)
+    leaf = next(item for item in done.links if item.name == "leaf")
+    assert least <= leaf.mass_kg / (width * height * done.scale**2) <= most
+    stated = overlay.model_copy(update={"links": (LinkProposal(name="leaf", mass_kg=2.0 * leaf.mass_kg),)})
+    done, findings = validate(extraction, stated, Source.MODEL, 0.5, SETTINGS)
+    assert "mass_implausible" not in {finding.code for finding in findings}

@@ -68,7 +68,9 @@ def link_as_proposed(
     volume = (link.volume_m3 or link.hull_volume_m3) * scale**3
     material_m3 = volume * (1.0 if proposal.hollow_factor is None else proposal.hollow_factor)
     if proposal.wall_m is not None and link.outer_m2 > 0.0:
-        material_m3 = wall_volume(link.outer_m2 * scale**2, proposal.wall_m, link.hull_volume_m3 * scale**3)
+        material_m3 = wall_volume(
+            link.outer_m2 * scale**2, proposal.wall_m, link.hull_volume_m3 * scale**3, link.diagonal_m * scale
+        )
     mass = proposal.mass_kg
     if mass is None and proposal.density_kg_m3 is not None and material_m3 * proposal.density_kg_m3 > 0.0:
         mass = material_m3 * proposal.density_kg_m3 + sum(item.mass_kg for item in proposal.contents)

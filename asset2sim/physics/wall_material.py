@@ -2,15 +2,25 @@
 
 from asset2sim.physics.arrays import Array
 
-SHEET_M = 2e-3
-"""Most that a link drawn without any thickness is thick, m: as its collision shape (``sheet_thickness_m``)."""
+PLATE_SHARE = 0.125
+"""Thickness over width of the thickest plates, those of refrigerators' doors: 60 to 70 mm of 550 to 600 (makers'
+dimension drawings). Boards, panes and safes' doors have a tenth to a third of that."""
 
 
-def wall_volume(outer_m2: float, wall_m: float, hull_volume_m3: float) -> float:
-    """Volume of a wall, m³, over an area that counts both sides of a sheet. It is never more than the hull's: what is
-    drawn thinner than two walls is solid. A link without a hull is a sheet of at most ``SHEET_M``."""
-    most = hull_volume_m3 if hull_volume_m3 > 0.0 else outer_m2 / 2.0 * SHEET_M
-    return min(outer_m2 * wall_m, most)
+def wall_volume(outer_m2: float, wall_m: float, hull_volume_m3: float, diagonal_m: float) -> float:
+    """Volume of a wall, m³, over an area that counts both sides of a sheet. It is never more than the hull's, since
+    what is drawn thinner than two walls is solid, or than a plate's of that area: many are drawn as sheets.
+
+    ``diagonal_m`` is that of the link's box.
+    """
+    return min(outer_m2 * wall_m, max(hull_volume_m3, plate_volume(outer_m2, diagonal_m)))
+
+
+def plate_volume(outer_m2: float, diagonal_m: float) -> float:
+    """Most volume of a plate, m³, whose two faces have this area together, however thin it is drawn."""
+    face_m2 = outer_m2 / 2.0
+    # A face over its diagonal is 0.7 to 1 times its shorter side, however the plate stands in its frame.
+    return face_m2 * PLATE_SHARE * face_m2 / diagonal_m if diagonal_m > 0.0 else 0.0
 
 
 def between(solid: Array, shell: Array, filled: float) -> Array:

@@ -52,7 +52,7 @@ def built_link(
         hollow = proposal.hollow_factor if proposal.hollow_factor is not None else hollow
         wall = proposal.wall_m or 0.0
     shell = wall > 0.0 and outer > 0.0
-    material_m3 = wall_volume(outer, wall, hull) if shell else volume * hollow
+    material_m3 = wall_volume(outer, wall, hull, link.diagonal_m * scale) if shell else volume * hollow
     if shell:
         filled = material_m3 / hull if hull > 0.0 else 0.0
     else:

@@ -12,6 +12,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
 from asset2sim.physics.kinematics import link_to_root, transform, tree_of
 from asset2sim.physics.mass_matrix import JointSpace
+from asset2sim.physics.wall_material import plate_volume
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
@@ -103,7 +104,8 @@ def link_mass(
     if mass_source is Source.RULE:
         message = f"link '{link.name}': the overlay states no material or mass; {mass:.4g} kg assumed"
         notes.info("link_completed", message, link=link.name, value=mass)
-    densest = settings.max_density_kg_m3 * max(link.volume_m3, link.hull_volume_m3) * scale**3
+    thickest = plate_volume(link.outer_m2, link.diagonal_m)
+    densest = settings.max_density_kg_m3 * max(link.volume_m3, link.hull_volume_m3, thickest) * scale**3
     if mass > densest:
         message = f"link '{link.name}': {mass:.3g} kg would be denser than any material; set to {densest:.3g} kg"
         notes.warn("mass_implausible", message, link=link.name, value=mass, limit=densest)

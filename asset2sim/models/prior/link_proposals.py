@@ -1,5 +1,6 @@
 """How each link is built: a wall or a solid, of what, and what is inside; the object's mass follows from its parts."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -91,7 +92,9 @@ def propose_links(
 def link_mass(link: LinkInfo, proposal: LinkProposal, scale: float) -> float:
     """The mass that validation gives a link for a proposal of material, wall or hollow factor, and contents, kg."""
     if proposal.wall_m and link.outer_m2 > 0.0:
-        volume = wall_volume(link.outer_m2 * scale**2, proposal.wall_m, link.hull_volume_m3 * scale**3)
+        volume = wall_volume(
+            link.outer_m2 * scale**2, proposal.wall_m, link.hull_volume_m3 * scale**3, math.hypot(*link.box_m) * scale
+        )
     else:
         share = 1.0 if proposal.hollow_factor is None else proposal.hollow_factor
         volume = (link.volume_m3 or link.hull_volume_m3) * scale**3 * share
