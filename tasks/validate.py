@@ -22,7 +22,7 @@ class Validated(StageResult):
 def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | None, *, rules: bool) -> Validated:
     """The proposal completed and bounded by our rules, or unchanged; without a proposal the physics as authored."""
     physics, guidance = job.settings.physics, job.guidance
-    forced = forced_support(job.ref.support or job.settings.support)
+    forced = forced_support(job.ref.support or job.settings.support, extraction)
     if rules and proposal is not None:
         friction = proposal.contact_friction or contact_friction(proposal.contact_material, physics)
         overlay, findings = validate(extraction, proposal, job.source, friction, physics, forced, guidance=guidance)

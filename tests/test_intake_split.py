@@ -15,6 +15,7 @@ from asset2sim.intake.scenes import with_parts
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.runs.check_request import cut
+from asset2sim.validation.support import forced_support
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError
 from schemas.inputs import InputSettings
@@ -65,6 +66,7 @@ DOOR = f"""<link name="door"><pose>0.3 0 0 0 0 0</pose>{LEAF}</link><joint name=
   </joint>"""
 WORLD = f"""<sdf version="1.7"><world name="room"><model name="ground"><static>true</static><link name="l">
   <visual name="v"><geometry><plane><normal>0 0 1</normal></plane></geometry></visual></link></model>
+  <include><uri>model://sun</uri></include>
   <model name="stand"><static>1</static><pose>1 2 0.25 0 0 1</pose><link name="body">{STAND}</link>{DOOR}</model>
   <model name="lamp"><pose>1 2 0.65 0 0 1.5</pose><link name="body"><pose>0.1 0 0 0 0 0</pose>{LAMP}</link></model>
   </world></sdf>"""
@@ -132,7 +134,10 @@ def test_a_scene_is_cut_where_its_parts_hang_and_each_stands_where_it_stood(
         for name, points in placed(ref).items():
             assert apply(part.to_scene, points) == pytest.approx(whole.pop(name), abs=1e-8), name
     assert not whole, "every link with a shape is in one part"
-    assert any(f"{free}: free in it, and fixed where they stand" in item.message for item in extract(scene).findings)
+    fixed = forced_support(None, extract(scene))
+    assert fixed is not None and fixed.fixed and forced_support(None, extract(refs[0])) is None
+    told = " ".join(item.message for item in extract(scene).findings)
+    assert f"{free}: free in it, and fixed where they stand" in told and ("model://sun" in told) == ("sdf" in text)
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,8 @@ class DescriptionFile:
     """The folder of a URDF that was made; it is deleted with the last reference to it."""
     metric_format: str = ""
     """The name of its format where that says that lengths are metres."""
+    scene: bool = False
+    """Whether it holds several objects, some of them free of the world that holds the others."""
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:

@@ -31,7 +31,7 @@ def by_rules(
     overlaps = () if is_prior(settings.model.model) else rest_overlaps(extraction)
     request = synthesis_request(features, words, images, overlaps)
     first = ask_overlay(request, features, job.ask)
-    forced = forced_support(job.ref.support or settings.support)
+    forced = forced_support(job.ref.support or settings.support, extraction)
     stated = () if job.ref.overrides is None else stated_things(job.ref.overrides)
     question = ObjectQuestion(extraction, job.guidance, job.source, settings, forced, stated)
     proposal, calls, findings = reconsidered(request, first, question, job.ask)

@@ -95,8 +95,9 @@ def open_origin(
         findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     form = FORMATS[file.suffix]
+    scene = part is None and bool(converted.free)
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
-    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric)
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene)
 
 
 def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":

@@ -38,11 +38,14 @@ SHAPE_CONFIDENCE = 0.4
 """Confidence in what only the shape says."""
 
 
-def forced_support(kind: SupportKind | None) -> Support | None:
-    """The record of what the user forces; None where nothing is forced."""
-    if kind is None:
+def forced_support(kind: SupportKind | None, extraction: Extraction | None = None) -> Support | None:
+    """The record of what the user forces, or of a scene that is not cut: it is fixed; None where nothing is forced."""
+    if kind is not None:
+        return Support(kind=kind, source=Source.USER, confidence=1.0, reason="forced by the user")
+    if extraction is None or extraction.opened is None or not extraction.opened.scene:
         return None
-    return Support(kind=kind, source=Source.USER, confidence=1.0, reason="forced by the user")
+    said = "its file holds several objects in one world"
+    return Support(kind=SupportKind.FIXED, source=Source.AUTHORED, confidence=1.0, reason=said)
 
 
 def carried(

@@ -51,6 +51,9 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     models, worlds = document.findall("model"), document.findall("world")
     if not models and len(worlds) == 1:
         models = [model for model in worlds[0].findall("model") if is_object(model)]
+        included = [str(item.findtext("uri") or "").strip() for item in worlds[0].findall("include")]
+        if included and models:
+            recovered = (*recovered, f"what it includes is left out ({', '.join(included)}): {FLATTEN}")
         if len(models) > 1:
             whole = etree.Element("model", name=str(worlds[0].get("name") or file.stem))
             whole.extend(models)
