@@ -252,6 +252,9 @@ def test_what_cannot_be_loaded_says_what_to_do(tmp_path: Path, monkeypatch: pyte
         (other / "hull.stl").write_bytes(b"solid")
         with pytest.raises(LoadError, match=said):
             describe(other)
+    (folder / "overlay.json").write_text("{")
+    with pytest.raises(LoadError, match=r"overlay\.json is damaged .*; refine the object again"):
+        load(folder)
 
 
 @every_engine
@@ -262,7 +265,9 @@ def test_what_is_given_is_checked_and_reset_undoes_it(engine: str, tmp_path: Pat
         ({"timestep_s": -0.01}, "timestep_s: -0.01 is no time step"),
         ({"timestep_s": math.nan}, "timestep_s: nan is not 1 finite"),
         ({"position": (0.0,)}, "position: .* is not 2 or 3 finite"),
+        ({"position": "here"}, "position: here is not 2 or 3 finite"),
         ({"state": "ajar"}, 'no state "ajar"; choose "closed", "open", or'),
+        ({"state": {"j": 5}}, "5 for joint 'j' is no share"),
     ):
         with pytest.raises(LoadError, match=wrong):
             load(folder, engine, **options)

@@ -33,6 +33,10 @@ from schemas.inputs import InputSettings
 from schemas.vocabulary import FailureMode, Keep, Severity, Stage
 
 INPUTS = InputSettings()
+SMALLEST_M = 1e-5
+"""Size, m, of what is no object: one of a centimetre, written in kilometres."""
+MOST_SPREAD = 1000.0
+"""Size of an object over its largest part's from which an origin is wrong: the longest chains have 127 parts."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,7 @@ def read_asset(
     rest = link_to_root(tree, root, {})
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
+    check_spread(urdf, points, diagonal)
     joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
@@ -195,3 +200,17 @@ def bounds(points: dict[str, Array], poses: dict[str, Array]) -> tuple[Array, Ar
     """The (3,) minimum and maximum of all links' points at these poses, in the root's frame."""
     placed = np.vstack([apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)])
     return placed.min(axis=0), placed.max(axis=0)
+
+
+def check_spread(urdf: Path, points: Mapping[str, Array], diagonal: float) -> None:
+    """Refuse an object that is too small to be one, or whose parts are specks in it: an origin or a unit is wrong.
+    ``diagonal`` is that of its box at rest, m. Raises AssetError (unreadable_asset)."""
+    largest = max(float(np.linalg.norm(np.ptp(cloud, axis=0))) for cloud in points.values() if len(cloud))
+    problem = ""
+    if diagonal < SMALLEST_M:
+        problem = f"it is {diagonal:.3g} m large: state metres, or the scale of its meshes"
+    elif diagonal > MOST_SPREAD * largest > 0.0:
+        problem = f"it is {diagonal:.3g} m large, and its largest part {largest:.3g} m: mend the origins of its joints"
+        problem += " or the scale of its meshes"
+    if problem:
+        raise AssetError(FailureMode.UNREADABLE_ASSET, "size_impossible", f"{urdf.name}: {problem}")

@@ -37,6 +37,8 @@ class TableSlice(NamedTuple):
 
 WHOLE = TableSlice()
 _ATTEMPTS = 20
+CHUNK_VECTORS = 2500
+"""Most rows of an answer, in what DuckDB hands over at once (2048 rows): 5 million."""
 _NULLABLE = {pa.int64(): pd.Int64Dtype(), pa.bool_(): pd.BooleanDtype()}
 
 
@@ -174,7 +176,10 @@ def _answer(out: Path, folder: Path, sql: str, parameters: Sequence[object], fil
         done: duckdb.DuckDBPyConnection | None = connection.execute(sql, list(parameters))
         if done is None:
             raise UsageError("the query failed: there is nothing in it")
-        return done.df()
+        found = done.fetch_df_chunk(CHUNK_VECTORS)
+        if len(found) >= CHUNK_VECTORS * duckdb.__standard_vector_size__:
+            raise UsageError(f"the query failed: its answer has {len(found)} rows and more; state a LIMIT, or count")
+        return found
 
 
 def _read_consistent(out: Path, read: Callable[[Path], Result], *retried: type[Exception]) -> Result:

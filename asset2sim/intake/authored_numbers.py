@@ -167,7 +167,7 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
         signs(joint, terms[joint.name], notes)
         steps(joint, terms[joint.name], moves.get(joint.name, 0.0), settings, notes)
         effort = raw[joint.name].effort
-        limit = min(value for value in (weight * lever or math.inf, effort or math.inf))
+        limit = min(weight * lever or math.inf, effort if effort is not None and effort > 0.0 else math.inf)
         if terms[joint.name].friction > limit:
             message = (
                 f"joint '{joint.name}' states a friction of {terms[joint.name].friction:.3g}, more than its effort "
@@ -195,9 +195,8 @@ def form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
         notes.warn("limits_ignored", message, joint=joint.name, value=high - low, limit=math.tau)
     for what, value in (("effort", raw.effort), ("velocity", raw.velocity)):
         if value is not None and value <= 0.0:
-            notes.warn(
-                f"{what}_zero", f"{where} has a limit of zero on its {what}: no motor moves it", joint=joint.name
-            )
+            message = f"{where} has a limit of {value:g} on its {what}: no motor moves it"
+            notes.warn(f"{what}_zero", message, joint=joint.name)
 
 
 def reach(joint: JointFeatures, longest: float, notes: Notes) -> None:

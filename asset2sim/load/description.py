@@ -128,6 +128,9 @@ class Description:
         shares = dict.fromkeys(leaders, float(state == "open")) if isinstance(state, str) else state
         ends = {joint.name: (joint.closed, joint.open) for joint in self.joints}
         shares = self.numbers(shares, "state")
+        for name, share in shares.items():
+            if not -1e-6 <= share <= 1.0 + 1e-6:
+                raise LoadError(f"state: {share:g} for joint '{name}' is no share from 0, closed, to 1, open")
         moved = {name: ends[name][0] + share * (ends[name][1] - ends[name][0]) for name, share in shares.items()}
         return asked | self.followed(moved)
 
@@ -141,13 +144,18 @@ class Description:
 
 def describe(folder: str | Path) -> Description:
     """Description of a refined folder: joints with range, unit, initial position, whether they hold and where to pull;
-    support and mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there."""
+    support and mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there or cannot be
+    read."""
     place = Path(folder).resolve()
     missing = [name for name in ("mobility.urdf", "overlay.json") if not (place / name).is_file()]
     if missing:
         raise LoadError(f"{folder} lacks {' and '.join(missing)}; name the folder of a refined object, OUT/assets/<id>")
-    overlay = json.loads((place / "overlay.json").read_text(encoding="utf-8"))
-    urdf = ET.parse(place / "mobility.urdf").getroot()
+    try:
+        overlay = json.loads((place / "overlay.json").read_text(encoding="utf-8"))
+        urdf = ET.parse(place / "mobility.urdf").getroot()
+    except (ValueError, ET.ParseError) as error:
+        which = "mobility.urdf" if isinstance(error, ET.ParseError) else "overlay.json"
+        raise LoadError(f"{folder}: {which} is damaged ({error}); refine the object again") from error
     # A transmission is a motor in Drake, on the joint that has friction, and an error in SAPIEN.
     urdf[:] = [element for element in urdf if element.tag != "transmission"]
     for mesh in urdf.iter("mesh"):

@@ -187,7 +187,10 @@ def point(values: Any) -> tuple[float, float, float]:
 
 def finite(what: str, values: Any, counts: tuple[int, ...]) -> list[float]:
     """So many finite numbers. Raises LoadError."""
-    found = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
+    try:
+        found = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
+    except (TypeError, ValueError):
+        found = []
     if len(found) not in counts or not all(map(math.isfinite, found)):
         raise LoadError(f"{what}: {values} is not {' or '.join(map(str, counts))} finite numbers")
     return found

@@ -35,6 +35,7 @@ REFUSED = (
     "SELECT * FROM read_csv('OUT/../outside/*')",
     "SELECT * FROM glob('/*')",
     "INSTALL httpfs",
+    "SELECT * FROM range(1000000000000)",
 )
 """Queries that read or write other files than the tables."""
 
