@@ -273,3 +273,5 @@ def test_a_position_is_a_share_of_each_object_s_own_range(tmp_path: Path) -> Non
         session.set_position("slide", 0.5)
         found = {name: side.positions()["slide"] for name, side in session.sides.items()}
         assert found == {REFINED: pytest.approx(0.3), RAW: pytest.approx(0.6)}
+        session.drop()
+        assert session.sides[REFINED].positions()["slide"] == pytest.approx(0.3), "it falls as it was placed"

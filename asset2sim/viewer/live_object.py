@@ -83,8 +83,8 @@ class LiveObject:
         self._place({})
 
     def drop(self) -> None:
-        """Let it fall from the height of the drop check, in its initial state."""
-        self._place({}, height_m=self.settings.fall_height_m)
+        """Let it fall from the height of the drop check, its joints as they are."""
+        self._place(self.positions(), height_m=self.settings.fall_height_m)
 
     def nudge(self) -> None:
         """Give every joint the speed of the nudge check at once, towards where it has more room."""

@@ -156,7 +156,7 @@ class Panel:
     def theme(self) -> None:
         """Light or dark, as its box says."""
         self.server.gui.configure_theme(
-            dark_mode=self.dark.value, show_logo=False, show_share_button=False, control_width="medium"
+            dark_mode=self.dark.value, show_logo=False, show_share_button=False, control_width="small"
         )
 
     @property
