@@ -87,11 +87,6 @@ def secret_parts(address: str | None) -> tuple[str, ...]:
     return tuple(sorted((text for text in found if len(text) > 2), key=lambda text: (-len(text), text)))
 
 
-def is_redacted(value: object) -> bool:
-    """Whether a text is what is left of a secret."""
-    return isinstance(value, str) and REDACTED in value
-
-
 def _hidden(value: str | None, info: SerializationInfo) -> str | None:
     return value if value is None or _is_whole(info) else REDACTED
 

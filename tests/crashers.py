@@ -24,10 +24,6 @@ def double(number: int) -> int:
     return 2 * number
 
 
-def no_operation() -> None:
-    return None
-
-
 def segfault() -> None:
     ctypes.string_at(0)
 

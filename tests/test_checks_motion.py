@@ -24,8 +24,6 @@ from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, bare, 
 pytestmark = pytest.mark.system
 
 LID_MASS, LID_REACH = 0.5, 0.15
-LID_INERTIA = LID_MASS * (0.3**2 + 0.01**2) / 12 + LID_MASS * LID_REACH**2
-"""About its hinge along one edge, kg·m²."""
 
 
 def lid(

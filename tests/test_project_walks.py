@@ -12,10 +12,10 @@ import pytest
 from tests.doc_blocks import PAGES, Block, blocks, checkout, run_block
 
 LIMIT_S = 900.0
-SAMPLES = ("laptop_silver", "box_wooden", "stapler_desk", "planted_missing_mesh", "planted_not_xml")
+SAMPLES = ("laptop_silver", "box_wooden", "planted_missing_mesh", "planted_not_xml")
 BLOCKS = {(block.page, block.number): block for page in PAGES for block in blocks(page)}
 FIRST = ("README.md", "asset2sim refine data/raw --out data/refined --dry-run")
-"""Where the researcher and the data person begin, once for both."""
+"""Where all three begin, once for all."""
 RESEARCHER = [
     ("README.md", "from asset2sim.load import describe, load"),
     ("data.md", "asset2sim refine data/raw --out refined --dry-run"),
@@ -29,8 +29,8 @@ RESEARCHER = [
     ("models.md", "asset2sim record"),
     ("models.md", "asset2sim ask"),
 ]
+NIGHTLY = ("README.md", "make nightly")
 ENGINEER = [
-    ("README.md", "make nightly"),
     ("nightly.md", "asset2sim refine data/raw --out nights --dry-run"),
     ("nightly.md", "asset2sim refine data/raw --out nights --min-success"),
 ]
@@ -85,21 +85,18 @@ class Checkout(NamedTuple):
         return [run_block(block(*step), self.folder, environment, port, LIMIT_S) for step in steps]
 
 
-def fresh(place: Path) -> Checkout:
-    folder = checkout(place / "my checkout", SAMPLES)
-    return Checkout(folder, {"PREFECT_HOME": str(place / "prefect"), "PYTHONPATH": str(folder)})
-
-
 @pytest.fixture(scope="module")
 def refined(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
     """A checkout after the README's first commands, which start a Prefect server of their own."""
-    made = fresh(tmp_path_factory.mktemp("walks"))
+    place = tmp_path_factory.mktemp("walks")
+    folder = checkout(place / "my checkout", SAMPLES)
+    made = Checkout(folder, {"PREFECT_HOME": str(place / "prefect"), "PYTHONPATH": str(folder)})
     made.walk(FIRST)
     return made
 
 
 def test_every_block_is_run_by_a_walk_or_says_what_runs_the_like() -> None:
-    known = {block(*step)[:2] for step in (FIRST, *RESEARCHER, *ENGINEER, *DATA_PERSON, *ELSEWHERE)}
+    known = {block(*step)[:2] for step in (FIRST, *RESEARCHER, NIGHTLY, *ENGINEER, *DATA_PERSON, *ELSEWHERE)}
     assert set(BLOCKS) == known
     for reason in ELSEWHERE.values():
         for word in reason.replace(":", " ").split():
@@ -119,11 +116,13 @@ def test_the_researcher(refined: Checkout, prefect_server: str) -> None:
 
 
 @pytest.mark.system
-def test_the_engineer(tmp_path: Path) -> None:
-    made = fresh(tmp_path)
-    folder, said = made.folder, made.walk(*ENGINEER)
-    assert (folder / "alert.txt").read_text(encoding="utf-8").startswith("done") or "ok" in said[1]
-    assert "exit code 3" in said[2]
+def test_the_engineer(refined: Checkout, prefect_server: str) -> None:
+    """The first night starts a Prefect server of its own, the next ones use one that stays."""
+    (night,) = refined.walk(NIGHTLY)
+    assert "unchanged" in night
+    folder, said = refined.folder, refined.walk(*ENGINEER, PREFECT_API_URL=prefect_server)
+    assert (folder / "alert.txt").read_text(encoding="utf-8").startswith("done") or "ok" in said[0]
+    assert "exit code 3" in said[1]
     assets = pd.read_parquet(folder / "nights/catalog/assets.parquet")
     assert set(assets["asset_id"]) == set(SAMPLES)
 

@@ -19,7 +19,7 @@ PERCENTILE_BOOTSTRAP = partial(
     bootstrap, batch=1000, vectorized=True, axis=-1, confidence_level=CONFIDENCE, method="percentile"
 )
 SEED = 0
-"""Seed of every bootstrap: the same values give the same interval."""
+"""Seed of every bootstrap and permutation: the same values give the same interval."""
 MIN_CORRELATION_PAIRS = 3
 """Least pairs for a correlation: two always lie on a line."""
 

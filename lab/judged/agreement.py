@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.physics.arrays import Array
-from lab.judged.figures import SEED
+from lab.comparisons.statistics import SEED
 
 PERMUTATIONS = 4999
 """Permutations of the order: a p-value is then steady to half a hundredth."""

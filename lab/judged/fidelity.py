@@ -10,8 +10,9 @@ import pandas as pd
 from scipy.stats import PermutationMethod, pearsonr, spearmanr, t
 
 from asset2sim.physics.arrays import Array
+from lab.comparisons.statistics import CONFIDENCE, RESAMPLES, SEED
 from lab.judged.agreement import PERMUTATIONS
-from lab.judged.figures import CONFIDENCE, RESAMPLES, SEED, interval
+from lab.judged.figures import interval
 from lab.trials.figures import ORDER
 
 REAL = "real"

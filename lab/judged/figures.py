@@ -5,17 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.stats import bootstrap
 
 from asset2sim.physics.arrays import Array
+from lab.comparisons.statistics import estimate
 from schemas.errors import UsageError
 
-CONFIDENCE = 0.95
-"""Share of the bootstrap's distribution that an interval holds."""
-RESAMPLES = 4999
-"""Resamples of a bootstrap."""
-SEED = 0
-"""Seed of every bootstrap and permutation: the same scores give the same figures."""
 TASK = ["task", "asset_id"]
 VARIANT = ["method", "model"]
 RATED = ["rater", "asset_id", "label"]
@@ -137,10 +131,5 @@ def deviation(values: Array) -> float:
 
 def interval(values: Array) -> tuple[float, float]:
     """95 % percentile bootstrap interval of the mean of (n,) values; NaN for one."""
-    if len(values) < 2:
-        return math.nan, math.nan
-    found = bootstrap(
-        (values,), np.mean, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
-        rng=np.random.default_rng(SEED),
-    )  # fmt: skip
-    return float(found.confidence_interval.low), float(found.confidence_interval.high)
+    found = estimate(values)
+    return (math.nan, math.nan) if found.low is None or found.high is None else (found.low, found.high)

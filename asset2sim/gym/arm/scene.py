@@ -83,12 +83,6 @@ class CompiledScene:
         """The place of an object's joint among positions."""
         return int(self.model.joint(self.prefix + name).qposadr[0])
 
-    def link_pose(self, name: str) -> Array:
-        """(4, 4) pose of an object's link as the data has it."""
-        body, pose = self.data.body(self.prefix + name), np.eye(4)
-        pose[:3, :3], pose[:3, 3] = body.xmat.reshape(3, 3), body.xpos
-        return pose
-
     def positions(self) -> dict[str, float]:
         """Joint → position, rad or m."""
         return {joint.name: float(self.data.qpos[self.joint(joint.name)]) for joint in self.about.joints}
