@@ -48,6 +48,19 @@ def test_what_is_beyond_the_household_range_goes_to_its_nearest_bound(wanted: fl
     assert f"{wanted:.3g} m" in finding.message and f"{bound:.3g} m" in finding.message
 
 
+@pytest.mark.parametrize(
+    ("edges", "height_m"), [((0.65, 0.6, 0.9), 0.9), ((0.58, 0.6, 1.3), 1.3), ((0.56, 0.6, 0.6), 0.6)]
+)
+def test_ranges_and_double_ovens_are_as_wide_as_one_oven(edges: tuple[float, ...], height_m: float) -> None:
+    """Drawn at any scale, a range is as tall as a worktop; its weight is a range's, too."""
+    oven = thing("Oven", hinged("door", "door")) | {
+        key: [2.3 * edge for edge in edges] for key in ("size_closed_m", "size_m")
+    }
+    info, overlay = ObjectInfo.from_json(oven), Overlay.model_validate(ask(oven))
+    assert with_sensible_size(info, NOTHING_ASKED, overlay, Notes()).scale == overlay.scale
+    assert 2.3 * edges[2] * overlay.scale == pytest.approx(height_m, rel=0.01)
+
+
 def test_words_of_size_move_the_bounds() -> None:
     """A toy may be as small as what a hand handles, and not as large as the real thing."""
     factor = tables.size_words()[("toy",)]

@@ -18,6 +18,8 @@ REAL_SLACK = 1.5
 """Factor by which an object that its user calls real-sized may be outside the table's range."""
 METRIC_SLACK = 5.0
 """Factor by which an object whose file is in metres may be outside the table's range: toys, and models for a robot."""
+DEEPEST = 4.0 / 3.0
+"""Depth over width from which a kitchen appliance (0.55 to 0.68 m deep at 0.6 m, EN 1116) has its front along y."""
 TABLETOP_M = 0.36
 """Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
 one, the upper end of the paper's 0.10 to 0.20 m."""
@@ -135,6 +137,9 @@ def dimension(info: ObjectInfo, size: Size) -> float:
     """The authored length, m, that the table's typical size is compared with."""
     if size.dimension == "height" and info.size_closed_m[2] > 0.0:
         return info.size_closed_m[2]
+    if size.dimension == "width" and info.size_closed_m[1] > 0.0:
+        depth, width = info.size_closed_m[:2]
+        return depth if depth > DEEPEST * width else width
     if size.dimension == "body" and info.body is not None and max(info.body.box_m) > 0.0:
         return max(info.body.box_m)
     return max(info.size_closed_m)

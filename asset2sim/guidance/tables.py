@@ -9,7 +9,8 @@ from asset2sim.guidance.csv_rows import csv_rows
 
 @dataclass(frozen=True)
 class Size:
-    """A category's typical size. ``dimension``: longest edge or height of the closed object, or its body's longest.
+    """A category's typical size. ``dimension``: longest edge, height or width (seen from its front, which is
+    along x) of the closed object, or its body's longest edge.
     ``across_max_m`` is the most that the second longest edge may be, 0 for any: a jar is no bottle lying down.
     ``refines``: categories of which this is a kind, so that a word for it in the guidance says more than they do.
     ``lies``: such a thing is put down on whatever side it comes to rest."""

@@ -26,7 +26,7 @@ STATED_SHARE = 0.05
 
 DIGITS = 5e-4
 """Relative rounding slack at a bound: scales are proposed with four digits."""
-DIMENSIONS = {"longest": "longest edge", "height": "height", "body": "body"}
+DIMENSIONS = {"longest": "longest edge", "height": "height", "width": "width", "body": "body"}
 """The dimension by which a category's size is given, in words."""
 
 
