@@ -112,7 +112,9 @@ def test_a_door_drawn_as_a_sheet_is_as_heavy_as_its_kind(
     )
     folder = written(tmp_path, urdf, {"semantics.txt": f"body hinge body\nleaf hinge {label}\n"})
     extraction = read(folder, category)
-    overlay = Overlay.model_validate_json(prior(synthesis_request(extraction.features, "")).content)
+    answer = prior(synthesis_request(extraction.features, "")).content
+    assert answer is not None
+    overlay = Overlay.model_validate_json(answer)
     done, _ = validate(extraction, overlay, Source.PRIOR, 0.5, SETTINGS)
     leaf = next(item for item in done.links if item.name == "leaf")
     assert least <= leaf.mass_kg / (width * height * done.scale**2) <= most

@@ -108,6 +108,8 @@ def holding(
         load = max(load, float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0)))
     # What is left anywhere resists a hand both ways, by detents or a brake: a dial, a blade.
     felt = kind.least_effort if kind.anywhere else felt_friction(kind, here)
+    if not kind.anywhere and leads_off_its_stop(start, here):
+        felt = kind.least_effort + abs(here)
     wanted = max(settings.hold_margin * load, bump, felt)
     bearable = min(kind.most_upward + here, kind.most_downward - here)
     return Holding(max(min(wanted, bearable), least), wanted, balance)
@@ -116,6 +118,11 @@ def holding(
 def felt_friction(kind: Handling, load: float) -> float:
     """The friction (N·m or N) with which a part takes its kind's least effort the harder way, against its ``load``."""
     return max(kind.least_effort - abs(load), 0.0)
+
+
+def leads_off_its_stop(start: Start, load: float) -> bool:
+    """Whether the joint's load (N·m or N) helps the only way that it has from the stop where it starts."""
+    return load != 0.0 and on_stop(start, -load)
 
 
 def friction_armature(friction: float, least_inertia: float, settings: PhysicsSettings) -> float:

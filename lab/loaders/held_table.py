@@ -17,7 +17,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import asset2sim.load
-from asset2sim.catalog.index import LOADER_NAME, loader_source
+from asset2sim.assets.folder import LOADER_NAME
+from asset2sim.catalog.index import loader_source
 from asset2sim.catalog.text import markdown_table
 from lab.loaders import hold
 from lab.pages.blocks import check_page, write_block
