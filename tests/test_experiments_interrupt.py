@@ -8,6 +8,8 @@ import signal
 import sys
 import time
 from pathlib import Path
+from threading import Event, Timer, main_thread
+from typing import TYPE_CHECKING, cast
 
 import pytest
 from distributed.comm.core import CommClosedError
@@ -15,6 +17,9 @@ from distributed.comm.core import CommClosedError
 from asset2sim.experiments.cluster import open_client
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt, sigterm_deferred
 from schemas.settings import RunSettings
+
+if TYPE_CHECKING:
+    from tornado.ioloop import IOLoop
 
 
 def stop() -> None:
@@ -94,3 +99,25 @@ def test_connections_that_dask_forgot_are_no_errors(tmp_path: Path, caplog: pyte
     assert not caplog.records
     asyncio.run(forget(ValueError("of another kind")))
     assert [record.name for record in caplog.records] == ["asyncio"]
+
+
+@pytest.mark.system
+def test_a_wait_that_ctrl_c_ends_before_dask_began_it_prints_nothing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def never() -> None:
+        await asyncio.sleep(60)
+
+    def wait(busy: Event) -> None:
+        busy.set()
+        time.sleep(0.5)
+
+    with open_client(RunSettings(workers=1), tmp_path) as client:
+        busy = Event()
+        cast("IOLoop", client.loop).add_callback(wait, busy)
+        busy.wait()
+        Timer(0.1, signal.pthread_kill, (main_thread().ident, signal.SIGINT)).start()
+        with pytest.raises(KeyboardInterrupt):
+            client.sync(never)
+        client.sync(asyncio.sleep, 0.0)
+    assert not caplog.records

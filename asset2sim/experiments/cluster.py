@@ -72,16 +72,20 @@ def concurrency(client: Client) -> int:
     return max(1, sum(threads.values()))
 
 
-def _no_closed_connection(record: logging.LogRecord) -> bool:
-    """Whether a log record is about anything but a connection that Dask closed."""
-    return not (record.exc_info and isinstance(record.exc_info[1], CommClosedError))
+def _no_fault_of_ours(record: logging.LogRecord) -> bool:
+    """Whether a log record is about anything but a connection that Dask closed, or a wait that Ctrl-C ended before Dask
+    had begun it: its ``sync`` then cancels a future that is not there yet."""
+    error = record.exc_info[1] if record.exc_info else None
+    early = isinstance(error, NameError) and "'future'" in str(error)
+    return not (early or isinstance(error, CommClosedError))
 
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Silence Dask within the block: it logs every connection, and warns about those that it closes itself. Those that
-    it forgot are collected later, and told by asyncio: they are silenced for good."""
-    logging.getLogger("asyncio").addFilter(_no_closed_connection)
+    """Silence Dask within the block: it logs every connection, and warns about those that it closes itself. What its
+    event loop tells later is silenced for good."""
+    for name in ("asyncio", "tornado.application"):
+        logging.getLogger(name).addFilter(_no_fault_of_ours)
     before = {name: logging.getLogger(name).level for name in _TALKATIVE}
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL)
