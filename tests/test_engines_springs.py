@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from asset2sim.engines.world import World
+from asset2sim.validation.holding import friction_armature
+from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Engine
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, box, swing, write_urdf
 from tests.engine_worlds import G, every_engine, held, on_plane, period, recorded
@@ -113,3 +115,21 @@ def test_a_weight_stands_on_a_sprung_foot(tmp_path: Path, engine: Engine, step: 
         assert speeds.max() < 2.0, "it does not explode"
         positions = recorded(world, 2.0, lambda: position(world))
     assert positions.mean() == pytest.approx((1.0 * G - 5.0) / stiffness, abs=3e-4)
+
+
+@every_engine
+@pytest.mark.parametrize("travel", [1e-3, 1.8e-3, 0.02])
+def test_a_light_cap_on_a_slide_takes_its_friction_however_short_its_way(
+    tmp_path: Path, engine: Engine, travel: float
+) -> None:
+    friction, mass = 2.5, 2.7e-3
+    armature = friction_armature(friction, mass, travel, PhysicsSettings())
+    # Off its frame: of a body on a slide along the world's axis, MuJoCo's estimate leaves armature out.
+    cap = UrdfLink("part", mass, (0.0, 0.01, 0.0), ball_inertia(1e-7))
+    slide = {"type": "prismatic", "axis": (1, 0, 0), "friction": friction, "armature": armature}
+    with held(engine, swing(tmp_path, cap, **slide, lower=0.0, upper=travel)) as world:
+        for share, holds in ((0.48, True), (0.9, True), (1.2, False)):
+            world.place({"j": 0.0})
+            world.push({"j": share * friction})
+            world.step(round(0.5 / world.timestep_s))
+            assert (position(world) < 0.02 * travel) == holds, (share, position(world))

@@ -125,12 +125,14 @@ def leads_off_its_stop(start: Start, load: float) -> bool:
     return load != 0.0 and on_stop(start, -load)
 
 
-def friction_armature(friction: float, least_inertia: float, settings: PhysicsSettings) -> float:
+def friction_armature(friction: float, least_inertia: float, travel: float, settings: PhysicsSettings) -> float:
     """The armature (kg·m² or kg) with which solvers hold a part still by this friction (N·m or N), 0 for most: the cap
-    of a bottle is light beside what its thread resists."""
+    of a bottle is light beside what its thread resists, and creeps out of it where its ``travel`` (rad or m) is short.
+    """
     if settings.dynamics is DynamicsRule.PAPER:
         return 0.0
-    return max(friction / settings.max_friction_step - least_inertia, 0.0)
+    most = min(settings.max_friction_step, settings.max_friction_creep * travel)
+    return max(friction / most - least_inertia, 0.0)
 
 
 def load_where_left(span: Range, pull: Pull, balance: Balance) -> Array:

@@ -188,7 +188,7 @@ def one_joint(
         least_inertia=moved.least,
         asked_position=start.asked,
         effort_range=handled.range,
-        armature=max(terms.armature, friction_armature(terms.friction.value, mechanics.least, settings)),
+        armature=max(terms.armature, friction_armature(terms.friction.value, mechanics.least, span.span, settings)),
         mimic=mimics_of(inputs.tree).get(name),
         exact=f"initial_joint_positions.{name}" in inputs.asked,
     )
