@@ -20,7 +20,7 @@ def judge_films(options: JudgeVideosOptions, settings: Settings) -> None:
         def told(line: str) -> None:
             output().print(Text(line))
 
-        return judge_videos(options.outs, options.judges, *looks, settings.model, told, options.record)
+        return judge_videos(options.outs, options.judges, *looks, settings.model, told, options.record, options.real)
 
     scores = in_flow("judge-videos", judge)
     for part in describe_scores("Video scores", scores):

@@ -27,15 +27,16 @@ def judge_videos(
     settings: ModelSettings,
     told: Callable[[str], None],
     record: Path | None = None,
+    real: Path | None = None,
 ) -> pd.DataFrame:
     """Judge the films of output folders, or of a comparison's, by these judges or, where none is named, the physical
     one. The rows are stored in the first folder, each trial as it ends, and returned; ``told`` hears how far it is, and
-    ``record`` is a folder that keeps the judges' answers. Raises UsageError for folders without recordings, and for
-    judges that cannot be asked, with nothing done."""
+    ``record`` is a folder that keeps the judges' answers, ``real`` one of films of reality. Raises UsageError for
+    folders without recordings, and for judges that cannot be asked, with nothing done."""
     judges = judges or (PHYSICAL_JUDGE,)
     recorded = recorded_trials(outs)
     models = [judge for judge in judges if judge != PHYSICAL_JUDGE]
-    about = comparisons(recorded)
+    about = comparisons(recorded, real)
     if models and not any(item.candidates for item in about):
         raise UsageError(
             f"{', '.join(map(str, outs))}: no film of a recorded interaction; record them with their films"

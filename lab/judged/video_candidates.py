@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
+from lab.judged.published import NO_MODEL
 from lab.judged.variant_folders import variant_folders
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.study import motion_folder
@@ -29,6 +30,10 @@ class Candidate:
     model: str
     run_id: str | None
     film: Path
+
+
+REAL = "real"
+"""The method that a film of reality is a row of, as in the paper's tables."""
 
 
 @dataclass(frozen=True)
@@ -63,11 +68,18 @@ def recorded_trials(outs: Sequence[Path | str]) -> pd.DataFrame:
     return found.sort_values(key, ignore_index=True)
 
 
-def comparisons(trials: pd.DataFrame) -> list[TaskComparison]:
-    """A comparison for each task and asset of ``recorded_trials``."""
+def comparisons(trials: pd.DataFrame, real: Path | None = None) -> list[TaskComparison]:
+    """A comparison for each task and asset of ``recorded_trials``; a task's film of reality, ``real``/TASK.mp4 with
+    dashes for spaces, is its first candidate. Raises UsageError where the folder has no film of any task."""
+    films = {} if real is None else {task: real / f"{task.replace(' ', '-')}.mp4" for task in set(trials["task"])}
+    films = {task: film for task, film in films.items() if film.is_file()}
+    if real is not None and not films:
+        wanted = ", ".join(sorted(f"{task.replace(' ', '-')}.mp4" for task in set(trials["task"])))
+        raise UsageError(f"{real}: no film of a task that was recorded; name one of them {wanted}")
     found = []
     for (task, asset_id), some in trials.groupby(["task", "asset_id"]):
-        candidates, missing = [], []
+        candidates = [Candidate(REAL, NO_MODEL, None, films[task])] if task in films else []
+        missing = []
         for row in some.to_dict("records"):
             film = motion_folder(Path(row["out"]), str(asset_id), str(task)) / FILM
             run_id = row["run_id"] if isinstance(row["run_id"], str) else None
@@ -87,18 +99,26 @@ def trial_seeds(about: TaskComparison, trials: int, seed: int) -> tuple[int, ...
     """A seed for each trial, from 1 to 2³¹ − 1, of ``seed``, the task, the asset and who the candidates are. No order
     comes twice before every other one has come."""
     who = [[item.method, item.model] for item in about.candidates]
-    used, found, every = set[tuple[int, ...]](), list[int](), math.factorial(len(who))
+    drawn = sum(item.method != REAL for item in about.candidates)
+    used, found, every = set[tuple[int, ...]](), list[int](), math.factorial(drawn)
     for trial in range(trials):
         for attempt in itertools.count():
             text = json.dumps([seed, about.task, about.asset_id, who, trial, attempt])
             number = max(1, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big") >> 1)
-            if (order := shuffled(number, len(who))) not in used:
+            if (order := shuffled(number, drawn)) not in used:
                 break
         used.add(order)
         if len(used) == every:
             used.clear()
         found.append(number)
     return tuple(found)
+
+
+def order_of(candidates: Sequence[Candidate], seed: int) -> list[Candidate]:
+    """The candidates in the order of a trial's seed, after the film of reality where there is one, as in the paper."""
+    first = [item for item in candidates if item.method == REAL]
+    rest = [item for item in candidates if item.method != REAL]
+    return first + [rest[index] for index in shuffled(seed, len(rest))]
 
 
 def shuffled(seed: int, count: int) -> tuple[int, ...]:

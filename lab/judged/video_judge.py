@@ -16,7 +16,7 @@ from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
 from asset2sim.models.gateway.session import open_gateway_session
-from lab.judged.video_candidates import Candidate, TaskComparison, shuffled, trial_seeds
+from lab.judged.video_candidates import Candidate, TaskComparison, order_of, trial_seeds
 from lab.judged.video_frames import FilmFrame, UnreadableFilmError, sampled_frames
 from lab.judged.video_prompt import CandidateAnswer, parse_video_answer, video_request
 from lab.schemas.tables_judged import VIDEO_SCORES
@@ -133,7 +133,7 @@ def _watchable(run: JudgingRun, about: TaskComparison) -> tuple[TaskComparison, 
 def judge_trial(run: JudgingRun, look: JudgeTrial, films: Films, stopped: Callable[[], bool]) -> TrialJudgement:
     """A trial, with a row for each candidate: its score, or why there is none."""
     settings = judge_settings(run.settings, run.judges, look.judge)
-    shown = [look.about.candidates[index] for index in shuffled(look.seed, len(films))]
+    shown = order_of(tuple(films), look.seed)
     request = video_request(look.about.task, look.about.verb, [films[item] for item in shown], look.seed)
     # A session of its own: a recorded judge counts the questions of each trial by themselves.
     session = open_gateway_session(run.out, run.run_id, look.about.asset_id, settings, stopped)

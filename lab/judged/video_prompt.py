@@ -10,18 +10,21 @@ from asset2sim.models.answers import InvalidFieldsError, strict_fit, trimmed
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prompts import data_block, system_text
 from lab.judged.video_frames import FilmFrame
+from lab.probes.tasks import PAPER11
 from schemas.base import Frozen
 from schemas.request import LabelledImage, ModelRequest
 
 PURPOSE = "video_judge"
 FULL = 5.0
-DONE = {
-    Verb.CLOSE: "a part that stands open is pushed shut",
-    Verb.PRESS: "a part is pressed down and let go",
-    Verb.OPEN: "a part is pushed further open",
-    Verb.GRASP: "the object is grasped, lifted and put into the bowl",
+MOTION_PROMPTS = {
+    Verb.CLOSE: "The robot tries to push a part shut that stands open.",
+    Verb.PRESS: "The robot tries to press a part down, and lets it go.",
+    Verb.OPEN: "The robot tries to push a part further open.",
+    Verb.GRASP: "The robot tries to pick up the object and put it into the bowl.",
 }
-"""What a verb means, for the judge."""
+"""What the judge is told of tasks that are none of the paper's, which have published words of their own."""
+SHOWN = "You are shown candidate videos for the following motion prompt: '{}'"
+"""The published first sentence of the question."""
 
 
 class CandidateAnswer(Frozen):
@@ -52,15 +55,13 @@ def video_request(task: str, verb: str, candidates: Sequence[Sequence[FilmFrame]
     answer cache and a recorded judge know the trial by it."""
     information = {
         "purpose": PURPOSE,
-        "task": task,
-        "done": DONE[Verb(verb)],
         "candidates": len(candidates),
         "frames_each": max(len(frames) for frames in candidates),
     }
     return ModelRequest(
         purpose=f"{PURPOSE}-{re.sub(r'[^a-z0-9]+', '-', task.lower())[:24]}-{seed}",
         system=system_text(PURPOSE),
-        text=data_block("structured_information", information),
+        text=f"{SHOWN.format(motion_prompt(task, verb))}\n\n{data_block('structured_information', information)}",
         images=tuple(
             LabelledImage(label=f"candidate {place}, {frame.time_s:.2f} s of {frame.length_s:.2f} s", png=frame.png)
             for place, frames in enumerate(candidates, start=1)
@@ -69,6 +70,11 @@ def video_request(task: str, verb: str, candidates: Sequence[Sequence[FilmFrame]
         answer_schema=trimmed(VideoAnswer.model_json_schema(), frozenset()),
         sample=seed,
     )
+
+
+def motion_prompt(task: str, verb: str) -> str:
+    """The sentence in which a judge is told a task: that of the paper for each of its eleven."""
+    return PAPER11[task].motion_prompt if task in PAPER11 else MOTION_PROMPTS[Verb(verb)]
 
 
 def parse_video_answer(text: str, count: int) -> tuple[CandidateAnswer, ...]:

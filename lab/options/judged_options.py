@@ -22,6 +22,10 @@ class JudgeVideosOptions(FileOptions):
     record: FOLDER | None = Field(
         None, description="a folder to keep the answers in, for --judges recorded/FOLDER/JUDGE with the same seed"
     )
+    real: FOLDER | None = Field(
+        None,
+        description="a folder of films of reality, laptop-fold.mp4 for 'laptop fold': each its task's first candidate",
+    )
     seed: COUNT = Field(0, description="the orders are drawn from it")
     api_base: URL | None = Field(None, description="the address of a server of your own for the first of the models")
     budget_usd: USD | None = Field(None, description="the most that all calls may cost")

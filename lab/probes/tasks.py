@@ -35,12 +35,14 @@ class ProbeTask:
     """One of the tasks. The middle of the object's box stands at ``at``, m, in the frame of the arm's base (x ahead, y
     to its left), or as much further ahead as it needs to stay clear of the arm, turned by ``yaw`` rad about the
     vertical; at 0 its front faces the arm. ``joint`` starts ``start`` open, rad (a slider: share of its range), and
-    should end shut; a task without one ends with the object in the bowl."""
+    should end shut; a task without one ends with the object in the bowl. ``instruction`` is what the policy is told and
+    ``motion_prompt`` what a judge of films is told, both as the paper has them, letter for letter."""
 
     name: str
     asset_id: str
     verb: Verb
     instruction: str
+    motion_prompt: str
     at: tuple[float, float]
     yaw: float
     joint: str = ""
@@ -71,20 +73,39 @@ PAPER11 = MappingProxyType(
     {
         task.name: task
         for task in (
-            ProbeTask("stapler press", "103275", Verb.PRESS, "press the stapler down", (0.5, 0.0), 0.0, "joint_1", 0.3),
-            ProbeTask("stapler grasp", "103275", Verb.GRASP, "put the stapler in the bowl", (0.48, 0.1), 0.0,
-                      bowl=BowlAt(0.5, -0.25, 0.12)),
-            ProbeTask("box close", "100221", Verb.CLOSE, "close the lid of the box", (0.5, 0.0), 0.0, "joint_0", 0.4),
-            ProbeTask("box grasp", "100221", Verb.GRASP, "put the box in the bowl", (0.48, 0.1), 0.0,
-                      bowl=BowlAt(0.5, -0.25, 0.13)),
-            ProbeTask("microwave close", "7236", Verb.CLOSE, "close the microwave", (0.55, 0.0), 0.0, "joint_0", 0.8),
-            ProbeTask("toilet close", "102703", Verb.CLOSE, "close the toilet lid", (0.5, 0.0), 0.0, "joint_2", 1.6),
-            ProbeTask("laptop fold", "9912", Verb.CLOSE, "close the laptop", (0.5, 0.0), 0.0, "joint_1", 0.5),
-            ProbeTask("bag grasp", "101673", Verb.GRASP, "put the bag in the bowl", (0.48, 0.1), 0.0,
-                      bowl=BowlAt(0.5, -0.28, 0.16)),
-            ProbeTask("cabinet close", "19179", Verb.CLOSE, "close the drawer", (0.6, 0.0), np.pi / 6, "joint_0", 0.25),
-            ProbeTask("suitcase close", "103755", Verb.CLOSE, "close the suitcase", (0.5, 0.0), 0.0, "joint_1", 0.4),
-            ProbeTask("trashcan close", "102181", Verb.CLOSE, "close the trash can", (0.5, 0.0), 0.0, "joint_1", 0.4),
+            ProbeTask("stapler press", "103275", Verb.PRESS, "Press down on the stapler.",
+                      "The robot tries to press the stapler on the table.",
+                      (0.5, 0.0), 0.0, "joint_1", 0.3),
+            ProbeTask("stapler grasp", "103275", Verb.GRASP, "Pick up the stapler and put into the bowl.",
+                      "The robot tries to pick up the stapler and put it into the bowl.",
+                      (0.48, 0.1), 0.0, bowl=BowlAt(0.5, -0.25, 0.12)),
+            ProbeTask("box close", "100221", Verb.CLOSE, "Close the box lid.",
+                      "The robot tries to close the box.",
+                      (0.5, 0.0), 0.0, "joint_0", 0.4),
+            ProbeTask("box grasp", "100221", Verb.GRASP, "Pick up the box and put into the bowl.",
+                      "The robot tries to pick up the box and put it into the bowl.",
+                      (0.48, 0.1), 0.0, bowl=BowlAt(0.5, -0.25, 0.13)),
+            ProbeTask("microwave close", "7236", Verb.CLOSE, "Close the microwave door.",
+                      "The robot tries to close the microwave door.",
+                      (0.55, 0.0), 0.0, "joint_0", 0.8),
+            ProbeTask("toilet close", "102703", Verb.CLOSE, "Close the toilet lid.",
+                      "The robot tries to close the toilet lid.",
+                      (0.5, 0.0), 0.0, "joint_2", 1.6),
+            ProbeTask("laptop fold", "9912", Verb.CLOSE, "Close the laptop.",
+                      "The robot tries to close the laptop.",
+                      (0.5, 0.0), 0.0, "joint_1", 0.5),
+            ProbeTask("bag grasp", "101673", Verb.GRASP, "Pick up the bag and put into the bowl.",
+                      "The robot tries to pick up the bag and put it into the bowl.",
+                      (0.48, 0.1), 0.0, bowl=BowlAt(0.5, -0.28, 0.16)),
+            ProbeTask("cabinet close", "19179", Verb.CLOSE, "Close the drawer of the cabinet.",
+                      "The robot tries to close the drawer of the cabinet.",
+                      (0.6, 0.0), np.pi / 6, "joint_0", 0.25),
+            ProbeTask("suitcase close", "103755", Verb.CLOSE, "Close the suitcase lid.",
+                      "The robot tries to close the suitcase.",
+                      (0.5, 0.0), 0.0, "joint_1", 0.4),
+            ProbeTask("trashcan close", "102181", Verb.CLOSE, "Close the trashcan lid.",
+                      "The robot tries to close the trashcan lid.",
+                      (0.5, 0.0), 0.0, "joint_1", 0.4),
         )
     }
 )  # fmt: skip

@@ -133,10 +133,10 @@ def honest(body: dict[str, Any]) -> Reply:
 def run(
     out: Path, api_base: str | None, told: Callable[[str], None] = print,
     judges: Sequence[str] = ("hosted_vllm/judge",), trials: int = 3, seed: int = 0, record: Path | None = None,
-    **settings: object,
+    real: Path | None = None, **settings: object,
 ) -> pd.DataFrame:  # fmt: skip
     model = ModelSettings.model_validate({"api_base": api_base, "max_attempts": 1} | settings)
-    return judge_videos([out], judges, trials, 5, seed, model, told, record)
+    return judge_videos([out], judges, trials, 5, seed, model, told, record, real)
 
 
 def comparison(count: int, asset_id: str = ASSET) -> TaskComparison:
@@ -222,9 +222,26 @@ def test_a_judge_gets_frames_that_it_can_score_in_shuffled_order(compared: Path)
             assert len(frames) == 5 and len({Image.open(io.BytesIO(png)).tobytes() for png in frames[:4]}) == 4
         labels = [part["text"] for part in body["messages"][1]["content"][1:] if part["type"] == "text"]
         assert labels[0] == "Image: candidate 1, 0.00 s of 1.80 s" and len(labels) == 20
-        assert '"task":"trashcan close","done":"a part that stands open is pushed shut"' in str(body)
+        told = "the following motion prompt: 'The robot tries to close the trashcan lid.'"
+        assert body["messages"][1]["content"][0]["text"].startswith(f"You are shown candidate videos for {told}\n")
     stored = read_own_files(compared, VIDEO_SCORES)
     assert len(stored) == 24 and stored["description"].unique().tolist() == ["it moves"]
+
+
+@pytest.mark.system
+def test_a_film_of_reality_comes_first_and_the_others_in_shuffled_order(compared: Path, tmp_path: Path) -> None:
+    reality = tmp_path / "reality"
+    write_film(reality / "trashcan-close.mp4", Method.ASSET2SIM)
+    shutil.rmtree(compared / Method.ASSET2SIM.value)
+    with serve(honest) as server:
+        rows = run(compared, server.api_base, trials=6, real=reality)
+    orders = [tuple(seen(frames[-1]) for frames in pictures(body)) for body in server.requests]
+    assert all(order[0] is Method.ASSET2SIM for order in orders) and len(set(orders)) == 6 == math.factorial(3)
+    real = rows[rows["position"] == 0]
+    assert set(zip(real["method"], real["model"], real["score"], strict=True)) == {("real", "none", 5.0)}
+    assert "real" in {figure.method for figure in video_figures(rows)}
+    with pytest.raises(UsageError, match=r"no film of a task .* trashcan-close\.mp4"):
+        run(compared, None, real=tmp_path)
 
 
 @pytest.mark.system

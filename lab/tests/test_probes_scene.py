@@ -27,8 +27,10 @@ from tests.refined_things import block, drawer
 
 pytestmark = pytest.mark.system
 drawn = pytest.mark.skipif(not gl_works(), reason="neither EGL nor OSMesa works here")
-CLOSE = ProbeTask("drawer close", "thing", Verb.CLOSE, "close the drawer", (0.5, 0.0), np.pi, "slide", 0.6)
-LIFT = ProbeTask("block grasp", "thing", Verb.GRASP, "put it in the bowl", (0.5, 0.1), 0.0, bowl=BowlAt(0.5, -0.2, 0.1))
+CLOSE = ProbeTask("drawer close", "thing", Verb.CLOSE, "Close it.", "It is closed.", (0.5, 0.0), np.pi, "slide", 0.6)
+LIFT = ProbeTask(
+    "block grasp", "thing", Verb.GRASP, "Lift it.", "It is lifted.", (0.5, 0.1), 0.0, bowl=BowlAt(0.5, -0.2, 0.1)
+)
 STILL = Chunk(np.zeros((OPEN_LOOP, 8)), "joint_velocity")
 
 
@@ -170,7 +172,7 @@ def test_the_expert_closes_a_drawer_and_recording_row_and_film_are_there(thing: 
     assert row["start"] == pytest.approx(0.06) and row["distance"] <= row["tolerance"] == pytest.approx(0.05)
     assert not row["moved_before_contact"] and row["first_contact_s"] > 1.0
     assert -(-row["steps"] // OPEN_LOOP) == len(asked)
-    assert asked[0].joints == pytest.approx(START - FLANGE, abs=5e-3) and asked[0].prompt == "close the drawer"
+    assert asked[0].joints == pytest.approx(START - FLANGE, abs=5e-3) and asked[0].prompt == "Close it."
     assert asked[0].gripper == pytest.approx(0.0, abs=0.02)
     assert row["video"] == tmp_path / "to" / FILM and (tmp_path / "to" / TRACK).is_file()
     av = pytest.importorskip("av", reason="av is not installed here")

@@ -24,6 +24,29 @@ MEASURED = OPEN[:7]
 REAL = Path(__file__).resolve().parents[3] / "shared" / "partnet_mobility"
 
 
+PUBLISHED_WORDS = {
+    task: (told, f"The robot tries to {tries}")
+    for task, told, tries in (
+        ("stapler press", "Press down on the stapler.", "press the stapler on the table."),
+        (
+            "stapler grasp",
+            "Pick up the stapler and put into the bowl.",
+            "pick up the stapler and put it into the bowl.",
+        ),
+        ("box close", "Close the box lid.", "close the box."),
+        ("box grasp", "Pick up the box and put into the bowl.", "pick up the box and put it into the bowl."),
+        ("toilet close", "Close the toilet lid.", "close the toilet lid."),
+        ("microwave close", "Close the microwave door.", "close the microwave door."),
+        ("laptop fold", "Close the laptop.", "close the laptop."),
+        ("bag grasp", "Pick up the bag and put into the bowl.", "pick up the bag and put it into the bowl."),
+        ("suitcase close", "Close the suitcase lid.", "close the suitcase."),
+        ("trashcan close", "Close the trashcan lid.", "close the trashcan lid."),
+        ("cabinet close", "Close the drawer of the cabinet.", "close the drawer of the cabinet."),
+    )
+}
+"""Task → the paper's instruction to a policy and its motion prompt to a judge, copied from it."""
+
+
 def command(velocities: list[float], gripper: float = 0.0, fingers: float = 0.04) -> np.ndarray:
     action = np.array([*velocities, gripper])
     return commands_of(action, "joint_velocity", MEASURED, np.full(2, fingers), Arm())
@@ -32,7 +55,7 @@ def command(velocities: list[float], gripper: float = 0.0, fingers: float = 0.04
 def test_the_tasks_are_the_papers_and_each_is_told_in_words_of_its_own() -> None:
     theirs = {(task.name, asset_id, task.verb) for asset_id, tasks in PAPER.items() for task in tasks}
     assert {(task.name, task.asset_id, task.verb) for task in PAPER11.values()} == theirs and len(theirs) == 11
-    assert len({task.instruction for task in PAPER11.values()}) == 11
+    assert {task.name: (task.instruction, task.motion_prompt) for task in PAPER11.values()} == PUBLISHED_WORDS
     assert all((task.bowl is None) == bool(task.joint) == (task.verb is not Verb.GRASP) for task in PAPER11.values())
     assert probe_task(Task("box close", Verb.CLOSE)) is PAPER11["box close"]
     with pytest.raises(UnknownChoiceError, match="box eat"):
