@@ -120,6 +120,18 @@ def test_a_link_that_turns_changes_the_picture_and_one_at_rest_does_not(tmp_path
     assert again[0] is third and again[1] is first and len(drawn) == 2, "what the other object has drawn"
 
 
+def test_an_object_all_of_glass_is_drawn_with_its_shadow(tmp_path: Path) -> None:
+    pane = BOX.replace("</visual>", '<material name="glass"><color rgba="0.5 0.7 0.9 0.3"/></material></visual>')
+    figure = read_figure(written(tmp_path, pane) / "mobility.urdf", {}, {})
+    motions = figure.normalised(figure.placed(still()), floor=True)
+    towards = np.array([0.5, 0.4, 0.77], dtype=np.float32)
+    lens = lens_for(figure.spanned(motions).astype(np.float32), towards, 120, 120)
+    cloud = cloud_of(figure.faces, 0.01 * figure.size_m, [(motions[0], lens)])
+    ground = background(lens, disc=True)
+    (picture,) = pictures(cloud, motions, lens, ground)
+    assert cloud.starts[-1] == 0 and (picture != ground).any(axis=2).mean() > 0.3
+
+
 def test_a_joint_comes_back_the_way_it_went() -> None:
     for start, ends in ((0.0, (0.0, 1.0)), (0.3, (0.0, 1.0)), (1.0, (-1.0, 1.0)), (0.0, (0.0, 0.0))):
         path = swept(start, *ends, SWEEP_FRAMES)

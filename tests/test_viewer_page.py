@@ -139,6 +139,19 @@ def test_a_slider_moves_the_joint(viewer: Any, page: Any) -> None:
     assert soon(page, lambda: opening(viewer, "joint_0") < 0.01)
 
 
+def test_a_typed_value_beyond_the_limit_is_refused_with_a_word(viewer: Any, page: Any) -> None:
+    field = page.locator(".mantine-NumberInput-input").first
+    field.fill("4000")
+    assert soon(page, lambda: page.get_by_text("4000 is refused").is_visible())
+    assert opening(viewer, "joint_0") < 0.01
+    assert soon(page, lambda: float(field.input_value()) < 1.0)
+    field.fill("10")
+    assert soon(page, lambda: opening(viewer, "joint_0") > 0.09)
+    assert soon(page, lambda: not page.get_by_text("is refused").is_visible())
+    page.get_by_role("button", name="Reset").click()
+    assert soon(page, lambda: opening(viewer, "joint_0") < 0.01)
+
+
 def test_a_drag_with_the_mouse_opens_the_drawer(viewer: Any, page: Any) -> None:
     def front() -> tuple[Array, Array]:
         """The middle of the upper drawer's front, and the way in which it opens."""

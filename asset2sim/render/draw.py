@@ -41,7 +41,8 @@ def pictures(
     base = Layers.empty(lens)
     for link, first, last in together(cloud.starts, motions[0], still):
         splat(base, cloud.points, first, last, motions[0][link], lens)
-    casting = shadow_points(cloud)
+    # An object all of glass has no other points.
+    casting = shadow_points(cloud if cloud.starts[-1] or cloud.glass is None else cloud.glass)
     for motion in motions:
         picture = next((known for at, known in drawn if np.abs(motion - at).max() <= ALIKE), None)
         if picture is None:

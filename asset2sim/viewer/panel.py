@@ -83,6 +83,7 @@ class Panel:
         gui.add_html(PHONE_STYLE)
         self.head = gui.add_markdown("")
         self.problem = gui.add_markdown("", visible=False)
+        self.refusal = gui.add_markdown("", visible=False)
         steps = gui.add_button_group("Asset", (PREVIOUS, NEXT), hint="keys P and N")
         self.show_list = gui.add_dropdown("Show", tuple(Show), initial_value=Show.ALL.value)
         self.asset: Any = gui.add_dropdown("Go to", ("",), hint=f"of {count}")
@@ -212,7 +213,7 @@ class Panel:
                 unit = "N" if joint.slides else "N·m"
                 effort = self._slider(f"{names[joint.name]}, {unit}", 0.0, [-joint.effort, joint.effort], EFFORT_DIGITS)
             self._when(position, partial(self._put, joint.name))
-            self._when(effort, partial(self.wishes.press, joint.name))
+            self._when(effort, partial(self._press, joint.name))
             self.sliders[joint.name] = (joint, position, effort)
 
     def review(self, said: LatestReview | None) -> None:
@@ -251,8 +252,25 @@ class Panel:
             slider.value = 0.0
 
     def _put(self, joint: str) -> None:
-        self.touched[joint] = time.monotonic()
-        self.wishes.put(joint)
+        if self._reaches(self.sliders[joint][1]):
+            self.touched[joint] = time.monotonic()
+            self.wishes.put(joint)
+        # Else the slider follows its joint again.
+
+    def _press(self, joint: str) -> None:
+        slider = self.sliders[joint][2]
+        if not self._reaches(slider):
+            slider.value = 0.0
+        self.wishes.press(joint)
+
+    def _reaches(self, slider: Any) -> bool:
+        """Whether a slider's value is in its range: one that is typed may be beyond, which is said."""
+        within = bool(slider.min <= slider.value <= slider.max)
+        self.refusal.visible = not within
+        if not within:
+            span = f"{slider.min:g} to {slider.max:g}"
+            self.refusal.content = f"- ⚠ {plain(slider.label)}: {slider.value:g} is refused, it goes from {span}"
+        return within
 
     def _go(self) -> None:
         if self.asset.value in self.choices:

@@ -208,14 +208,15 @@ class RatingDesk:
             self.page.thank(len(self.plan.shown))
             return
         shown = self.left[0]
-        self.given, self.began, self.touched_s = [], time.monotonic(), 0.0
-        self._show_stage()
+        self.page.draw()
         subject = self._subject(shown)
         self.session = ViewerSession({} if subject is None else {REFINED: subject}, self.engine, self.settings)
         for line in self.session.problems.values():
             logger.warning("a variant does not move: %s", line)
         if subject is not None:
             self._draw(subject, shown.label)
+        self.given, self.began, self.touched_s = [], time.monotonic(), 0.0
+        self._show_stage()
         if subject is None or not self.stage.nodes:
             self.page.tell(UNSEEN)
         elif not self.session.moving():

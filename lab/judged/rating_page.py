@@ -73,6 +73,11 @@ class RatingPage:
         name = self._add(self.gui.add_text("Your name or code", ""))
         self._button(BEGIN, lambda: self.wishes.begin(name.value.strip().casefold()[:MOST_NAME]))
 
+    def draw(self) -> None:
+        """Say that an object is being drawn: nothing can be scored before it is seen."""
+        self._clear()
+        self._add(self.gui.add_markdown("The next object is being drawn …"))
+
     def show_stage(self, stage: RatingStage, where: str, asked: str) -> None:
         """Show one stage of a variant; a clock runs in the second and third."""
         self._clear()

@@ -128,6 +128,7 @@ class Rater:
         self.stage(1)
         shown = desk.left[0]
         score = SCORES[rater][shown.variant.stop.method]
+        assert desk.stage.nodes, "nothing is scored before it is drawn"
         assert desk.session.sides[REFINED].seconds == 0.0 and not desk.running
         self.click(str(score))
         self.click(NEXT)
