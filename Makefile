@@ -26,7 +26,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope
 comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -143,6 +143,10 @@ proposers: $(INSTALLED) ## a search first, or a model at every step, on what ove
 
 corrections: $(INSTALLED) ## answers of models as they are, corrected, asked again: a table of docs/measured.md; ARGS="--models … --subset paper9"
 	@$(BIN)/python -m lab.flows.compare corrections "$(DATA)" "$(OUT)" --page docs/measured.md $(ARGS)
+
+origins: $(INSTALLED) ## objects from other hands, each folder of SHARED (../shared)/other_origins, or DATA, a row of a table of docs/measured.md
+	@$(BIN)/python -m lab.flows.compare origins $(if $(filter file,$(origin DATA)),"$(or $(SHARED),../shared)"/other_origins/*/ \
+		"$(or $(SHARED),../shared)"/other_origins/*/kitchen/,"$(DATA)") --out "$(OUT)" --allow-outside --page docs/measured.md $(ARGS)
 
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m lab.flows.compare_methods "$(DATA)" "$(OUT)" $(ARGS)

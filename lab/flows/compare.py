@@ -10,22 +10,22 @@ from pathlib import Path
 
 import pandas as pd
 from pydantic import Field
-from pydantic_settings import CliPositionalArg
+from pydantic_settings import CliDualFlag, CliPositionalArg
 
 from asset2sim.catalog.read import latest_rows
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import quiet_environment
-from asset2sim.runs.check_request import check_run
+from asset2sim.runs.check_request import check_request, check_run
 from asset2sim.runs.command_line import Options, parse
 from asset2sim.runs.option_types import FILE, FOLDERS, IDS, NAME, Listed
 from asset2sim.runs.request import RefineRequest, usable_cores
 from flows.command import refine
-from lab.comparisons import corrections, proposers, rules, withheld
+from lab.comparisons import corrections, origins, proposers, rules, withheld
 from lab.comparisons.method_runs import MODELS, slug
 from lab.pages.blocks import Pages
 from schemas.asset import FoundAssets
-from schemas.errors import DONE, UnknownChoiceError, exit_code_of
+from schemas.errors import DONE, UnknownChoiceError, UsageError, exit_code_of
 from schemas.location import Location
 from schemas.settings import EngineSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method, Proposer
@@ -50,6 +50,16 @@ class CorrectionsOptions(Options):
     models: Listed[MODELS] = Field(NOISY_MODELS, description="models; of recorded/FOLDER no repeats")
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
     page: FILE | None = Field(None, description="write the table between this file's markers")
+
+
+class OriginsOptions(Options):
+    """Refine what others made, and count what is read, passes and is kept of each origin."""
+
+    data: CliPositionalArg[FOLDERS] = Field(description="datasets, each a row called after its folder")
+    out: Path = Field(description="a folder for the runs")
+    split: CliDualFlag[bool] = Field(True, description="cut a file of several objects into them")
+    allow_outside: CliDualFlag[bool] = Field(False, description="also read what files name outside their dataset")
+    page: FILE | None = Field(None, description="write the tables between this file's markers")
 
 
 class ProposerOptions(Options):
@@ -102,6 +112,22 @@ def compare_corrections(options: CorrectionsOptions) -> str:
     refine_each(Location(options.data), found, {folders[name]: settings for name, settings in ways.items()})
     tables = {name: latest_rows(out, "assets", "expectations") for name, out in folders.items()}
     return corrections.corrections_table({name: (assets, said) for name, (assets, said) in tables.items()})
+
+
+def compare_origins(options: OriginsOptions) -> str:
+    """The tables of datasets from other hands, a row each. Raises UsageError where two folders have one name."""
+    base = base_settings()
+    own = base.inputs.model_copy(update={"split": options.split, "allow_outside": options.allow_outside})
+    settings = base.model_copy(update={"inputs": own})
+    folders = {Path(str(data)).name: data for data in options.data}
+    if len(folders) < len(options.data):
+        raise UsageError("two of the datasets have folders of one name; name one of them otherwise")
+    found: list[origins.Origin] = []
+    for name, data in folders.items():
+        out = options.out / name
+        refine_each(data, check_request(data, out, settings, None, (), None), {out: settings})
+        found.append(origins.Origin(name, *latest_rows(out, "assets", "links", "joints")))
+    return origins.origins_tables(found)
 
 
 def compare_withheld(options: CompareOptions) -> str:
@@ -175,6 +201,7 @@ COMPARISONS: Mapping[str, tuple[type[Options], Callable[..., str]]] = {
     withheld.BLOCK: (CompareOptions, compare_withheld),
     proposers.BLOCK: (ProposerOptions, compare_proposers),
     corrections.BLOCK: (CorrectionsOptions, compare_corrections),
+    origins.BLOCK: (OriginsOptions, compare_origins),
 }
 """Name of each comparison, and of its block in the documentation → its options and what makes its table."""
 
