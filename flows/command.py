@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
@@ -33,6 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A terminal of another encoding shows an escape for a letter that it lacks.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    if QuietFinder not in sys.meta_path:
+        sys.meta_path.insert(0, QuietFinder)
     with lost_interrupts_repeated():
         return run_command(sys.argv[1:] if arguments is None else arguments, refine=refine, nightly=serve)
 

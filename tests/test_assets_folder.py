@@ -13,7 +13,7 @@ from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.folder import staged_folder, write_folder, write_urdf
 from asset2sim.assets.hulls import collision_hulls
-from asset2sim.engines.child import captured_console
+from asset2sim.engines.console import captured_console
 from asset2sim.intake.origin import extract
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef

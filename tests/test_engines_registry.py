@@ -55,6 +55,7 @@ def test_an_engine_is_quiet(tmp_path: Path, engine: Engine) -> None:
     assert lines == ["0"]
 
 
+@pytest.mark.system
 @every_engine
 def test_a_link_without_mass_is_refused_where_the_engine_would_make_one_up(tmp_path: Path, engine: Engine) -> None:
     text = f'<robot name="r"><link name="a"><collision><geometry>{box(1, 1, 1)}</geometry></collision></link></robot>'

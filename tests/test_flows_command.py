@@ -60,8 +60,14 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (["refine", "{data}"], "required: --out"),
         (["refine", "{data}", "--out", "{out}", "--subset", "three"], "unknown subset 'three'; choose from: one, two"),
         (["refine", "{data}", "--out", "{out}", "--assets", "a,z"], "unknown asset 'z'; choose from: a, b"),
-        (["refine", "{data}", "--out", "{out}", "--assets", ""], "argument --assets: it names no asset"),
+        (["refine", "{data}", "--out", "{out}", "--assets", ""], "argument --assets: it names nothing"),
         (["refine", "{data}", "--out", "{out}", "--assets", ","], "leave it out for all of them"),
+        *(
+            ([command, "{out}", "--assets", ","], "argument --assets: it names nothing")
+            for command in ("record-motion", "rate")
+        ),
+        (["learn", "{out}", "--out", "{out}", "--assets", ","], "argument --assets: it names nothing"),
+        (["probe", "{out}", "--policy", "scripted", "--methods", " , "], "argument --methods: it names nothing"),
         (["refine", "{data}", "--out", "{out}", "--method", "magic"], "choose from asset2sim"),
         (["refine", "{data}", "--out", "{out}", "--model", "prior/magic"], "choose from: prior/household"),
         (["refine", "{data}", "--out", "{out}", "--limit", "0"], "'0' is not a whole number from 1 on"),
@@ -201,6 +207,14 @@ def test_help_lists_the_commands_and_imports_nothing_heavy() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
     for command in ("refine", "failures", "query", "show", "doctor", "nightly", "settings", "ui"):
         assert command in done.stdout
+
+
+@pytest.mark.system
+def test_a_mistake_that_loads_an_engine_is_one_line_all_the_same(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "flows.command", "refine", str(tmp_path), "--out", "out", "--method", "nonsense"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1, done.stderr
+    assert done.stderr.startswith("asset2sim: argument --method: invalid choice: 'nonsense'")
 
 
 @pytest.mark.system

@@ -9,11 +9,9 @@ import pickle
 import select
 import signal
 import sys
-import tempfile
 import time
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Generic, NoReturn, TypeVar
 
@@ -131,24 +129,3 @@ def _cause_of_death(status: int) -> str:
     if code >= 0:
         return f"ended its process with exit code {code} and without a result"
     return f"crashed: its process was killed by {signal.Signals(-code).name}"
-
-
-@contextmanager
-def captured_console() -> Iterator[list[str]]:
-    """Collect the lines that this process writes to file descriptors 1 and 2 while the block runs."""
-    lines: list[str] = []
-    sys.stdout.flush()
-    sys.stderr.flush()
-    with tempfile.TemporaryFile() as sink:
-        saved = [(fd, os.dup(fd)) for fd in (1, 2)]
-        for fd, _ in saved:
-            os.dup2(sink.fileno(), fd)
-        try:
-            yield lines
-        finally:
-            for fd, copy in saved:
-                os.dup2(copy, fd)
-                os.close(copy)
-            sink.seek(0)
-            text = sink.read().decode("utf-8", errors="replace")
-            lines.extend(line.strip() for line in text.splitlines() if line.strip())

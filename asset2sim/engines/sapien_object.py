@@ -21,7 +21,7 @@ from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics, read_urdf
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines import lowest
-from asset2sim.engines.child import captured_console
+from asset2sim.engines.console import captured_console
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint
 from asset2sim.engines.world import contact_distance_m
 from asset2sim.physics.arrays import Array

@@ -17,6 +17,7 @@ from asset2sim.experiments.cluster import open_client
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import Ending, Outcome, accept_children, stop_children
 from asset2sim.experiments.work import Work, in_child
+from schemas.errors import StudyError
 from schemas.settings import RunSettings
 from schemas.table import Row, Table
 
@@ -38,6 +39,7 @@ FAILED = "failed"
 """Outcome of a job whose child did not come back with a row."""
 
 RunWork = Callable[[Work], Outcome]
+Told = Callable[[str, Row, int], None]
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def run_study(
     study: Study[Job],
     jobs: Sequence[Job],
     run: RunSettings,
-    told: Callable[[str, Row, int], None] | None = None,
+    told: Told | None = None,
     enough: Callable[[Row], bool] = lambda _: False,
 ) -> int:
     """Do every job and store its rows in its output; ``told``, by default ``tell``, hears each job's title and row, and
@@ -138,3 +140,21 @@ def tell(title: str, row: Row, left: int) -> None:
     """A line about a job that has ended, on standard error."""
     why = f": {row['reason']}" if row["reason"] else ""
     sys.stderr.write(f"{title}: {row['outcome']}{why}; {left} left\n")
+
+
+def telling(rows: list[Row]) -> Told:
+    """``tell``, which keeps the rows too."""
+
+    def told(title: str, row: Row, left: int) -> None:
+        tell(title, row, left)
+        rows.append(row)
+
+    return told
+
+
+def require_one_done(
+    rows: Sequence[Row], what: str, undone: Callable[[Row], bool] = lambda row: row["outcome"] == FAILED
+) -> None:
+    """Raise StudyError where there are rows and every one is of a job that was not done."""
+    if rows and all(map(undone, rows)):
+        raise StudyError(f"none of {len(rows)} {what} could be done, the last: {rows[-1]['reason']}")

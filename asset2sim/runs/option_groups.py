@@ -4,7 +4,7 @@ from pydantic import Field
 from pydantic_settings import CliDualFlag
 
 from asset2sim.runs.command_line import Options
-from asset2sim.runs.option_types import CHECKS, CORRECT, FILE, IDS, NAME, OUT, URL, Listed, N
+from asset2sim.runs.option_types import CHECKS, CORRECT, FILE, IDS, NAME, OUT, URL, Chosen, Listed, N
 from schemas.extensions import checks
 from schemas.settings import ModelSettings
 from schemas.vocabulary import Correction
@@ -29,7 +29,7 @@ class Selection(Options):
     """Which assets of a dataset are taken, where they are verified, and how many at once."""
 
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     limit: N | None = Field(None, description="only the first N of them")
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"

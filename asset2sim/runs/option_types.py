@@ -51,6 +51,13 @@ def once(names: object) -> object:
     return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
 
 
+def some(text: object) -> object:
+    """The text of a list. Raises ValueError where it has no name: that would choose all."""
+    if isinstance(text, str) and not split(text):
+        raise ValueError("it names nothing; leave it out for all of them")
+    return text
+
+
 def actions(text: object) -> object:
     """A number of actions, also as 2e6."""
     try:
@@ -81,6 +88,8 @@ Kind = TypeVar("Kind")
 Words = Annotated[Kind, NoDecode, BeforeValidator(split)]
 """The type of an option that takes several names: with commas between them, or each a word of its own."""
 Listed = Words[Annotated[Kind, BeforeValidator(once)]]
+Chosen = Annotated[Listed[Kind], BeforeValidator(some)]
+"""The type of an option that chooses some of all."""
 
 FILE = TypeAliasType("FILE", Path)
 OUT = TypeAliasType("OUT", Location)

@@ -43,6 +43,7 @@ from asset2sim.runs.option_types import (
     URL,
     USD,
     VIEWS,
+    Chosen,
     Listed,
     N,
     Words,
@@ -183,8 +184,6 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     def _one_redo(self) -> Self:
         exclusive(self, "force", "retry_failed")
         exclusive(self, "no_views", "views")
-        if "assets" in self.model_fields_set and not self.assets:
-            raise UsageError("argument --assets: it names no asset; leave it out for all of them")
         return self
 
 
@@ -252,7 +251,7 @@ class AskOptions(FileOptions):
     data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     limit: N | None = Field(None, description="only the first N of them")
     method: METHOD = Field(Method.ASSET2SIM, description="whose question: asset2sim, direct or no-semantics")
     workers: N | None = Field(None, description="assets at work at once (default: all cores)")

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, ExitStack
 from types import TracebackType
 from typing import Self
 
-from asset2sim.engines.child import captured_console
+from asset2sim.engines.console import captured_console
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.live_object import ExplodedError, LiveObject, open_live_object
 from asset2sim.viewer.viewed_object import ViewedObject

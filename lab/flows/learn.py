@@ -9,7 +9,7 @@ import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.experiments.study import run_study
+from asset2sim.experiments.study import require_one_done, run_study, telling
 from lab.flows.in_flow import in_flow
 from lab.judged.published import published_learning
 from lab.judged.variant_folders import variant_folders
@@ -23,6 +23,7 @@ from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
+from schemas.table import Row
 
 BLOCK, PICTURE = "learn", "learning_curves.svg"
 """Name of the page's block, and of the picture beside the page."""
@@ -30,7 +31,8 @@ BLOCK, PICTURE = "learn", "learning_curves.svg"
 
 def learn(options: LearnOptions, settings: Settings) -> None:
     """Train on these outputs' objects and print what became of it. Raises UsageError where a library is missing, for an
-    output without a catalog, where nothing is chosen, and for a page without the block's markers."""
+    output without a catalog, where nothing is chosen, and for a page without the block's markers; StudyError, once all
+    is stored, where every training failed."""
     check_libraries(warp=options.warp is not None)
     if options.page is not None:
         check_page(options.page, BLOCK)
@@ -49,15 +51,17 @@ def learn(options: LearnOptions, settings: Settings) -> None:
     left = trainings_left(todo, heard, options.force)
     if len(left) < len(todo):
         sys.stderr.write(f"{len(todo) - len(left)} of {len(todo)} trainings have ended before; --force begins anew\n")
+    done: list[Row] = []
     if left:
         study = learning_study(heard)
-        in_flow(study.name, lambda: run_study(study, left, settings.run))
+        in_flow(study.name, lambda: run_study(study, left, settings.run, telling(done)))
     rows, curves = (of_these(latest_own([options.out], table), todo) for table in (LEARNING, LEARNING_CURVES))
     for part in described(rows):
         output().print(part)
     if options.page is not None:
         write_block(options.page, BLOCK, learning_block(rows, published))
         draw_curves(curves, options.page.with_name(PICTURE))
+    require_one_done(done, "trainings")
 
 
 def heard(item: Training, point: Point) -> None:

@@ -7,7 +7,7 @@ import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.experiments.study import left_to_do
+from asset2sim.experiments.study import left_to_do, require_one_done, telling
 from lab.flows.in_flow import in_flow
 from lab.judged.probe_tables import short_block
 from lab.judged.published import published_rates
@@ -20,8 +20,9 @@ from lab.probes.policies import CLONED, check_installed, policy_spec
 from lab.probes.probe_study import ProbeChoice, chosen_tasks, jobs_of, probe_study, run_probes
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
-from schemas.errors import UsageError
+from schemas.errors import StudyError, UsageError
 from schemas.settings import Settings
+from schemas.table import Row
 
 BLOCK = "probe"
 """Name of the page's block."""
@@ -30,7 +31,7 @@ BLOCK = "probe"
 def probe(options: ProbeOptions, settings: Settings) -> None:
     """Do the trials that have no result yet and print what all of these outputs' say. Raises UsageError for an output
     without a catalog or a refined object that has one of the tasks, a policy that is none, and a page without the
-    block's markers."""
+    block's markers; StudyError, once all is stored, where every trial failed, or the policy went away."""
     spec = policy_spec(options.policy, options.name, options.actions, options.camera, options.network)
     check_installed(spec)
     if spec.name == CLONED and options.seed + options.trials > FIRST_SEED:
@@ -49,11 +50,12 @@ def probe(options: ProbeOptions, settings: Settings) -> None:
     todo = jobs if options.force else left_to_do(probe_study(limits), jobs)
     if len(todo) < len(jobs):
         sys.stderr.write(f"{len(jobs) - len(todo)} of {len(jobs)} trials have a result; --force does them again\n")
-    if todo:
-        left = in_flow("probe", lambda: run_probes(todo, settings.run, limits))
-        if left:
-            sys.stderr.write(f"nobody answers for {spec.name}: {left} trials are left for the next run\n")
+    done: list[Row] = []
+    left = in_flow("probe", lambda: run_probes(todo, settings.run, limits, telling(done))) if todo else 0
     trials = latest_own(folders, PROBE_TRIALS)
     for part in describe_probes(trials, real):
         output().print(part)
     pages.write(trials)
+    if left:
+        raise StudyError(f"nobody answers for {spec.name}: {left} trials are left for the next run")
+    require_one_done(done, "trials", lambda row: row["success"] is None)

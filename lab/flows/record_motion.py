@@ -4,7 +4,7 @@ from pathlib import Path
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.experiments.study import FAILED, run_study, tell
+from asset2sim.experiments.study import require_one_done, run_study, telling
 from asset2sim.gym.arm.gripper import ROBOTIQ
 from asset2sim.gym.arm.robotiq import robotiq_file
 from lab.flows.in_flow import in_flow
@@ -14,7 +14,6 @@ from lab.pages.blocks import Pages
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.show_trials import described, trials_block
 from lab.trials.study import STUDY, jobs_of
-from schemas.errors import StudyError
 from schemas.settings import Settings
 from schemas.table import Row
 
@@ -32,15 +31,9 @@ def record_motion(options: RecordMotionOptions, settings: Settings) -> None:
     pages = Pages(BLOCK, {options.page: trials_block})
     jobs = [job for out in folders for job in jobs_of(out, options.assets, options.film, options.gripper)]
     rows: list[Row] = []
-
-    def told(title: str, row: Row, left: int) -> None:
-        tell(title, row, left)
-        rows.append(row)
-
-    in_flow(STUDY.name, lambda: run_study(STUDY, jobs, settings.run, told))
+    in_flow(STUDY.name, lambda: run_study(STUDY, jobs, settings.run, telling(rows)))
     trials = latest_own(folders, TRIALS)
     for part in described(trials):
         output().print(part)
     pages.write(trials)
-    if all(row["outcome"] == FAILED for row in rows):
-        raise StudyError(f"none of {len(rows)} trials could be recorded, the last: {rows[-1]['reason']}")
+    require_one_done(rows, "trials")

@@ -10,7 +10,7 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.engines.child import captured_console
+from asset2sim.engines.console import captured_console
 from asset2sim.physics.arrays import Array
 from lab.loaders.loaded import BALL_MASS_KG, BALL_RADIUS_M, Loader, Setting
 from schemas.vocabulary import Engine

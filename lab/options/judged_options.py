@@ -4,7 +4,7 @@ from pydantic import Field
 from pydantic_settings import CliDualFlag, CliPositionalArg
 
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import COUNT, FOLDER, FOLDERS, IDS, RATE, URL, USD, Listed, N
+from asset2sim.runs.option_types import COUNT, FOLDER, FOLDERS, IDS, RATE, URL, USD, Chosen, N
 
 
 class JudgeVideosOptions(FileOptions):
@@ -14,7 +14,7 @@ class JudgeVideosOptions(FileOptions):
         description="output folders, or that of a comparison, as asset2sim record-motion left them; the first gets the "
         "scores"
     )
-    judges: Listed[IDS] = Field(
+    judges: Chosen[IDS] = Field(
         (), description="vision models, recorded/FOLDER, or physical-judge: a formula over measurements (the default)"
     )
     trials: N = Field(10, description="looks of each model at each task, each in another order")

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import FILE, FOLDER, FOLDERS, IDS, MINUTES, STEPS, Listed, N, methods_named
+from asset2sim.runs.option_types import FILE, FOLDER, FOLDERS, IDS, MINUTES, STEPS, Chosen, N, methods_named
 
 
 class LearnOptions(FileOptions):
@@ -14,11 +14,11 @@ class LearnOptions(FileOptions):
 
     outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
     out: FOLDER = Field(description="the folder for policies, tables and films; trainings in it go on")
-    tasks: Listed[IDS] = Field((), description="paper9, or names of tasks, as 'laptop fold' (default: every object's)")
-    methods: Annotated[Listed[IDS], AfterValidator(methods_named)] = Field(
+    tasks: Chosen[IDS] = Field((), description="paper9, or names of tasks, as 'laptop fold' (default: every object's)")
+    methods: Annotated[Chosen[IDS], AfterValidator(methods_named)] = Field(
         (), description="only objects of these methods; ours is asset2sim (default: all)"
     )
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     budget: STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
     minutes: MINUTES = Field(30.0, description="the most minutes of a training")
     seeds: N = Field(3, description="trainings of each object, with the seeds 0, 1, …")

@@ -16,7 +16,7 @@ from asset2sim.runs.option_types import (
     PORT,
     SECONDS,
     VIEWED,
-    Listed,
+    Chosen,
 )
 from schemas.vocabulary import Engine
 
@@ -27,8 +27,8 @@ class RateOptions(FileOptions):
     outs: CliPositionalArg[FOLDERS] = Field(
         description="output folders of runs over the same objects, or that of a comparison; the first keeps the ratings"
     )
-    methods: Listed[METHODS] = Field((), description="only variants of these methods (default: all that are there)")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    methods: Chosen[METHODS] = Field((), description="only variants of these methods (default: all that are there)")
+    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     engine: ENGINE = Field(Engine.PYBULLET, description=f"the engine: {', '.join(VIEWED)}")
     seed: COUNT = Field(0, description="seed of the order, with the rater's name")
     push_seconds: SECONDS = Field(60.0, description="the least time of the third stage; the most is twice that")

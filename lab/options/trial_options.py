@@ -18,7 +18,7 @@ from asset2sim.runs.option_types import (
     IDS,
     METHODS,
     NAME,
-    Listed,
+    Chosen,
     N,
 )
 from schemas.errors import UsageError
@@ -37,7 +37,7 @@ class RecordMotionOptions(FileOptions):
     """Let a scripted arm do a task with each refined object, film it, and judge the recording."""
 
     outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     gripper: GRIPPER = Field("panda", description="panda, the arm's own, or robotiq: a 2F-85, from robosuite's package")
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of each trial")
     workers: N | None = Field(None, description="trials at once (default: all cores)")
@@ -63,11 +63,11 @@ class ProbeOptions(FileOptions):
     )
     camera: CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
     network: FILE | None = Field(None, description="of cloned: the file that make clone has written")
-    tasks: Listed[IDS] = Field(("paper11",), description="paper11, or names as 'box close', separated by commas")
+    tasks: Chosen[IDS] = Field(("paper11",), description="paper11, or names as 'box close', separated by commas")
     trials: N = Field(5, description="trials of each task with each object")
     seed: COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
-    methods: Listed[METHODS] = Field((), description="only these methods, separated by commas")
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
+    methods: Chosen[METHODS] = Field((), description="only these methods, separated by commas")
+    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
     published: FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
     page: FILE | None = Field(None, description="write the tables between this file's markers too")

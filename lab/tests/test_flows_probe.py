@@ -10,7 +10,7 @@ from flows.command import refine, run_command, serve
 from lab.flows import probe as module
 from lab.probes.cameras import gl_works
 from lab.schemas.tables_probes import PROBE_TRIALS
-from lab.tests.test_probes_probe_study import BOX, out
+from lab.tests.test_probes_probe_study import BOX, QUICK, out
 
 __all__ = ["out"]
 
@@ -35,6 +35,19 @@ def test_the_command_does_what_is_left_to_do_and_writes_the_page(
     assert "validation errors for PhysicsOverlay" in row["reason"]
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "1 of 1 trials have a result" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("trials", "said"), [("1", "none of 1 trials could be done, the last: "), ("9", "6 trials are left")]
+)
+def test_a_policy_that_nobody_serves_is_no_success(
+    trials: str, said: str, out: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "in_flow", lambda name, work: work())
+    monkeypatch.setattr(module, "ProbeSettings", lambda: QUICK.model_copy(update={"connect_s": 0.2}))
+    words = ["probe", str(out), "--policy", "openpi://127.0.0.1:1", "--tasks", "box close", "--trials", trials]
+    assert run_command(words, refine=refine, nightly=serve) == 1
+    assert said in capsys.readouterr().err
 
 
 def test_what_is_no_policy_is_said_in_one_line(out: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,7 +51,7 @@ def test_a_study_of_which_every_trial_failed_is_no_success(out: Path, capsys: py
     (out / "assets" / "drawer" / "mobility.urdf").write_text("<robot name='drawer'/>", encoding="utf-8")
     words = ["record-motion", str(out), "--no-film", "--assets", "drawer"]
     assert run_command(words, refine=refine, nightly=serve) == 1
-    assert "none of 1 trials could be recorded" in capsys.readouterr().err
+    assert "none of 1 trials could be done" in capsys.readouterr().err
     assert read_own_files(out, TRIALS)["outcome"].tolist() == ["failed"]
 
 

@@ -128,6 +128,16 @@ def test_a_training_that_is_killed_goes_on_from_its_last_checkpoint_in_the_same_
     assert row["steps"] == 192
 
 
+def test_a_study_of_which_every_training_broke_down_is_no_success(
+    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lab.flows.learn.in_flow", lambda name, work: work())
+    (out / "assets" / "broken" / "overlay.json").write_text("{", encoding="utf-8")
+    words = ["learn", str(out), "--out", str(tmp_path / "to"), "--assets", "broken", "--seeds", "1"]
+    assert run_command(words, refine=refine, nightly=serve) == 1
+    assert "none of 1 trainings could be done, the last: " in capsys.readouterr().err
+
+
 def test_another_asset_or_setting_begins_anew_and_what_is_finished_is_not_trained(tmp_path: Path) -> None:
     folder, to = drawer(tmp_path / "thing"), tmp_path / "to"
     heard: list[int] = []

@@ -4,13 +4,12 @@ The environment variable ``PIPELINE_VARIABLE`` names the pipeline's module. Lite
 here: they hold threads and hundreds of megabytes, and belong to the parent.
 """
 
-import ctypes
 import gc
 import importlib
 import logging
 import os
-import sys
 
+from asset2sim.engines.console import silenced
 from asset2sim.engines.registry import installed, modules_of
 from asset2sim.experiments.isolation.children import PIPELINE_VARIABLE
 
@@ -26,24 +25,12 @@ def import_quietly(names: tuple[str, ...]) -> None:
 
     A module that cannot be imported is left out; the child that needs it meets the same error, and reports it.
     """
-    kept = os.dup(1), os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
+    with silenced():
         for name in names:
             try:
                 importlib.import_module(name)
             except Exception as error:  # any: a fork server that dies here takes the whole run with it
                 logging.getLogger(__name__).debug("cannot preload %s: %s", name, error)
-    finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        ctypes.CDLL(None).fflush(None)
-        for target, descriptor in zip((1, 2), kept, strict=True):
-            os.dup2(descriptor, target)
-            os.close(descriptor)
-        os.close(nowhere)
 
 
 import_quietly((*MODULES, *filter(None, [os.environ.get(PIPELINE_VARIABLE)])))
