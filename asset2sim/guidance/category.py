@@ -47,6 +47,13 @@ def _nouns(text: str) -> list[str]:
     return [category for _, _, category in sorted(noun_spans(tokens), key=lambda span: span[0] - span[1])]
 
 
+def row_of(stated: str, read: str) -> str:
+    """The row of the tables for an object of this stated category, or where that says little of the one that was
+    ``read`` from its names, words and labels; "" where neither says any."""
+    known = _category(stated)
+    return known if known not in _GENERIC else read.replace("*", "") or known
+
+
 def is_generic(category: str) -> bool:
     """Whether a stated category says little: none, "furniture", or one that no table knows."""
     return _category(category) in _GENERIC

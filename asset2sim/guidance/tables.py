@@ -234,19 +234,21 @@ def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
 
 @lru_cache
 def mechanism(part: str, category: str, motion: str) -> PartMechanism:
-    """The most specific row for the part, the category and the motion (hinge, slider, spin)."""
+    """The most specific row for the part, the category and the motion (hinge, slider, spin): what all that moves on a
+    category's objects does (a tap's handle, whatever it is called) goes before what such a part does elsewhere."""
     table = _mechanisms()
-    keys = ((part, category, motion), (part, "*", motion), ("*", "*", motion))
+    keys = ((part, category, motion), ("*", category, motion), (part, "*", motion), ("*", "*", motion))
     return next(table[key] for key in keys if key in table)
 
 
 @lru_cache
 def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *, loose: bool = False) -> PartEffort:
     """The most specific row for the part, the category and the motion (hinge, slider, or spin for what is round about
-    its axis) that is made for its length. A part of no row of its own that moves freely (``loose``) has theirs."""
+    its axis) that is made for its length, in the order of ``mechanism``. A part of no row of its own that moves freely
+    (``loose``) has theirs."""
     table = _part_efforts()
-    names = (part, "loose", "*") if loose else (part, "*")
-    keys = [(p, c, m) for p in names for c in (category, "*") for m in (motion, "*")]
+    names = [(part, category), ("*", category), (part, "*"), *([("loose", "*")] if loose else []), ("*", "*")]
+    keys = [(p, c, m) for p, c in names for m in (motion, "*")]
     return next(row for key in keys for row in table.get(key, ()) if length_m <= row.up_to_m)
 
 

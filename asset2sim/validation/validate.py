@@ -9,6 +9,7 @@ import numpy as np
 from asset2sim.assets.extract import Extraction
 from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
 from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
+from asset2sim.guidance.category import row_of
 from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
@@ -80,8 +81,9 @@ def validate(
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
         support = support_of(features, overlay, source, guidance, *standing, hung=is_hung(extraction))
+    known = features.model_copy(update={"category": row_of(features.category, guidance.category)})
     handled = handlings(
-        features, points, tree, bodies, positions, proposals, contact_friction, settings, carried=support.kind
+        known, points, tree, bodies, positions, proposals, contact_friction, settings, carried=support.kind
     )
     inputs = JointInputs(
         features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed
