@@ -123,8 +123,8 @@ def test_the_report_opens_from_disk_with_no_complaint_no_request_and_every_pictu
             assert image.get_attribute("alt") is not None
             pictures += 1
         assert page.locator("svg[aria-label='']").count() == 0
-    # Thumbnails on the index; on two pages before, after, both at their size, and three loops.
-    assert pictures == 2 + 2 * 6 and tab.problems == []
+    # Thumbnails on the index; on two pages before, after, both at their size, the joints, and three loops.
+    assert pictures == 2 + 2 * 7 and tab.problems == []
 
 
 def test_an_object_page_shows_what_was_asked_what_came_of_it_and_how_to_load_it(tab: Tab, sampled: Path) -> None:

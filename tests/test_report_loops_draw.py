@@ -12,6 +12,7 @@ from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.render.cloud import cloud_of
 from asset2sim.render.draw import background, pictures
 from asset2sim.render.zbuffer import Layers, lens_for, splat, together
+from asset2sim.report.loops.axes import axes_picture, axis_lines
 from asset2sim.report.loops.figure import LoopFigure, link_poses, read_alike, read_figure, sweep, swept
 from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
@@ -130,6 +131,25 @@ def test_an_object_all_of_glass_is_drawn_with_its_shadow(tmp_path: Path) -> None
     ground = background(lens, disc=True)
     (picture,) = pictures(cloud, motions, lens, ground)
     assert cloud.starts[-1] == 0 and (picture != ground).any(axis=2).mean() > 0.3
+
+
+def test_the_joints_of_an_object_are_drawn_where_they_are(tmp_path: Path) -> None:
+    extraction, view = read(written(tmp_path, cabinet())), tmp_path / "perspective.png"
+    figure = read_figure(extraction.urdf, {"lid_hinge": 0.5}, {})
+    Image.new("RGB", (320, 320), "grey").save(view)
+    for moved in figure.tree:
+        axis = figure.links_to_root[moved.child][:3, :3] @ moved.axis
+        line, *arrow = axis_lines(moved, figure)
+        assert (line[1] - line[0]) / np.linalg.norm(line[1] - line[0]) == pytest.approx(axis)
+        if moved.type != "prismatic":
+            origin, turn = figure.links_to_root[moved.child][:3, 3], arrow[0]
+            assert np.cross(line - origin, axis) == pytest.approx(0.0, abs=1e-9)
+            middle = origin + np.outer((turn - origin) @ axis, axis)
+            assert (np.cross((turn - middle)[:-1], (turn - middle)[1:]) @ axis > 0.0).all(), "by the right hand"
+    content = axes_picture(figure, view)
+    assert content is not None and axes_picture(figure, tmp_path / "none.png") is None
+    rgb = np.asarray(Image.open(io.BytesIO(content)).convert("RGB"), dtype=int)
+    assert rgb.shape == (480, 480, 3) and (np.ptp(rgb, axis=2) > 90).sum() > 500, "arrows in colours"
 
 
 def test_a_joint_comes_back_the_way_it_went() -> None:

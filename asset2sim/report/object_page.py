@@ -12,7 +12,7 @@ from asset2sim.report.charts import line
 from asset2sim.report.exchanges import Exchange
 from asset2sim.report.hand_feel import felt, position
 from asset2sim.report.index_page import longest, method_of
-from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, SIZE
+from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, SIZE
 from asset2sim.report.snapshot import Row
 from schemas.vocabulary import Source, Stage
 
@@ -135,7 +135,7 @@ def facts(asset: Row) -> list[tuple[str, str, str]]:
 
 
 def pictures(asset: Row, files: Collection[str]) -> list[Picture]:
-    """Before and after from the same view, and both at their true relative size, as far as they are there."""
+    """Before and after from the same view, both at their true size, and the joints, as far as they are there."""
     what, size, scale = asset["category"] or "object", longest(asset), asset["scale"]
     raw = "" if size is None or not scale else f", {number(size / scale, 'm')} long as it is written"
     now = "" if size is None else f", {number(size, 'm')} long"
@@ -145,6 +145,8 @@ def pictures(asset: Row, files: Collection[str]) -> list[Picture]:
         Picture(AFTER, f"{what} {asset['asset_id']} after: refined, {state}", f"refined, {state}{now}"),
         Picture(SIZE, f"{what} {asset['asset_id']} as it came and refined, beside a cube of 10 cm",
                 "both at their true relative size, beside a cube of 10 cm"),
+        Picture(AXES, f"{what} {asset['asset_id']} with an arrow along or about the axis of each joint",
+                "its joints: arrows point the positive way"),
     )  # fmt: skip
     return [picture for picture in shown if picture.file in files]
 

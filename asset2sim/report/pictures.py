@@ -26,8 +26,8 @@ LOOPS: Mapping[str, str] = {
     "release.webp": "every joint pushed and let go, the base held",
 }
 """Loops that may lie beside an object's page, and what they show."""
-SIZE = "size.webp"
-"""Both at their true relative size."""
+SIZE, AXES = "size.webp", "axes.webp"
+"""Both at their true relative size, and the refined one's joints."""
 THUMB_PX = 96
 QUALITY, METHOD = 82, 2
 """WebP's quality and effort: at Pillow's own 4 a picture takes twice as long."""

@@ -22,7 +22,7 @@ from asset2sim.report.index_page import index_page
 from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import Beside, object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
-from asset2sim.report.pictures import AFTER, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
+from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
 from asset2sim.storage.cache import local_copy_path, working_folder
 from asset2sim.storage.lock import lock_output
@@ -179,7 +179,7 @@ def _page_key(asset: Row, folder: Path | None, near: Near) -> str:
     """Key of an object's page, the pictures that are there among it, and its neighbours; behind a URL pictures may be
     on another machine, and do not count."""
     place = folder and _object_folder(folder, asset["asset_id"])
-    shown = [name for name in (*PICTURES, *LOOPS, SIZE) if place and place.joinpath(name).is_file()]
+    shown = [name for name in (*PICTURES, *LOOPS, SIZE, AXES) if place and place.joinpath(name).is_file()]
     return _digest(_identity(asset), _code(), *map(str, near), *shown)
 
 
@@ -274,6 +274,6 @@ def _send(url: str, out: Path, changed: Sequence[str], gone: Collection[str]) ->
         [
             f"{url}/{FOLDER}/{OBJECTS}/{name}/{file}"
             for name in gone
-            for file in (INDEX, *PICTURES, *LOOPS, SIZE, RECORD)
+            for file in (INDEX, *PICTURES, *LOOPS, SIZE, AXES, RECORD)
         ]
     )

@@ -18,6 +18,7 @@ from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.intake.origin import open_origin
 from asset2sim.render.zbuffer import ALIKE
 from asset2sim.report.draw import Before, draw_before
+from asset2sim.report.loops.axes import axes_picture
 from asset2sim.report.loops.figure import LoopFigure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
 from asset2sim.report.loops.record import (
@@ -35,8 +36,8 @@ from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
-SWEEP, DROP, RELEASE, SIZE = "sweep", "drop", "release", "size"
-NAMES = (SWEEP, DROP, RELEASE, SIZE)
+SWEEP, DROP, RELEASE, SIZE, AXES = "sweep", "drop", "release", "size", "axes"
+NAMES = (SWEEP, DROP, RELEASE, SIZE, AXES)
 SHOWN_MS = {SWEEP: 90, DROP: 125, RELEASE: 125}
 """How long a frame is shown, ms: a release at its own speed, a fall at a tenth of it until it is over."""
 SWEEP_FRAMES = 21
@@ -56,9 +57,9 @@ log = logging.getLogger(__name__)
 
 
 def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | None = None) -> list[str]:
-    """Write the loops and the size picture of one refined object into a folder, each whole or not at all; the names
-    written. Then the picture of it ``before``, of the meshes that are read by then, if it can be drawn. Raises
-    AssetError where the refined object cannot be read or loaded."""
+    """Write the loops, the size picture and that of the joints of one refined object into a folder, each whole or not
+    at all; the names written. Then the picture of it ``before``, of the meshes that are read by then, if it can be
+    drawn. Raises AssetError where the refined object cannot be read or loaded."""
     overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text(encoding="utf-8"))
     urdf, settings, loaded = refined / URDF_NAME, EngineSettings(), dict[Path, tuple[Surface, ...]]()
     start = overlay.initial_positions
@@ -92,16 +93,19 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
     stills = [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
     clouds = clouds_of(films, lenses, stills)
     to.mkdir(parents=True, exist_ok=True)
-    written = {film.name: filmed(film, lens, clouds) for film, lens in zip(films, lenses, strict=True)}
-    written[SIZE] = size_picture(row, clouds)
+    view = refined / "views" / "perspective.png"
+    drawn: dict[str, bytes | None] = {
+        film.name: filmed(film, lens, clouds) for film, lens in zip(films, lenses, strict=True)
+    }
+    drawn |= {SIZE: size_picture(row, clouds), AXES: axes_picture(figure, view)}
+    written = [f"{name}.webp" for name in NAMES if drawn.get(name) is not None]
     for name in NAMES:
-        save(to / f"{name}.webp", written.get(name))
+        save(to / f"{name}.webp", drawn.get(name))
     if before is not None:
         with suppress(Exception):  # it is drawn alone then, and what is wrong with it said there
             same = came is not None and look_alike(came, figure, start)
-            view = refined / "views" / "perspective.png" if same else None
-            draw_before(before, loaded, raw_urdf if came is not None else None, view)
-    return [f"{name}.webp" for name in NAMES if name in written]
+            draw_before(before, loaded, raw_urdf if came is not None else None, view if same else None)
+    return written
 
 
 def look_alike(came: LoopFigure, figure: LoopFigure, start: Mapping[str, float]) -> bool:

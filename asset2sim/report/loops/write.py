@@ -17,7 +17,7 @@ from schemas.vocabulary import Engine
 
 RECORD = "loops.json"
 """The file beside the loops that says of what they are."""
-VERSION = 4
+VERSION = 5
 """Raised when loops are drawn otherwise, so that all are made anew."""
 LIMIT_S = 60.0
 """Wall time that one object's loops may take, s: they take one or two of a core that is free."""
