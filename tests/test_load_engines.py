@@ -263,24 +263,39 @@ def test_what_is_given_is_checked_and_reset_undoes_it(engine: str, tmp_path: Pat
     folder = written(tmp_path / "one", BASE + BALL, {"j": said})
     for options, wrong in (
         ({"timestep_s": -0.01}, "timestep_s: -0.01 is no time step"),
-        ({"timestep_s": math.nan}, "timestep_s: nan is not 1 finite"),
+        ({"timestep_s": math.nan}, "timestep_s: nan is not a finite number"),
         ({"position": (0.0,)}, "position: .* is not 2 or 3 finite"),
         ({"position": "here"}, "position: here is not 2 or 3 finite"),
         ({"state": "ajar"}, 'no state "ajar"; choose "closed", "open", or'),
         ({"state": {"j": 5}}, "5 for joint 'j' is no share"),
+        ({"timestep_s": 0}, "timestep_s: 0 is no time step"),
+        ({"yaw": None}, "yaw: None is not a finite number"),
+        ({"name": 5}, "name: 5 is no name"),
+        ({"fixed": "no"}, "fixed: 'no' is not True, False or None"),
+        ({"into": "my world"}, "into: 'my world' is not .*, which {engine} takes"),
     ):
-        with pytest.raises(LoadError, match=wrong):
+        with pytest.raises(LoadError, match=wrong.replace("{engine}", engine)):
             load(folder, engine, **options)
-    item = load(folder, engine.capitalize(), state={"j": 0.25})
+    item = load(folder, f" {engine.capitalize()}", state={"j": 0.25})
     assert item.joint_names == ("j",) and item.positions()["j"] == pytest.approx(-1.5)
-    for given, wrong in (
-        ([0.1, 0.2], "2 numbers for 1 joints: j"),
-        ({"k": 0.1}, "no joint 'k'; choose of j"),
-        ({"j": math.nan}, "nan for joint 'j' is no finite number"),
-        (9.0, "9 is beyond joint 'j', -3 to 3 rad"),
-    ):
-        with pytest.raises(LoadError, match=wrong):
-            item.set_positions(given)
+    setters: list[Any] = [item.set_positions, item.apply_effort, item.set_targets, item.reset]
+    for setter in setters:
+        for given, wrong in (
+            ([0.1, 0.2], "2 numbers for 1 joints: j"),
+            ({"k": 0.1}, "no joint 'k'; choose of j"),
+            ({3: 0.1}, "no joint '3'; choose of j"),
+            *(
+                ({"j": odd}, "joint 'j': .* is not a finite number")
+                for odd in (math.nan, -math.inf, "up", None, [0, 1], 1j)
+            ),
+            (math.nan, "joint 'j': nan is not a finite number"),
+            (object(), "joint 'j': .* is not a finite number"),
+        ):
+            with pytest.raises(LoadError, match=f"{'state' if setter == item.reset else setter.__name__}.*{wrong}"):
+                setter(given)
+    with pytest.raises(LoadError, match="9 is beyond joint 'j', -3 to 3 rad"):
+        item.set_positions(9.0)
+    assert item.positions()["j"] == pytest.approx(-1.5), "what is refused changes nothing"
     item.set_positions([0.0])
     item.apply_effort({"j": 0.5})
     for _ in range(10):
@@ -295,17 +310,26 @@ def test_what_is_given_is_checked_and_reset_undoes_it(engine: str, tmp_path: Pat
     assert item.positions()["j"] == pytest.approx(0.5, abs=0.03)
 
 
-def test_an_object_that_failed_warns_with_its_reason(tmp_path: Path) -> None:
+@pytest.mark.parametrize("wrong", [3, None, ["mujoco"], "", "unreal"])
+def test_what_is_no_engine_or_folder_is_refused_with_the_choices(wrong: Any, tmp_path: Path) -> None:
+    folder = written(tmp_path, BASE + BALL, {"j": {"child": "bob"}})
+    with pytest.raises(LoadError, match=r"no engine '.*'; choose one of pybullet, mujoco, sapien"):
+        load(folder, wrong)
+    with pytest.raises(LoadError, match="name the folder of a refined object"):
+        load(wrong)
+
+
+@every_engine
+def test_an_object_that_failed_warns_with_its_reason(engine: str, tmp_path: Path) -> None:
     folder = written(tmp_path / "thing", BASE + BALL, {"j": {"child": "bob"}})
     assert describe(folder).verdict == "unknown"
     entry = {"path": "thing", "status": "failed", "failure_mode": "drift", "reason": "it drifts 3 cm"}
     (tmp_path / "index.json").write_text(json.dumps({"assets": [entry]}), encoding="utf-8")
     assert describe(folder).verdict == "drift"
-    pytest.importorskip("pybullet")
     with pytest.warns(UserWarning, match="thing failed its checks: drift: it drifts 3 cm"):
-        load(folder)
+        load(folder, engine)
     with pytest.raises(LoadError, match="it drifts 3 cm"):
-        load(folder, strict=True)
+        load(folder, engine, strict=True)
 
 
 def test_the_same_object_twice_in_one_model(tmp_path: Path) -> None:
@@ -336,6 +360,9 @@ def test_two_objects_stand_in_a_world_of_the_users(engine: str, tmp_path: Path) 
     first, second = (
         load(folder, engine, into=world, position=(x, 0.0)) for folder, x in zip(folders, (0.0, 1.0), strict=True)
     )
+    assert load(folders[0], engine, into=world, position=(0.0, 5.0)).name == "first_2"
+    with pytest.raises(LoadError, match="another object is named 'second'"):
+        load(folders[0], engine, into=world, name="second")
     assert getattr(first, "model", None) is None, "before the user compiled it"
     for place, position in AFTER[engine](world, first, second):
         assert position == pytest.approx(0.4, abs=0.01)

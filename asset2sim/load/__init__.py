@@ -41,8 +41,8 @@ from asset2sim.load.in_mujoco import MuJoCoObject
 from asset2sim.load.in_newton import NewtonObject
 from asset2sim.load.in_pybullet import PyBulletObject
 from asset2sim.load.in_sapien import SapienObject
-from asset2sim.load.loaded import Contact, Loaded, Root, finite
-from asset2sim.load.shapes import LoadError, mesh_points
+from asset2sim.load.loaded import Contact, Loaded, Root
+from asset2sim.load.shapes import LoadError, finite, mesh_points
 
 __all__ = ["ENGINES", "Contact", "Description", "Joint", "LoadError", "Loaded", "describe", "load", "mesh_points"]
 KINDS: tuple[type[Any], ...] = (PyBulletObject, MuJoCoObject, SapienObject, DrakeObject, GenesisObject, NewtonObject)
@@ -89,13 +89,20 @@ def load(
     objects in a world of yours apart; without one it is the asset's, numbered where that is taken. An object that
     failed warns with its reason, or with ``strict`` raises. Raises LoadError for a folder, engine, name, state or
     number that is none, ImportError where the engine is not installed. Checked at the default time step."""
-    kind = ENGINES.get(engine.lower())
+    kind = ENGINES.get(str(engine).strip().lower())
     if kind is None:
         raise LoadError(f"no engine '{engine}'; choose one of {', '.join(ENGINES)}")
     x, y, *given_z = finite("position", position, (2, 3))
     (turned,), (step_s,) = finite("yaw", yaw, (1,)), finite("timestep_s", timestep_s, (1,))
     if step_s <= 0.0:
         raise LoadError(f"timestep_s: {timestep_s} is no time step; it is over 0, in s")
+    if name is not None and not (isinstance(name, str) and name.strip()):
+        raise LoadError(f"name: {name!r} is no name")
+    if fixed not in (None, True, False):
+        raise LoadError(f"fixed: {fixed!r} is not True, False or None")
+    world, attribute = kind.takes
+    if into is not None and not hasattr(into, attribute):
+        raise LoadError(f"into: {into!r} is not {world}, which {kind.engine} takes")
     about = describe(folder)
     if about.verdict not in ("ok", "unknown"):
         said = f"{about.asset_id} failed its checks: {about.verdict}: {about.reason}"

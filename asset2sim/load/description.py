@@ -1,7 +1,6 @@
 """Description of a refined object: joints, ranges, what holds, where to pull, support, mass and verdict."""
 
 import json
-import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from asset2sim.load.shapes import LoadError, end, link_poses, points_of, vector
+from asset2sim.load.shapes import LoadError, end, finite, link_poses, points_of, vector
 
 Values = Mapping[str, float] | Sequence[float] | np.ndarray | float
 """Numbers of joints by name, or one for each in the order of ``joint_names``."""
@@ -97,16 +96,14 @@ class Description:
         if isinstance(given, Mapping):
             named = dict(given)
         else:
-            several = np.atleast_1d(np.asarray(given, dtype=float)).ravel()
+            several = np.atleast_1d(np.asarray(given, dtype=object)).ravel()
             if len(several) != len(names):
                 raise LoadError(f"{what}: {len(several)} numbers for {len(names)} joints: {', '.join(names)}")
             named = dict(zip(names, several, strict=True))
-        for name, number in named.items():
+        for name in named:
             if name not in names:
                 raise LoadError(f"{what}: no joint '{name}'; choose of {', '.join(names) or 'none'}")
-            if not math.isfinite(number):
-                raise LoadError(f"{what}: {number} for joint '{name}' is no finite number")
-        return {name: float(number) for name, number in named.items()}
+        return {name: finite(f"{what}, joint '{name}'", number, (1,))[0] for name, number in named.items()}
 
     def followed(self, positions: Mapping[str, float]) -> dict[str, float]:
         """These positions, and those of the joints that follow one of them."""
@@ -146,7 +143,10 @@ def describe(folder: str | Path) -> Description:
     """Description of a refined folder: joints with range, unit, initial position, whether they hold and where to pull;
     support and mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there or cannot be
     read."""
-    place = Path(folder).resolve()
+    try:
+        place = Path(folder).resolve()
+    except (TypeError, ValueError) as error:
+        raise LoadError(f"{folder!r} is no path ({error}); name the folder of a refined object") from None
     missing = [name for name in ("mobility.urdf", "overlay.json") if not (place / name).is_file()]
     if missing:
         raise LoadError(f"{folder} lacks {' and '.join(missing)}; name the folder of a refined object, OUT/assets/<id>")

@@ -18,6 +18,7 @@ class DrakeObject(Loaded):
     ``Finalize()``, and give it the ``simulator`` that you made: ``item.simulator = …``."""
 
     engine = "drake"
+    takes = "(builder, plant)", "__getitem__"
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)

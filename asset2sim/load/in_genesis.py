@@ -18,6 +18,7 @@ class GenesisObject(Loaded):
     ``scene`` and ``entity`` are Genesis'; in a scene of yours call ``finish()`` after ``scene.build()``."""
 
     engine = "genesis"
+    takes = "a Scene", "add_entity"
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)

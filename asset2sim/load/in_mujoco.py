@@ -19,6 +19,7 @@ class MuJoCoObject(Loaded):
     ``data`` are there once it is compiled: ``finish(model, data)``."""
 
     engine = "mujoco"
+    takes = "an MjSpec", "worldbody"
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)

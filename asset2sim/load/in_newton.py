@@ -17,6 +17,7 @@ class NewtonObject(Loaded):
     ``SolverMuJoCo``, and call ``finish(model, solver, states, control)``."""
 
     engine = "newton"
+    takes = "a ModelBuilder", "add_mjcf"
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)

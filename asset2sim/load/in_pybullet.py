@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from asset2sim.load.description import Description
-from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, copied, module, point, transform
+from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, copied, free_name, module, point, transform
 
 
 class PyBulletObject(Loaded):
@@ -16,6 +16,7 @@ class PyBulletObject(Loaded):
     ``client`` and ``body`` are what PyBullet's functions take, ``joints`` is name → index."""
 
     engine = "pybullet"
+    takes = "a client's id", "__index__"
     client: int
     body: int
     joints: dict[str, int]
@@ -36,6 +37,9 @@ class PyBulletObject(Loaded):
             floor = bullet.createMultiBody(0.0, bullet.createCollisionShape(bullet.GEOM_PLANE, **at), **at)
             bullet.changeDynamics(floor, -1, lateralFriction=1.0, **at)
         flags, xyzw = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_SELF_COLLISION, (*root.wxyz[1:], root.wxyz[0])
+        there = [bullet.getBodyInfo(bullet.getBodyUniqueId(i, **at), **at) for i in range(bullet.getNumBodies(**at))]
+        self.name = free_name(root, about, {info[1].decode() for info in there}.__contains__)
+        about.urdf.set("name", self.name)
         with copied(about.urdf) as path:
             body = bullet.loadURDF(path, root.position, xyzw, useFixedBase=root.fixed, flags=flags, **at)
         infos = [bullet.getJointInfo(body, index, **at) for index in range(bullet.getNumJoints(body, **at))]

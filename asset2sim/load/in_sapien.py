@@ -28,6 +28,7 @@ class SapienObject(Loaded):
     ``articulation`` are SAPIEN's."""
 
     engine = "sapien"
+    takes = "a Scene", "create_urdf_loader"
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)

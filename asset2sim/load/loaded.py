@@ -1,6 +1,5 @@
 """An object in an engine, alike in all: its joints by name, efforts, targets, poses and contacts."""
 
-import math
 import tempfile
 import xml.etree.ElementTree as ET
 from abc import ABC, abstractmethod
@@ -49,6 +48,8 @@ class Loaded(ABC):
     is wrong with them."""
 
     engine: ClassVar[str]
+    takes: ClassVar[tuple[str, str]]
+    """The world of a user's that it may be put into, and an attribute by which that is told."""
 
     def __init__(self, about: Description, root: Root) -> None:
         self.about, self.root, self.name = about, root, root.name or about.asset_id
@@ -183,17 +184,6 @@ def point(values: Any) -> tuple[float, float, float]:
     """Three numbers."""
     x, y, z = (float(value) for value in values)
     return x, y, z
-
-
-def finite(what: str, values: Any, counts: tuple[int, ...]) -> list[float]:
-    """So many finite numbers. Raises LoadError."""
-    try:
-        found = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
-    except (TypeError, ValueError):
-        found = []
-    if len(found) not in counts or not all(map(math.isfinite, found)):
-        raise LoadError(f"{what}: {values} is not {' or '.join(map(str, counts))} finite numbers")
-    return found
 
 
 @contextmanager

@@ -4,12 +4,25 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 
 class LoadError(RuntimeError):
     """The folder is no refined object, or holds or was given what cannot be used; says what to do."""
+
+
+def finite(what: str, values: Any, counts: tuple[int, ...]) -> list[float]:
+    """So many finite numbers. Raises LoadError."""
+    try:
+        found = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
+    except (TypeError, ValueError):
+        found = []
+    if len(found) not in counts or not all(map(math.isfinite, found)):
+        several = f"{' or '.join(map(str, counts))} finite numbers"
+        raise LoadError(f"{what}: {values} is not {'a finite number' if counts == (1,) else several}")
+    return found
 
 
 def end(element: ET.Element, tag: str) -> str:
