@@ -18,8 +18,9 @@ from asset2sim.runs.options import parse
 from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
+from schemas.declared import Command
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
-from schemas.extensions import Command, commands, named
+from schemas.extensions import commands, named
 
 if TYPE_CHECKING:
     from asset2sim.runs.result import RunResult

@@ -1,7 +1,7 @@
-"""Extension of the laboratory to ``asset2sim``: its commands, tables, check and model (``schemas.extensions``)."""
+"""Extension of the laboratory to ``asset2sim``: its commands, tables, check, model and methods."""
 
 from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
-from schemas.extensions import Command, Extension, FurtherCheck, LocalModel
+from schemas.declared import Command, Extension, FurtherCheck, LocalModel
 
 COMMANDS = (
     Command(
@@ -44,5 +44,9 @@ SIMULATED = LocalModel(
     sources=("lab.noise",),
 )
 EXTENSION = Extension(
-    commands=COMMANDS, checks=(REACHABLE,), models=(SIMULATED,), tables="lab.schemas.tables_judged:JUDGED"
+    commands=COMMANDS,
+    checks=(REACHABLE,),
+    models=(SIMULATED,),
+    tables="lab.schemas.tables_judged:JUDGED",
+    declares=("lab.methods",),
 )

@@ -1,14 +1,16 @@
-"""Modules that declare a check, an engine or a method: those of a package, and those that come from outside it.
+"""Declarations of checks, engines and methods, in modules of a package or from outside it, and extensions.
 
-From outside: a module that an installed distribution names in an entry point of the group ``asset2sim.declared``, or a
-file that the environment variable ``ASSET2SIM_DECLARED`` names (several are parted as in ``PATH``), which child
-processes inherit.
+An installed distribution names, in an entry point of the group ``asset2sim.extensions``, a module that declares a
+check, an engine or a method, or an ``Extension``, which names such modules and adds commands, tables and more. A file
+that the environment variable ``ASSET2SIM_DECLARED`` names declares as well (several are parted as in ``PATH``); child
+processes inherit it.
 """
 
 import functools
 import os
 import pkgutil
 import sys
+from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -17,10 +19,74 @@ from pathlib import Path
 from types import ModuleType
 from typing import Self
 
-GROUP = "asset2sim.declared"
+GROUP = "asset2sim.extensions"
 VARIABLE = "ASSET2SIM_DECLARED"
 HOMES = {"FailureMode": "asset2sim.checks", "Method": "asset2sim.baselines"}
 """Kind of values → package whose modules add to it as they are imported."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command of ``asset2sim``: its name, its line of help, its model of options, and the function that runs it."""
+
+    name: str
+    description: str
+    options: str
+    """``asset2sim.runs.command_line.Options``."""
+    run: str
+    """Function of the options and the settings that they state; returns the exit code, or None for 0."""
+
+
+@dataclass(frozen=True)
+class FurtherCheck:
+    """A check that a run is asked for by name (``--check``). It may warn, and decides nothing."""
+
+    name: str
+    description: str
+    run: str
+    """Function of an ``AssetJob`` and the folder that was written, or None, to a ``StageResult``."""
+    columns: str
+    """Columns (``schemas.table.Column``, may be null) that it adds to the table ``assets``; ``StageResult.further`` has
+    their values."""
+    sources: tuple[str, ...]
+    """Modules and packages that decide what it finds, which the content hash of an asset counts."""
+
+
+@dataclass(frozen=True)
+class LocalModel:
+    """A model of this process: ``name`` alone, or ``name@…`` with parameters."""
+
+    name: str
+    form: str
+    """How names with parameters are written, for messages."""
+    label: str
+    """What reports say beside its name."""
+    answers: str
+    """Function of the model's whole name to a function of a question, its conversation and the number of the sample,
+    to the answer's text. Raises UnknownChoiceError for parameters that it does not know."""
+    sources: tuple[str, ...]
+    """Modules and packages that decide its answers, as for a check."""
+
+
+@dataclass(frozen=True)
+class Extension:
+    """Additions of a distribution. What it refers to is written ``module:attribute`` and imported where it is used, so
+    that a list of names costs nothing."""
+
+    commands: tuple[Command, ...] = ()
+    checks: tuple[FurtherCheck, ...] = ()
+    models: tuple[LocalModel, ...] = ()
+    tables: str = ""
+    """Name → ``schemas.table.Table`` of tables beside the catalog: a folder ``NAME`` of Parquet files in an output."""
+    declares: tuple[str, ...] = ()
+    """Modules that declare a check, an engine or a method, or packages of such modules."""
+
+
+@functools.cache
+def extensions() -> tuple[Extension, ...]:
+    """The extensions of all installed distributions, by the names of their entry points."""
+    found = [point.load() for point in sorted(entry_points(group=GROUP))]
+    return tuple(item if isinstance(item, Extension) else Extension(declares=(item.__name__,)) for item in found)
 
 
 class OpenValues(StrEnum):
@@ -48,8 +114,16 @@ class OpenValues(StrEnum):
 @functools.cache
 def outside(files: str) -> tuple[ModuleType, ...]:
     """The declaring modules that come from outside the package; ``files`` is the environment variable's value."""
-    points = [point.load() for point in sorted(entry_points(group=GROUP))]
-    return (*points, *(module_of(Path(file)) for file in files.split(os.pathsep) if file))
+    installed = [module for item in extensions() for name in item.declares for module in modules_in(name)]
+    return (*installed, *(module_of(Path(file)) for file in files.split(os.pathsep) if file))
+
+
+def modules_in(name: str) -> list[ModuleType]:
+    """The modules of a package by their names, or the one module of that name."""
+    found = import_module(name)
+    if not hasattr(found, "__path__"):
+        return [found]
+    return [import_module(f"{name}.{item.name}") for item in pkgutil.iter_modules(found.__path__)]
 
 
 def module_of(file: Path) -> ModuleType:
@@ -66,15 +140,13 @@ def module_of(file: Path) -> ModuleType:
 
 
 def outside_code() -> bytes:
-    """The sources of the modules from outside, as they are: what they find depends on them."""
-    modules = outside(os.environ.get(VARIABLE, ""))
-    return b"".join(Path(module.__file__).read_bytes() for module in modules if module.__file__)
+    """The files that the environment variable names, as they are: what is found depends on them."""
+    return b"".join(Path(file).read_bytes() for file in os.environ.get(VARIABLE, "").split(os.pathsep) if file)
 
 
 def declared(package: str, name: str) -> list[object]:
     """Values of ``name`` in the modules of a package that have one, by file name, then in those from outside."""
-    own = [import_module(f"{package}.{item.name}") for item in pkgutil.iter_modules(import_module(package).__path__)]
-    return [getattr(module, name) for module in own if hasattr(module, name)] + outside_values(name)
+    return [getattr(module, name) for module in modules_in(package) if hasattr(module, name)] + outside_values(name)
 
 
 def outside_values(name: str) -> list[object]:

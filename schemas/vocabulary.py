@@ -130,7 +130,7 @@ class MassRule(StrEnum):
 
 
 class Method(OpenValues):
-    """Where an asset's physics come from; each says what it is in ``asset2sim.baselines``."""
+    """Where an asset's physics come from; each says what it is where it is declared."""
 
     ASSET2SIM = "asset2sim"
     DIRECT = "direct"

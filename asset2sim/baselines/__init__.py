@@ -1,1 +1,1 @@
-"""Baselines: the methods of the paper that ours is compared with."""
+"""Methods: where an asset's physics come from. The paper's others are the laboratory's."""

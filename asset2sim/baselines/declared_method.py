@@ -8,6 +8,7 @@ from typing import Protocol
 from asset2sim.assets.extract import Extraction
 from schemas.asset import AssetRef
 from schemas.declared import declared
+from schemas.extensions import unknown
 from schemas.finding import Finding
 from schemas.guidance import Guidance
 from schemas.overlay import Overlay
@@ -85,3 +86,9 @@ def known_methods() -> dict[Method, DeclaredMethod]:
     """Every method that a module of this package, or one from outside, declares; in the order of tables."""
     found = [item for item in declared("asset2sim.baselines", "METHOD") if isinstance(item, DeclaredMethod)]
     return {item.method: item for item in sorted(found, key=lambda item: item.place)}
+
+
+def require_method(method: Method) -> None:
+    """Raise UsageError for a method that nothing installed declares."""
+    if method not in known_methods():
+        raise unknown("method", method.value, known_methods())

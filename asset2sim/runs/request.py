@@ -14,7 +14,7 @@ from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
-from schemas.vocabulary import Redo
+from schemas.vocabulary import Method, Redo
 
 SETS: Mapping[str, str] = {
     "method": "method",
@@ -129,13 +129,19 @@ def stated_settings(options: Options) -> dict[str, Any]:
 
 def settings_for_run(file: Path | None, stated: Mapping[str, Any], below: Mapping[str, Any] | None = None) -> Settings:
     """The settings of a run on this machine: as stated, else as in the file, else as ``below``, else built in, with a
-    worker a core. Raises UsageError for a file that cannot be read or that states something else than settings."""
+    worker a core. Raises UsageError for a file that cannot be read or that states something else than settings, and for
+    a method of a distribution that is not installed."""
     found = merged({"run": {"workers": usable_cores()}}, below or {})
     if file is not None:
         from asset2sim.runs.settings_file import read_settings
 
         found = merged(found, read_settings(file))
-    return Settings.model_validate(merged(found, stated))
+    settings = Settings.model_validate(merged(found, stated))
+    if settings.method is not Method.ASSET2SIM:
+        from asset2sim.baselines.declared_method import require_method  # late: methods take half a second to import
+
+        require_method(settings.method)
+    return settings
 
 
 def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,27 +4,30 @@ from collections.abc import Iterator
 
 import pytest
 
+from asset2sim.baselines.declared_method import known_methods
 from asset2sim.models.prior.local_models import answers_of
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import parse
 from asset2sim.runs.plan.content_hash import extension_sources, module_files, source_version
+from asset2sim.runs.request import parse_request
 from lab.extension import EXTENSION
-from schemas import extensions
+from schemas import declared, extensions
 from schemas.errors import UsageError
 from schemas.model_names import ModelSettings, described
 from schemas.settings import Settings
 from schemas.table import Table
 from schemas.tables import PUBLISHED, TABLES
+from schemas.vocabulary import Method
 
 pytest.importorskip("mujoco")  # its import starts a program, which is no test's doing
 
 
 def test_it_is_installed_beside_the_product() -> None:
-    assert EXTENSION in extensions.extensions()
+    assert EXTENSION in declared.extensions()
 
 
 @pytest.mark.parametrize("command", EXTENSION.commands, ids=lambda command: str(command.name))
-def test_every_command_has_options_and_a_function(command: extensions.Command) -> None:
+def test_every_command_has_options_and_a_function(command: declared.Command) -> None:
     assert issubclass(extensions.named(command.options), Options) and callable(extensions.named(command.run))
 
 
@@ -40,29 +43,33 @@ def test_its_check_model_and_tables_are_there() -> None:
 
 
 def test_the_product_knows_all_its_names() -> None:
-    names = {item.name for item in EXTENSION.commands} | {EXTENSION.checks[0].name, EXTENSION.models[0].name}
+    names = {module.METHOD.method for module in declared.modules_in("lab.methods") if hasattr(module, "METHOD")}
+    names |= {item.name for item in EXTENSION.commands} | {EXTENSION.checks[0].name, EXTENSION.models[0].name}
     assert names | set(extensions.named(EXTENSION.tables)) == set(extensions.KNOWN["asset2sim-lab"])
 
 
 def test_its_code_counts_where_it_decides() -> None:
     plain, noisy = Settings(), Settings(model=ModelSettings(model="prior/noisy@2"))
-    assert extension_sources(plain) == () and extension_sources(noisy) == ("lab.noise",)
+    assert extension_sources(plain) == ("lab.methods",) and extension_sources(noisy) == ("lab.methods", "lab.noise")
     assert "lab.trials" in extension_sources(Settings(checks=("reachable",)))
     assert {"lab/noise/__init__.py", "lab/noise/noise.py"} <= set(module_files("lab.noise"))
     assert {"asset2sim/load/__init__.py", "asset2sim/load/shapes.py"} <= set(module_files("asset2sim.load"))
     versions = {source_version(modules=extension_sources(item)) for item in (plain, noisy)}
     assert len(versions) == 2
-    for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources):
+    for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources, *EXTENSION.declares):
         assert module_files(name)
 
 
 @pytest.fixture
 def alone(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The product without any extension."""
-    monkeypatch.setattr(extensions, "entry_points", lambda **_: [])
-    extensions.extensions.cache_clear()
+    monkeypatch.setattr(declared, "entry_points", lambda **_: [])
+    kept = declared.extensions, declared.outside, known_methods
+    for cached in kept:
+        cached.cache_clear()
     yield
-    extensions.extensions.cache_clear()
+    for cached in kept:
+        cached.cache_clear()
 
 
 @pytest.mark.usefixtures("alone")
@@ -75,3 +82,7 @@ def test_without_it_one_line_says_what_is_missing() -> None:
     with pytest.raises(UsageError, match="'prior/noisy@2' needs asset2sim-lab"):
         answers_of("prior/noisy@2")
     assert described("prior/noisy") == "prior/noisy"
+    assert set(known_methods()) < set(Method)
+    for method in set(Method) - set(known_methods()):
+        with pytest.raises(UsageError, match=f"'{method}' needs asset2sim-lab, which is not installed"):
+            parse_request(["refine", "data", "--out", "out", "--method", method])

@@ -14,7 +14,7 @@ from pathlib import Path
 from asset2sim.engines.registry import installed
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from schemas.asset import AssetRef
-from schemas.declared import outside_code
+from schemas.declared import extensions, outside_code
 from schemas.extensions import further_check, local_models
 from schemas.model_names import named_models
 from schemas.settings import EngineSettings, Settings
@@ -65,9 +65,10 @@ def module_files(name: str) -> dict[str, Path]:
 
 
 def extension_sources(settings: Settings) -> tuple[str, ...]:
-    """Modules and packages of extensions that decide a result with these settings."""
+    """Modules and packages of extensions that decide a result with these settings: what they declare always may."""
     models = {model.partition("@")[0] for model in named_models(settings.model)} & local_models().keys()
-    counted = [further_check(name).sources for name in settings.checks]
+    counted = [item.declares for item in extensions()]
+    counted += [further_check(name).sources for name in settings.checks]
     counted += [local_models()[name].sources for name in sorted(models)]
     return tuple(source for sources in counted for source in sources)
 

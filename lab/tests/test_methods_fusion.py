@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from asset2sim.baselines.fusion import fuse, inverse_variances
 from asset2sim.physics.inertia import tensor_of
+from lab.methods.fusion import fuse, inverse_variances
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 from tests.assets import near
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import DASHED, DeclaredMethod, ProposalJob, Proposed
-from asset2sim.baselines.fusion import fuse
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid
 from asset2sim.models.prompts import IVW, overlay_request
 from asset2sim.render import VIEW_NAMES
 from asset2sim.render.canonical import labelled_views
+from lab.methods.fusion import fuse
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.finding import Finding

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.baselines.no_semantics import anonymized_request, name_aliases, restored, without_semantics
 from asset2sim.intake.origin import extract
 from asset2sim.models.prompts import overlay_request, synthesis_request, with_validation_errors
+from lab.methods.no_semantics import anonymized_request, name_aliases, restored, without_semantics
 from schemas.features import Features
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Turn
