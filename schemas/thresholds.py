@@ -44,6 +44,11 @@ class Thresholds(Frozen):
     """Furthest the root's centre of mass may travel from where it is set down, m: a hand's thickness."""
     stands_m_s: Positive = 0.5
     """Fastest the root may move while it settles, m/s: as after a fall of 12 mm, which uneven feet explain."""
+    stands_margin_rad: Positive = 0.0349
+    """Least angle by which an object at rest may be turned until it tips over, rad: two degrees ..."""
+    touch_j: Positive = 0.02
+    """... unless tipping it over takes more than a touch has, J: a hand of 0.43 kg (0.6 % of a body, de Leva 1996) at
+    the 0.3 m/s at which hands let go."""
     held_by_hand_kg: Positive = 1.0
     """Mass below which one hand holds the object while the other presses a part sideways or from below, kg: a remote
     control or a camera. The same as that of ``PhysicsSettings``, which makes springs for it."""

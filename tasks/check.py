@@ -72,9 +72,8 @@ def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
         told.append(
             _finding(STATE_READ, f"initial state, friction and support are those of {REFINED_NAME}", Severity.INFO)
         )
-    return Validated(
-        overlay=overlay if forced is None else overlay.model_copy(update={"support": forced}), findings=tuple(told)
-    )
+    overlay = overlay if forced is None else overlay.model_copy(update={"support": forced})
+    return Validated(overlay=overlay, extraction=extraction, findings=tuple(told))
 
 
 def read_refined(folder: Path) -> tuple[PhysicsOverlay | None, str]:

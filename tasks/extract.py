@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes.shape_cache import SHAPE_CACHE
+from asset2sim.baselines.declared_method import known_methods
 from asset2sim.guidance.read import read_guidance
 from asset2sim.intake.authored_numbers import stated_findings
 from asset2sim.intake.blocked_joints import find_blocked_joints
@@ -62,6 +63,13 @@ def upright(job: AssetJob, *, find: bool) -> Extraction:
         authored.triangles.keep()
     extraction = authored if up is UpAxis.Z else extract(job.ref, cache, up, inputs)
     return replace(extraction, findings=(*extraction.findings, told))
+
+
+def lying(job: AssetJob, up: UpAxis) -> Extraction:
+    """The asset turned so that this axis of its file points up, its joints corrected, as far as the method knows it."""
+    turned = extract(job.ref, job.out / SHAPE_CACHE, up, job.settings.inputs)
+    corrected, _ = validate_authored(turned, job.settings.physics)
+    return known_methods()[job.settings.method].given(job.ask, corrected)[1]
 
 
 def validate_authored(extraction: Extraction, settings: PhysicsSettings) -> tuple[Extraction, tuple[Finding, ...]]:

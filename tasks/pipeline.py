@@ -59,7 +59,8 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
         run(Stage.SYNTHESIZE, synthesize.check_users_numbers, job, extraction)
         propose = synthesize.with_users_numbers
         proposal = run(Stage.SYNTHESIZE, propose, method.propose, job, extraction).proposal
-        overlay = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules).overlay
+        validated = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules)
+        overlay, extraction = validated.overlay, validated.extraction
         final = job.out / "assets" / job.ref.asset_id
         with nullcontext() if proposal is None else staged_folder(final) as folder:
             applied = run(Stage.APPLY, apply_overlay, job, extraction, proposal, overlay, folder, rules=method.rules)

@@ -5,32 +5,53 @@ from dataclasses import dataclass
 from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.as_proposed import as_proposed
+from asset2sim.validation.lying import lying_side
 from asset2sim.validation.support import carried, forced_support, support_findings
 from asset2sim.validation.validate import contact_friction, validate
+from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.support import Support
+from schemas.vocabulary import UpAxis
+from tasks.extract import lying
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
 
 @dataclass(frozen=True, kw_only=True)
 class Validated(StageResult):
-    """The overlay that is to be written."""
+    """The overlay that is to be written, of the asset as it is set down."""
 
     overlay: PhysicsOverlay
+    extraction: Extraction
 
 
 def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | None, *, rules: bool) -> Validated:
-    """The proposal completed and bounded by our rules, or unchanged; without a proposal the physics as authored."""
-    physics, guidance = job.settings.physics, job.guidance
+    """The proposal completed and bounded by our rules, or unchanged; without a proposal the physics as authored. What
+    is put down on any side, and would tip over in the state asked of it, is laid down, unless its up axis is stated."""
+    physics, limits = job.settings.physics, job.settings.thresholds
     forced = forced_support(job.ref.support or job.settings.support, extraction)
     if rules and proposal is not None:
-        friction = proposal.contact_friction or contact_friction(proposal.contact_material, physics)
-        overlay, findings = validate(extraction, proposal, job.source, friction, physics, forced, guidance=guidance)
-        return Validated(overlay=overlay, findings=(*findings, *support_findings(overlay.support)))
+        overlay, findings = completed(job, extraction, proposal, forced)
+        up, laid = (UpAxis.Z, None) if job.ref.up or job.settings.up else lying_side(extraction, overlay, limits)
+        if laid is not None:
+            extraction = lying(job, up)
+            overlay, findings = completed(job, extraction, proposal, forced)
+            findings = (laid, *findings)
+        return Validated(overlay=overlay, extraction=extraction, features=extraction.features, findings=findings)
     if proposal is None:
         overlay = authored_overlay(extraction, physics, asked=job.settings.methods.raw_asked)
     else:
         overlay = as_proposed(extraction, proposal, job.source, job.settings)
     if forced is not None:
-        return Validated(overlay=overlay.model_copy(update={"support": forced}))
-    return Validated(overlay=carried(overlay, extraction, proposal, job.source, guidance))
+        return Validated(overlay=overlay.model_copy(update={"support": forced}), extraction=extraction)
+    return Validated(overlay=carried(overlay, extraction, proposal, job.source, job.guidance), extraction=extraction)
+
+
+def completed(
+    job: AssetJob, extraction: Extraction, proposal: Overlay, forced: Support | None
+) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    """The proposal completed by our rules, with a finding for each change and for what carries the object."""
+    physics = job.settings.physics
+    friction = proposal.contact_friction or contact_friction(proposal.contact_material, physics)
+    overlay, findings = validate(extraction, proposal, job.source, friction, physics, forced, guidance=job.guidance)
+    return overlay, (*findings, *support_findings(overlay.support))

@@ -57,6 +57,17 @@ def test_a_block_stands_and_a_pole_that_leans_beyond_its_foot_does_not(tmp_path:
     assert "tilts by" in reason and "lean it on something" in reason
 
 
+@pytest.mark.parametrize(("half_m", "kg", "fails"), [(0.005, 1.0, True), (0.005, 40.0, False), (0.01, 1.0, False)])
+def test_what_stands_on_an_edge_that_a_touch_takes_it_over_does_not_stand(
+    tmp_path: Path, half_m: float, kg: float, fails: bool
+) -> None:
+    """A plate on its edge: 1.4° and 0.6 mJ, which a finger has; heavier it takes 25 mJ, and thicker it has 2.9°."""
+    plate = subject(tmp_path, [solid("plate", (2.0 * half_m, 0.4, 0.4), mass=kg)], [])
+    reasons = failures(plate, Engine.PYBULLET, FailureMode.STANDS)
+    assert bool(reasons) is fails, reasons
+    assert not fails or "a touch tips it over" in reasons[0]
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_lid_that_falls_shut_has_lost_the_state_that_was_asked(tmp_path: Path, engine: Engine) -> None:
     load = 0.5 * 9.81 * math.hypot(0.15, 0.005)

@@ -116,9 +116,9 @@ def standing_on(points: Array, center: Array, mass: float, up: Array) -> Support
     return SupportPolygon(up, mass, center, floor, edges[:, :2] @ across, edges[:, 2])
 
 
-def leaning_on(points: Array, center: Array, mass: float, up: Array) -> SupportPolygon:
+def leaning_on(points: Array, center: Array, mass: float, up: Array, most_rad: float = LEANING_RAD) -> SupportPolygon:
     """The support of a body where it comes to rest: as it is (``standing_on``), or where its centre of mass is beyond
-    its feet, on the nearest side of its convex hull that bears it, within ``LEANING_RAD``, with ``up`` leaning."""
+    its feet, on the nearest side of its convex hull that bears it, within ``most_rad``, with ``up`` leaning."""
     stands = standing_on(points, center, mass, up)
     if stands.nearest > 0.0:
         return stands
@@ -126,7 +126,7 @@ def leaning_on(points: Array, center: Array, mass: float, up: Array) -> SupportP
         sides = ConvexHull(points).equations[:, :3]
     except (QhullError, ValueError):
         return stands
-    near = sides[sides @ up < -math.cos(LEANING_RAD)]
+    near = sides[sides @ up < -math.cos(most_rad)]
     for side in near[np.argsort(near @ up)]:
         leaning = standing_on(points, center, mass, -side)
         if leaning.nearest > 0.0:

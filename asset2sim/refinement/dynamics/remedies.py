@@ -9,7 +9,7 @@ from collections.abc import Callable
 from asset2sim.checks.known_checks import check_of
 from asset2sim.checks.remedy import Case, Remedy
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.refinement.dynamics.turn_over import lie_back, lie_down, lie_flat_from_leaning
+from asset2sim.refinement.dynamics.turn_over import lie_down
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
@@ -129,12 +129,6 @@ def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     return with_joints(case, overlay, change)
 
 
-def laid_flat(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """A leaning object laid flat, and the part held there: lying, gravity has another lever on it."""
-    lying = lie_flat_from_leaning(case, overlay)
-    return None if lying is None else firmer_hold(case, lying) or lying
-
-
 def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Less dry friction on a joint that sticks where it should move."""
 
@@ -223,7 +217,7 @@ _EXPLOSION = (Remedy("less damping", less_damping), _INERTIA, Remedy("mass ratio
 _STILL = (_FIRMER, _ROLLING, _ROUGHER, _INERTIA)
 
 _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
-    FailureMode.STANDS: (Remedy("laid on its back", lie_back), Remedy("written as it lies", lie_down), _ROUGHER),
+    FailureMode.STANDS: (Remedy("written as it lies", lie_down), _ROUGHER),
     FailureMode.STATE: (_HOLD, _DAMPED),
     FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
     FailureMode.DRIFT: (_FIRMER, _ROLLING, _ROUGHER, *_EXPLOSION),
@@ -235,7 +229,7 @@ _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
         Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
-    FailureMode.EFFORT: (Remedy("looser hold", looser_hold), Remedy("laid down where it leans", laid_flat)),
+    FailureMode.EFFORT: (Remedy("looser hold", looser_hold),),
     FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER, _ROUGHER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
