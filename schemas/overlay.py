@@ -7,6 +7,7 @@ from pydantic import Field
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.features import Mimic
+from schemas.mechanism import Bias, EffortRange
 from schemas.support import Mount, Support, SupportKind
 from schemas.vocabulary import MassRule, Source, VolumeSource
 
@@ -167,17 +168,6 @@ class LinkPhysics(Frozen):
     inertia_source: Source
 
 
-class EffortRange(Frozen):
-    """The forces at a part's edge (N) between which a part of its ``kind`` should move, and where that is stated.
-    ``braced``: the other hand holds the object meanwhile, so that it neither tips nor slides."""
-
-    kind: str
-    least_n: NonNegative
-    most_n: Positive
-    source: str
-    braced: bool = False
-
-
 class JointPhysics(Frozen):
     """One joint's written physics, at the final scale. ``lower`` and ``upper`` are None for continuous joints.
 
@@ -219,6 +209,13 @@ class JointPhysics(Frozen):
     """What the joint follows, at the final scale; None for one with a position of its own."""
     exact: bool = False
     """Whether the user states the initial position as a number, which no search moves."""
+    bias: Bias | None = None
+    """What its mechanism exerts besides the spring; None for most."""
+
+    def exerted(self, position: float) -> float:
+        """What its spring and its mechanism exert on it at a position (rad or m), N·m or N."""
+        spring = self.stiffness * (self.spring_reference - position)
+        return spring if self.bias is None else spring + self.bias.at(position)
 
     def following(self, leader: "JointPhysics") -> "JointPhysics":
         """The joint where its leader has it: position, range and ends."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.engines.pybullet_object import PyBulletObject
 from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.physics.arrays import Array
@@ -51,7 +52,7 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint with its three terms; ``reference`` is where its spring is relaxed."""
+    """A joint with its terms; ``reference`` is where its spring is relaxed, ``bias`` what a mechanism exerts."""
 
     name: str
     type: str
@@ -66,6 +67,7 @@ class UrdfJoint:
     stiffness: float = 0.0
     reference: float = 0.0
     armature: float = 0.0
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 def box(x: float, y: float, z: float) -> str:
@@ -109,12 +111,13 @@ def _link_text(link: UrdfLink) -> str:
 
 
 def _joint_text(joint: UrdfJoint) -> str:
+    bias = " ".join(f'{name}="{value!r}"' for name, value in zip(BIAS, joint.bias, strict=True) if joint.bias[0])
     return (
         f'<joint name="{joint.name}" type="{joint.type}"><origin xyz="{_words(joint.xyz)}"/>'
         f'<parent link="{joint.parent}"/><child link="{joint.child}"/><axis xyz="{_words(joint.axis)}"/>'
         f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}" effort="100" velocity="100"/>'
         f'<dynamics damping="{joint.damping!r}" friction="{joint.friction!r}" spring_stiffness="{joint.stiffness!r}" '
-        f'spring_reference="{joint.reference!r}" armature="{joint.armature!r}"/></joint>'
+        f'spring_reference="{joint.reference!r}" armature="{joint.armature!r}" {bias}/></joint>'
     )
 
 

@@ -11,6 +11,7 @@ import pytest
 from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, SCENE_NAME, export_mjcf
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
+from asset2sim.load import load
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
@@ -88,6 +89,22 @@ def test_armature_adds_to_what_a_spring_moves(tmp_path: Path) -> None:
     data.qpos[0] = 0.2
     run(model, data, math.pi / 2.0 * math.sqrt((ARM_INERTIA + 0.03) / 0.5))
     assert data.qpos[0] == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("effort", "opens"), [(0.9, False), (1.1, True)])
+def test_a_seal_lets_go_at_its_torque_and_a_loader_exerts_it_once(tmp_path: Path, effort: float, opens: bool) -> None:
+    seal = (50.0, 0.03, -1.0, 0.0)
+    model, data = held(tmp_path, arm(tmp_path, damping=0.05, bias=seal, lower=0.0, upper=1.5))
+    data.qfrc_applied[0] = effort
+    run(model, data, 1.0)
+    assert (float(data.qpos[0]) > 0.1) == opens
+    assert list(model.actuator_biasprm[0][:2]) == pytest.approx([-1.5, 50.0])
+    item = load(tmp_path, "mujoco", fixed=True)
+    assert item.model.nu == 0
+    item.apply_effort({"j": effort})
+    for _ in range(240):
+        item.step()
+    assert (item.positions()["j"] > 0.1) == opens
 
 
 @pytest.mark.parametrize(("share", "moves"), [(0.95, False), (1.1, True)])

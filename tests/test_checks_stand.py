@@ -12,7 +12,7 @@ from asset2sim.checks.set_down import set_down
 from asset2sim.checks.state import settled
 from asset2sim.checks.support_polygon import point_clouds
 from schemas.interaction import Effort
-from schemas.overlay import EffortRange
+from schemas.mechanism import EffortRange
 from schemas.vocabulary import Engine, FailureMode
 from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, interaction, opened, solid, subject

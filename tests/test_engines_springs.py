@@ -133,3 +133,34 @@ def test_a_light_cap_on_a_slide_takes_its_friction_however_short_its_way(
             world.push({"j": share * friction})
             world.step(round(0.5 / world.timestep_s))
             assert (position(world) < 0.02 * travel) == holds, (share, position(world))
+
+
+@every_engine
+@STEPS
+def test_a_rocker_snaps_to_the_end_that_is_nearer(tmp_path: Path, engine: Engine, step: float) -> None:
+    rocker = UrdfLink("part", 0.005, ORIGIN, ball_inertia(1e-6))
+    terms: dict[str, object] = {"friction": 0.01, "damping": 1e-5, "armature": 2e-4, "lower": -0.12, "upper": 0.12}
+    with held(engine, swing(tmp_path, rocker, **terms, bias=(0.08 / 0.12, 0.0, -0.08, 0.08)), step=step) as world:
+        for start, effort, end in ((0.12, 0.0, 0.12), (0.12, -0.07, 0.12), (0.12, -0.11, -0.12), (-0.04, 0.0, -0.12)):
+            world.place({"j": start})
+            world.push({"j": effort})
+            world.step(round(1.0 / step))
+            world.push({})
+            world.step(round(0.5 / step))
+            assert position(world) == pytest.approx(end, abs=0.012), (start, effort)
+
+
+@every_engine
+@STEPS
+def test_a_seal_holds_a_door_shut_and_lets_go_of_it_for_good(tmp_path: Path, engine: Engine, step: float) -> None:
+    door = UrdfLink("part", 10.0, ORIGIN, ball_inertia(1.0))
+    terms: dict[str, object] = {"friction": 0.5, "damping": 0.7, "lower": 0.0, "upper": 2.0}
+    with held(engine, swing(tmp_path, door, **terms, bias=(400.0, 0.02, -8.0, 0.0)), step=step) as world:
+        for effort, opens in ((7.5, False), (9.5, True)):
+            world.place({})
+            world.push({"j": effort})
+            world.step(round(1.0 / step))
+            assert (position(world) > 0.05) == opens, effort
+        world.place({"j": 0.03})
+        world.step(round(1.0 / step))
+        assert position(world) == pytest.approx(0.03, abs=2e-3), "beyond its gasket its hinges keep it"

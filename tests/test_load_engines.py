@@ -23,7 +23,9 @@ ENGINES = [
     for name, modules in NEEDS.items()
 ]
 every_engine = pytest.mark.parametrize("engine", ENGINES)
-TERMS = ("damping", "friction", "stiffness", "spring_reference", "armature", "initial_position", "gravity_load")
+TERMS = (
+    "damping", "friction", "stiffness", "spring_reference", "armature", "initial_position", "gravity_load", "bias",
+)  # fmt: skip
 STEP = 1.0 / 240.0
 G = 9.81
 MASS, ARM = 0.5, 0.2
@@ -57,7 +59,7 @@ def written(
             f'<joint name="{name}" type="{joint["kind"]}"><origin xyz="{joint["xyz"]}"/><axis xyz="{joint["axis"]}"/>'
             f'<parent link="{joint["parent"]}"/><child link="{joint["child"]}"/>{limit}</joint>'
         )
-        given: dict[str, Any] = dict.fromkeys(TERMS, 0.0) | {"effective_inertia": 1e-3, "holds": False}
+        given: dict[str, Any] = dict.fromkeys(TERMS, 0.0) | {"effective_inertia": 1e-3, "holds": False, "bias": None}
         given |= {key: value for key, value in joint.items() if key in given}
         ends = {"lower": joint["lower"], "upper": joint["upper"], "closed": joint["lower"], "open": joint["upper"]}
         terms.append({"name": name, "type": joint["kind"], "label": "part", **given, **ends})
@@ -136,6 +138,30 @@ def test_a_spring_carries_its_part_where_force_and_weight_are_equal(engine: str,
     folder = written(tmp_path, BASE + ARM_OUT, {"j": said | {"spring_reference": rest, "lower": -0.2, "upper": 0.2}})
     q = track(load(folder, engine), "j", 4.0)
     assert q[-1] == pytest.approx(rest - MASS * G / stiffness, abs=1e-3)
+
+
+@every_engine
+def test_a_rocker_snaps_and_a_seal_lets_go(engine: str, tmp_path: Path) -> None:
+    snap = {"kind": "bistable", "slope": 2.0, "none_at": 0.0, "least": -1.0, "most": 1.0}
+    said = {
+        "child": "lid",
+        "axis": "0 0 1",
+        "friction": 0.05,
+        "damping": 0.05,
+        "lower": -0.5,
+        "upper": 0.5,
+        "bias": snap,
+    }
+    item = load(written(tmp_path / "rocker", BASE + ARM_OUT, {"j": said | {"initial_position": 0.5}}), engine)
+    for effort, end in ((-0.9, 0.5), (-1.2, -0.5), (0.0, -0.5)):
+        item.apply_effort({"j": effort})
+        assert track(item, "j", 1.0)[-1] == pytest.approx(end, abs=0.02), effort
+    seal = {"kind": "seal", "slope": 100.0, "none_at": 0.02, "least": -1.5, "most": 0.0}
+    said |= {"lower": 0.0, "upper": 2.0, "bias": seal}
+    item = load(written(tmp_path / "fridge", BASE + ARM_OUT, {"j": said}), engine)
+    for effort, opens in ((1.4, False), (1.7, True)):
+        item.apply_effort({"j": effort})
+        assert bool(track(item, "j", 1.0)[-1] > 0.1) is opens, effort
 
 
 @every_engine

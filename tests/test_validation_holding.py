@@ -12,7 +12,8 @@ from asset2sim.validation.holding import NO_BALANCE, counterbalance, holding
 from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
 from schemas.features import JointFeatures
-from schemas.overlay import EffortRange, JointProposal
+from schemas.mechanism import EffortRange
+from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 from tests.factories import make_features

@@ -43,6 +43,11 @@ def solref(timestep_s: float) -> tuple[float, float]:
     return REFERENCE_STEPS * timestep_s, 1.0
 
 
+def bias_name(joint: str) -> str:
+    """The name of the actuator that is what a joint's mechanism exerts; no control moves it."""
+    return f"{joint}_mechanism"
+
+
 def body_name(link: str, links: Container[str]) -> str:
     """The name of a link's body: its own, or where that is MuJoCo's own ``world`` another that no link has."""
     name = link

@@ -68,8 +68,7 @@ def middle_positions(item: Mechanism, holding: Sequence[JointPhysics]) -> dict[s
             continue
         lower, upper = span_of(joint)
         middle = (lower + upper) / 2.0
-        spring = joint.stiffness * (joint.spring_reference - middle)
-        pull = float(pull_on(item, joint.name, item.start, poses).at(middle)) + spring
+        pull = float(pull_on(item, joint.name, item.start, poses).at(middle)) + joint.exerted(middle)
         if joint.friction > SURE * abs(pull):
             middles[joint.name] = middle
     return middles

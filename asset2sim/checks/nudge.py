@@ -62,8 +62,7 @@ def nudge_speed(joint: JointPhysics, settings: EngineSettings) -> float:
 def patience(joint: JointPhysics, inertia: float, pull: float, settings: EngineSettings) -> float:
     """Time in which a nudged joint must come to rest, s: longer for light damping, as a fan may coast for seconds, and
     for a part that gravity's ``pull`` (N·m or N) or its spring moves, which may swing first."""
-    spring = joint.stiffness * (joint.spring_reference - joint.initial_position)
-    if joint.friction < abs(pull + spring) or joint.damping <= 0.0:
+    if joint.friction < abs(pull + joint.exerted(joint.initial_position)) or joint.damping <= 0.0:
         return settings.release_s
     return min(max(settings.nudge_s, DECAYS * inertia / joint.damping), settings.release_s)
 

@@ -91,7 +91,7 @@ def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, 
     room = (upper - joint.initial_position) if direction > 0.0 else (joint.initial_position - lower)
     if visible <= 0.0 or room < visible:
         return None
-    spring = joint.stiffness * (joint.spring_reference - joint.initial_position - direction * visible)
+    spring = joint.exerted(joint.initial_position + direction * visible)
     needed = joint.friction - direction * (pull + spring)
     limit = limit_of(item, joint.name)
     first = max(ENOUGH * max(needed, LEAST_RAD_S2 * inertia), LEAST_SHARE * limit)

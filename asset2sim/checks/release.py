@@ -96,7 +96,7 @@ def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Expected
     middle = low + START_SHARE * (high - low)
     for end in (low, high):
         way = np.linspace(middle, end, SAMPLES)
-        if np.all(np.sign(end - middle) * pull.at(way) > SURE * joint.friction + 1e-12):
+        if np.all(np.sign(end - middle) * (pull.at(way) + exerted(joint, way)) > SURE * joint.friction + 1e-12):
             return ExpectedRelease(joint, GRAVITY, middle, end, end)
     return None
 
@@ -104,12 +104,17 @@ def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> Expected
 def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease:
     """The task of a joint with a spring: let go of half way from its rest to the end that is further from it."""
     way = np.linspace(low, high, SAMPLES)
-    force = joint.stiffness * (joint.spring_reference - way) + pull.at(way)
+    force = exerted(joint, way) + pull.at(way)
     rest = equilibrium_of(way, force)
     start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
     # Friction stops it short of the balance, on the side that it comes from, or as far beyond if it comes fast.
     drag = np.sign(rest - start) * joint.friction
     return ExpectedRelease(joint, SPRING, start, equilibrium_of(way, force - drag), equilibrium_of(way, force + drag))
+
+
+def exerted(joint: JointPhysics, way: np.ndarray) -> np.ndarray:
+    """(n,) what the joint's spring and mechanism exert at these positions, N·m or N."""
+    return np.array([joint.exerted(float(position)) for position in way])
 
 
 def equilibrium_of(way: np.ndarray, force: np.ndarray) -> float:

@@ -183,8 +183,9 @@ def slip_given(item: Mechanism, joint: str, shift: Vector3, tilt: Vector3, suppo
     arm = np.asarray(moment) / max(mass, 1e-12) - support.center
     level = float(np.linalg.norm(arm - (arm @ support.up) * support.up))
     rise = max(0.0, shift[2]) + math.dist(tilt, (0.0, 0.0, 0.0)) * (support.furthest + level)
-    spring = held.stiffness * (held.spring_reference - held.initial_position)
-    load = abs(float(pull_on(item, joint, item.start, poses).at(held.initial_position)) + spring)
+    load = abs(
+        float(pull_on(item, joint, item.start, poses).at(held.initial_position)) + held.exerted(held.initial_position)
+    )
     reserve = held.friction - load
     return mass * GRAVITY_M_S2 * rise / reserve / (upper - lower) if reserve > 0.0 else math.inf
 

@@ -20,6 +20,7 @@ from asset2sim.assets.mujoco_options import (
     SOLVER_ITERATIONS,
     SOLVER_TOLERANCE,
     TORSION_M,
+    bias_name,
     body_name,
     solref,
 )
@@ -168,7 +169,8 @@ def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
 
 def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
     """Put the joints' damping, friction, stiffness, spring reference and armature in, and make friction and limits
-    stiff. MuJoCo adds armature to the diagonal of the mass matrix, and steps springs explicitly."""
+    stiff. MuJoCo adds armature to the diagonal of the mass matrix, and steps springs explicitly. What a mechanism
+    exerts is an actuator that no control moves."""
     for joint in spec.joints:
         term = terms[joint.name]
         joint.damping = [term.damping, 0.0, 0.0]
@@ -178,6 +180,12 @@ def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
         joint.armature = term.armature
         joint.solimp_friction = FRICTION_SOLIMP
         joint.solimp_limit = ARMATURE_LIMIT_SOLIMP if term.armature > 0.0 else LIMIT_SOLIMP
+        slope, none_at, least, most = term.bias
+        if slope != 0.0:
+            exerts = spec.add_actuator(name=bias_name(joint.name), target=joint.name)
+            exerts.trntype, exerts.biastype = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtBias.mjBIAS_AFFINE
+            exerts.gainprm[0], exerts.biasprm[:2] = 0.0, (-slope * none_at, slope)
+            exerts.forcelimited, exerts.forcerange = mujoco.mjtLimited.mjLIMITED_TRUE, (least, most)
 
 
 def lock_joints(spec: mujoco.MjSpec, root: "etree._Element") -> None:

@@ -13,7 +13,7 @@ from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
-from asset2sim.engines.world import contact_distance_m, nothing_collides, with_followers
+from asset2sim.engines.world import biases, contact_distance_m, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
@@ -52,10 +52,12 @@ class PyBulletWorld:
         terms = [item.dynamics[name] for name in self.joint_names]
         self.stiffness = np.array([0.0 if term.armature > 0.0 else term.stiffness for term in terms])
         self.reference = np.array([term.spring_reference for term in terms])
+        self.bias = np.array([term.bias for term in terms]).reshape(-1, 4)
         self.efforts = np.zeros(len(self.joints))
         self.springs = ArmatureSprings(item, timestep_s)
         self.geared = np.array([self.joint_names.index(name) for name in self.springs.names], dtype=int)
-        self.driven = np.flatnonzero(self.stiffness)
+        self.biased = self.bias[:, 0] != 0.0
+        self.driven = np.flatnonzero((self.stiffness > 0.0) | self.biased)
         self.driven_joints = [self.joints[i] for i in self.driven]
         client = item.client
         self.authored, self.upright = client.getBasePositionAndOrientation(item.body)
@@ -104,13 +106,16 @@ class PyBulletWorld:
         # The client looks a function up anew each time.
         advance = client.stepSimulation
         for _ in range(count):
+            efforts = self.efforts
+            if self.biased.any():
+                efforts = efforts + biases(self.bias, self.positions())
             if driven:
                 states = client.getJointStates(body, driven)
                 positions = np.array([state[0] for state in states])
                 i = self.driven
-                forces = self.stiffness[i] * (self.reference[i] - positions) + self.efforts[i]
+                forces = self.stiffness[i] * (self.reference[i] - positions) + efforts[i]
                 client.setJointMotorControlArray(body, driven, pybullet.TORQUE_CONTROL, forces=forces.tolist())
-            self.springs.drive(self.efforts[self.geared])
+            self.springs.drive(efforts[self.geared])
             advance()
 
     def root_pose(self) -> tuple[Array, Array]:
@@ -139,7 +144,7 @@ class PyBulletWorld:
     def push(self, efforts: Mapping[str, float]) -> None:
         """See ``World``."""
         self.efforts = np.array([efforts.get(name, 0.0) for name in self.joint_names])
-        self.driven = np.flatnonzero((self.stiffness > 0.0) | (self.efforts != 0.0))
+        self.driven = np.flatnonzero((self.stiffness > 0.0) | self.biased | (self.efforts != 0.0))
         self.driven_joints = [self.joints[i] for i in self.driven]
 
     def link_speeds(self) -> Array:

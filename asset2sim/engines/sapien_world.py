@@ -12,7 +12,7 @@ from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.sapien_coupling import Coupling
 from asset2sim.engines.sapien_object import SapienObject, loaded
-from asset2sim.engines.world import nothing_collides, with_followers
+from asset2sim.engines.world import biases, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -55,10 +55,11 @@ class SapienWorld:
         terms = [item.dynamics[name] for name in self.joint_names]
         self.stiffness = np.array([term.stiffness for term in terms])
         self.reference = np.array([term.spring_reference for term in terms])
+        self.bias = np.array([term.bias for term in terms]).reshape(-1, 4)
         self.efforts = np.zeros(len(self.joint_names))
         self.coupling = Coupling(item.robot, self.joint_names, not plane, timestep_s)
         self.armature = {name: item.dynamics[name].armature for name in self.joint_names}
-        self.sprung = bool(self.stiffness.any()) or bool(self.coupling.mimics)
+        self.sprung = bool(self.stiffness.any() or self.bias.any()) or bool(self.coupling.mimics)
         self.limits = np.array(item.articulation.get_qlimits(), dtype=float).reshape(-1, 2)
         self.at_rest = np.zeros(len(self.joint_names), dtype=np.float32)
         self.pose = import_module("sapien").Pose
@@ -102,7 +103,8 @@ class SapienWorld:
         for _ in range(count):
             if self.sprung:
                 # An effort, not PhysX' implicit spring, which loses energy by itself.
-                springs = self.stiffness * (self.reference - body.get_qpos())
+                positions = body.get_qpos()
+                springs = self.stiffness * (self.reference - positions) + biases(self.bias, positions)
                 if self.coupling.mimics:
                     springs += self.coupling.efforts(body.get_qpos(), body.get_qvel())
                 body.set_qf((springs + self.efforts).astype(np.float32))

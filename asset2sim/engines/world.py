@@ -5,6 +5,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -18,7 +20,7 @@ larger one makes a step of an object of many parts several times slower, for nei
 
 
 class World(Protocol):
-    """A loaded object whose joint damping, friction and stiffness are in force as its URDF states them.
+    """A loaded object whose joint damping, friction, stiffness and mechanisms are in force as its URDF states them.
 
     The world has a plane at z = 0 and the object's root is free, or it has none and the root is held. Gravity is along
     -z. Frames are the world's, quaternions xyzw, positions rad or m in ``joint_names``' order. Joints that follow
@@ -87,6 +89,12 @@ class Opener(Protocol):
         self, urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float = GRAVITY_M_S2
     ) -> AbstractContextManager[World]:
         """The loaded object, until the context ends."""
+
+
+def biases(terms: Array, positions: Array) -> Array:
+    """(n,) what mechanisms exert at (n,) positions, N·m or N; ``terms`` (n, 4) are the joints' ``Dynamics.bias``."""
+    exerted: Array = np.clip(terms[:, 0] * (positions - terms[:, 1]), terms[:, 2], terms[:, 3])
+    return exerted
 
 
 def with_followers(mimics: Mapping[str, Mimic], velocities: Mapping[str, float]) -> dict[str, float]:

@@ -43,6 +43,14 @@ class Joint:
     armature: float = 0.0
     mimic: tuple[str, float, float] | None = None
     pull: tuple[float, ...] | None = None
+    bias: dict[str, Any] | None = None
+
+    def exerted(self, position: float) -> float:
+        """What its mechanism exerts at a position besides its spring, N·m or N: a gasket, a rocker's snap, a strut."""
+        if self.bias is None:
+            return 0.0
+        wanted = self.bias["slope"] * (position - self.bias["none_at"])
+        return float(min(max(wanted, self.bias["least"]), self.bias["most"]))
 
     def __str__(self) -> str:
         ends = "endless" if self.lower is None or self.upper is None else f"{self.lower:.4g} to {self.upper:.4g}"

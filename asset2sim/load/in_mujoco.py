@@ -117,8 +117,8 @@ def object_spec(about: Description, root: Root, timestep_s: float) -> Any:
             spec = mujoco.MjSpec.from_file(path)
         give_terms(mujoco, spec, about, timestep_s)
     spec.option.timestep = timestep_s
-    for key in list(spec.keys):  # it is of a root either held or free
-        spec.delete(key)
+    for left in (*spec.keys, *spec.actuators):  # keys are of a root held or free; ``drive`` does what mechanisms do
+        spec.delete(left)
     body = spec.worldbody.first_body()
     body.pos, body.quat = root.position, root.wxyz
     free = [joint for joint in body.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]

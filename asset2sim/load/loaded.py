@@ -129,18 +129,22 @@ class Loaded(ABC):
         self.push({})
 
     def drive(self) -> None:
-        """Set efforts, targets and what springs the engine lacks for the next step. ``step`` does so itself: call it
-        before each step that a world of yours makes."""
+        """Set efforts, targets, mechanisms and what springs the engine lacks for the next step. ``step`` does so
+        itself: call it before each step that a world of yours makes."""
         efforts = dict(self.efforts)
+        biased = [joint for joint in self.about.joints if joint.bias is not None]
+        positions = self.positions() if self.targets or biased else {}
+        for joint in biased:
+            efforts[joint.name] = efforts.get(joint.name, 0.0) + joint.exerted(positions[joint.name])
         if self.targets:
-            positions, velocities = self.positions(), self.velocities()
+            velocities = self.velocities()
             speed = min(SERVO_RAD_S, SERVO_STEP / self.timestep_s)
             for joint in (one for one in self.about.joints if one.name in self.targets):
                 target, inertia = self.targets[joint.name], joint.effective_inertia + joint.armature
                 off = target - positions[joint.name]
                 pull = inertia * speed * (speed * off - 2.0 * velocities[joint.name])
                 pull += joint.friction * min(max(off / SERVO_NEAR, -1.0), 1.0)
-                pull += joint.stiffness * (target - joint.spring_reference)
+                pull += joint.stiffness * (target - joint.spring_reference) - joint.exerted(positions[joint.name])
                 efforts[joint.name] = efforts.get(joint.name, 0.0) + pull
         self.push(efforts)
 

@@ -18,7 +18,8 @@ from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_
 from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
 from schemas.finding import Notes
-from schemas.overlay import EffortRange, JointProposal
+from schemas.mechanism import EffortRange
+from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.support import SupportKind
 

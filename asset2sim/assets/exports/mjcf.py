@@ -71,8 +71,10 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
         etree.SubElement(contact, "exclude", named)
     equality = etree.SubElement(root, "equality")
     write_mimics(equality, item, timestep_s)
+    actuator = etree.SubElement(root, "actuator")
+    write_biases(actuator, item)
     etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(home(item, world)))
-    for part in (assets, contact, equality):
+    for part in (assets, contact, equality, actuator):
         if not len(part):
             root.remove(part)
     return root
@@ -211,6 +213,21 @@ def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> No
     for name, mimic in mimics_of([joint.tree for joint in item.joints]).items():
         coefficients = numbers((mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0))
         etree.SubElement(equality, "joint", {"joint1": name, "joint2": mimic.joint, "polycoef": coefficients, **stiff})
+
+
+def write_biases(actuator: Element, item: ExportObject) -> None:
+    """What mechanisms exert on their joints, as actuators that no control moves."""
+    for joint in item.joints:
+        slope, none_at, least, most = joint.dynamics.bias
+        if slope != 0.0:
+            bias = {
+                "gaintype": "fixed",
+                "gainprm": "0",
+                "biastype": "affine",
+                "biasprm": numbers((-slope * none_at, slope)),
+            }
+            named = {"name": mujoco_options.bias_name(joint.name), "joint": joint.name}
+            etree.SubElement(actuator, "general", {**named, **bias, "forcerange": numbers((least, most))})
 
 
 def related_to_root(item: ExportObject) -> list[tuple[str, str]]:

@@ -31,6 +31,7 @@ from asset2sim.assets.exports.usd_hulls import LimitedHull
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
 from asset2sim.assets.exports.usd_mimic import write_mimic
 from asset2sim.assets.exports.visuals import looks_of
+from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay
@@ -259,6 +260,9 @@ def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Us
     # kg, or kg·m² also where angles are in degrees: PhysX adds it to the joint-space inertia as it is.
     if terms.armature > 0.0:
         give(prim, "physxJoint:armature", terms.armature)
+    # PhysX has nothing of the kind: whoever wants what a mechanism exerts applies it as an effort.
+    for name, value in zip(BIAS, terms.bias, strict=True) if terms.bias[0] != 0.0 else ():
+        give(prim, f"asset2sim:{name}", value)
     prim.AddAppliedSchema(f"PhysxJointAxisAPI:{word}")
     give(prim, f"physxJointAxis:{word}:staticFrictionEffort", terms.friction)
     give(prim, f"physxJointAxis:{word}:dynamicFrictionEffort", terms.friction)

@@ -32,6 +32,7 @@ SHIFTED = (
     ("limit", "upper"),
     ("dynamics", "spring_reference"),
     ("dynamics", "geared_reference"),
+    ("dynamics", "bias_none_at"),
     *POSITIONS,
 )
 """Attributes that are positions of their joint."""
@@ -106,6 +107,7 @@ def baked(overlay: PhysicsOverlay) -> PhysicsOverlay:
             "closed": joint.closed - zero,
             "open": joint.open - zero,
             "spring_reference": joint.spring_reference - zero,
+            "bias": joint.bias and joint.bias.model_copy(update={"none_at": joint.bias.none_at - zero}),
             # Both zeros are where the state has them.
             "mimic": None if joint.mimic is None else joint.mimic.model_copy(update={"offset": 0.0}),
         }

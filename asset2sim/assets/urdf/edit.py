@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
+from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.felt import plain_spring
 from asset2sim.physics.kinematics import locked, rpy_of
 from schemas.features import Features, JointFeatures
@@ -196,7 +197,8 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     """Write one movable joint's type, axis, limits and dynamics. Stiffness goes into ``spring_stiffness`` and
     ``spring_reference``, the names that SDF uses: URDF has no field for them, and its readers ignore the attributes.
     They are such that they may be applied as they are; a spring that only an armature bears is in ``geared_stiffness``
-    and ``geared_reference`` beside ``armature``. Our adapters read those; ``overlay.json`` has them too."""
+    and ``geared_reference`` beside ``armature``, what a mechanism exerts in ``bias_slope`` and its like. Our adapters
+    read those; ``overlay.json`` has them too."""
     element.set("type", physics.type)
     child(element, "axis").set("xyz", words(authored.axis))
     limit = child(element, "limit")
@@ -204,7 +206,8 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
         limit.attrib.pop(key, "")
         if value is not None:
             limit.set(key, word(value))
-    needed = settings.effort_margin * (physics.friction + abs(physics.gravity_load))
+    bias = 0.0 if physics.bias is None else max(physics.bias.most, -physics.bias.least)
+    needed = settings.effort_margin * (physics.friction + abs(physics.gravity_load) + bias)
     limit.set("effort", word(authored.effort if authored.effort else max(settings.default_effort, needed)))
     limit.set("velocity", word(authored.velocity if authored.velocity else settings.default_velocity))
     dynamics = child(element, "dynamics")
@@ -213,6 +216,10 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     stiffness, reference = plain_spring(physics, settings)
     dynamics.set("spring_stiffness", word(stiffness))
     dynamics.set("spring_reference", word(reference))
+    for key in BIAS:
+        dynamics.attrib.pop(key, "")
+        if physics.bias is not None:
+            dynamics.set(key, word(getattr(physics.bias, key.removeprefix("bias_"))))
     geared = {"armature": physics.armature, "geared_stiffness": physics.stiffness}
     for key, value in (geared | {"geared_reference": physics.spring_reference}).items():
         dynamics.attrib.pop(key, "")

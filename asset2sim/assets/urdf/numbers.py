@@ -16,8 +16,10 @@ LARGEST = 1e7
 larger ones lose all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
+BIAS = ("bias_slope", "bias_none_at", "bias_least", "bias_most")
+"""What a mechanism exerts (``schemas.mechanism.Bias``)."""
 DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference", "armature", "geared_stiffness",
-            "geared_reference")  # fmt: skip
+            "geared_reference", *BIAS)  # fmt: skip
 COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
     "origin": {"xyz": (3,), "rpy": (3,)},
     "axis": {"xyz": (3,)},

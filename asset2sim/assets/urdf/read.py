@@ -14,6 +14,7 @@ from lxml import etree
 from asset2sim.assets.urdf.capsule import as_cylinders, read_capsules
 from asset2sim.assets.urdf.document import invalid, read_document, unreadable
 from asset2sim.assets.urdf.mimic import read_mimics
+from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, transform
 from schemas.errors import AssetError
@@ -147,13 +148,15 @@ def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
 @dataclass(frozen=True)
 class Dynamics:
     """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), the spring's rest position, and
-    armature (kg·m² or kg). URDF has no field for the last three; only our own adapters read these attributes."""
+    armature (kg·m² or kg). ``bias`` is what a mechanism exerts besides: slope, position without any, least and most
+    (``schemas.mechanism.Bias``). URDF has no field for the last four; only our own adapters read these attributes."""
 
     damping: float
     friction: float
     stiffness: float
     spring_reference: float
     armature: float = 0.0
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
@@ -166,7 +169,9 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
         values = dict[str, str]() if element is None else {str(k): str(text) for k, text in element.attrib.items()}
         spring = "geared" if "geared_stiffness" in values else "spring"
         keys = ("damping", "friction", f"{spring}_stiffness", f"{spring}_reference", "armature")
-        terms[str(joint.get("name"))] = Dynamics(*(float(values.get(key, 0.0)) for key in keys))
+        slope, none_at, least, most = (float(values.get(key, 0.0)) for key in BIAS)
+        stated = (float(values.get(key, 0.0)) for key in keys)
+        terms[str(joint.get("name"))] = Dynamics(*stated, bias=(slope, none_at, least, most))
     return terms
 
 

@@ -143,7 +143,7 @@ def looser_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Less friction on a joint that takes more than a hand or its object's stand allows, down to what holds it."""
 
     def change(joint: JointPhysics) -> dict[str, object]:
-        spring = joint.stiffness * (joint.spring_reference - joint.initial_position)
+        spring = joint.exerted(joint.initial_position)
         least = case.settings.physics.least_hold_margin * abs(joint.gravity_load + spring) if joint.holds else 0.0
         friction = max(LOOSER_FACTOR * joint.friction, least)
         return searched("friction", friction) if friction < 0.999 * joint.friction else {}

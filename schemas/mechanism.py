@@ -1,0 +1,44 @@
+"""Joints as people know them: mechanisms by name, what a hand should need, and what some exert besides a spring."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from schemas.base import Finite, Frozen, NonNegative, Positive
+
+MechanismName = Literal[
+    "free hinge", "friction hinge", "spring return", "detent", "bistable", "screw", "strut", "seal", "brake"
+]
+"""What moves freely; stays by friction, detents, a thread or a brake; returns by a spring; snaps between two ends; has
+its weight carried by a strut, counterweight or gas spring; or is kept shut by a magnetic gasket or catch."""
+STAYS: tuple[MechanismName, ...] = ("friction hinge", "detent", "bistable", "screw", "strut", "seal", "brake")
+"""Mechanisms that keep a part where it is left."""
+
+
+class EffortRange(Frozen):
+    """The forces at a part's edge (N) between which a part of its ``kind`` should move, and where that is stated.
+    ``braced``: the other hand holds the object meanwhile, so that it neither tips nor slides."""
+
+    kind: str
+    least_n: NonNegative
+    most_n: Positive
+    source: str
+    braced: bool = False
+
+
+class Bias(Frozen):
+    """What a ``kind`` of mechanism exerts on its joint, N·m or N: ``slope`` (N·m/rad or N/m) times the way from
+    ``none_at`` (rad or m), at least ``least`` and at most ``most``. A gasket presses a door shut over the last
+    millimetres, a rocker is pressed to the end that is nearer, a strut lifts a flap.
+
+    URDF has no field for it: our engines, ``load.py`` and the MJCF have it, USD only states it."""
+
+    kind: MechanismName
+    slope: Finite
+    none_at: Finite
+    least: Annotated[Finite, Field(le=0.0)]
+    most: NonNegative
+
+    def at(self, position: float) -> float:
+        """N·m or N at a position, rad or m."""
+        return min(max(self.slope * (position - self.none_at), self.least), self.most)
