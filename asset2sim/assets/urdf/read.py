@@ -169,9 +169,10 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
         values = dict[str, str]() if element is None else {str(k): str(text) for k, text in element.attrib.items()}
         spring = "geared" if "geared_stiffness" in values else "spring"
         keys = ("damping", "friction", f"{spring}_stiffness", f"{spring}_reference", "armature")
+        damping, friction, stiffness, reference, armature = (float(values.get(key, 0.0)) for key in keys)
         slope, none_at, least, most = (float(values.get(key, 0.0)) for key in BIAS)
-        stated = (float(values.get(key, 0.0)) for key in keys)
-        terms[str(joint.get("name"))] = Dynamics(*stated, bias=(slope, none_at, least, most))
+        found = Dynamics(damping, friction, stiffness, reference, armature, (slope, none_at, least, most))
+        terms[str(joint.get("name"))] = found
     return terms
 
 
