@@ -7,7 +7,7 @@ from pydantic import Field
 
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.features import Mimic
-from schemas.mechanism import Bias, EffortRange
+from schemas.mechanism import Bias, EffortRange, MechanismName
 from schemas.support import Mount, Support, SupportKind
 from schemas.vocabulary import MassRule, Source, VolumeSource
 
@@ -209,6 +209,7 @@ class JointPhysics(Frozen):
     """What the joint follows, at the final scale; None for one with a position of its own."""
     exact: bool = False
     """Whether the user states the initial position as a number, which no search moves."""
+    mechanism: MechanismName | None = None
     bias: Bias | None = None
     """What its mechanism exerts besides the spring; None for most."""
 

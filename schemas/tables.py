@@ -127,6 +127,8 @@ _JOINTS: tuple[Column, ...] = (
     ("armature", REAL, f"kg·m² / kg ({BY_TYPE})", "Inertia reflected onto the joint, which weighs nothing"),
     ("gravity_load!", REAL, f"N·m / N ({BY_TYPE})", "Gravity's pull on the joint at the initial position"),
     ("holds!", FLAG, "", "Whether it must stay where it is placed"),
+    ("mechanism", TEXT, "", "What people would call its mechanism: a friction hinge, a screw; null where not known"),
+    ("mechanism_effort", REAL, f"N·m / N ({BY_TYPE})", "The most that it exerts besides a spring; null where nothing"),
     ("effort_kind", TEXT, "", "What a hand takes it for, by which its force is judged; null where not known"),
     ("effort_least_n", REAL, "N", "Least force at its edge that a part of this kind takes; null where not known"),
     ("effort_most_n", REAL, "N", "Largest force at its edge that a part of this kind takes; null where not known"),

@@ -111,12 +111,14 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     features = {joint.name: joint for joint in record.features.joints} if record.features else {}
     motions = {motion.name: motion for motion in record.measurement.joints} if record.measurement else {}
     settled = record.measurement.settle_motion if record.measurement else {}
-    rows, elsewhere = [], {"name", "least_inertia", "effort_range", "mimic", "exact"}
+    rows, elsewhere = [], {"name", "least_inertia", "effort_range", "mimic", "exact", "bias"}
     for joint in record.overlay.all_joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
         row = key | {"joint": joint.name} | joint.model_dump(exclude=elsewhere)
         expected = joint.effort_range
+        bias = joint.bias
         row |= {
+            "mechanism_effort": max(bias.most, -bias.least) if bias else None,
             "position_unit": "m" if joint.type == "prismatic" else "rad",
             "parent": seen.parent if seen else None,
             "child": seen.child if seen else None,
