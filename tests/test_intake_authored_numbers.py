@@ -91,13 +91,15 @@ def test_lengths_in_millimetres(tmp_path: Path) -> None:
 
 def test_limits_in_degrees_are_read_as_degrees(tmp_path: Path) -> None:
     text = robot(
-        link("a", shape("1 1 1")), link("b", shape("1 1 1")), link("c", shape("1 1 1")),
+        link("a", shape("1 1 1")), link("b", shape("1 1 1")), link("c", shape("1 1 1")), link("d", shape("1 1 1")),
         joint("door", "revolute", "a", "b", axis="0 0 1", limit="0 90"),
         joint("cap", "revolute", "a", "c", axis="0 0 1", limit="0 12"),
+        joint("valve", "revolute", "a", "d", axis="0 0 1", limit="-12.56 12.56"),
     )  # fmt: skip
     extraction = read(written(tmp_path, text))
     assert extraction.features.joint("door").upper == pytest.approx(1.5708, abs=1e-4)
     assert extraction.features.joint("cap").upper == 12.0
+    assert extraction.features.joint("valve").upper == 12.56, "two turns either way, in radians"
     assert [(item.code, item.joint) for item in extraction.findings] == [("limits_in_degrees", "door")]
 
 

@@ -52,8 +52,38 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
             '<asset><mesh file="gone.stl"/></asset>',
             "mesh 'gone' is left out: its file 'gone.stl' is not there",
         ),
+        (BODY.format(more=LID.format(more=SOLID.replace("/>", ' class="gone"/>'))), "", "no default 'gone'"),
+        (BODY.format(more=LID.format(more=SOLID.replace("/>", ' material="gone"/>'))), "", "no material 'gone'"),
+        (BODY.format(more=LID.format(more=SOLID)), '<actuator><motor joint="gone"/></actuator>', "<motor> is left out"),
+        (BODY.format(more=LID.format(more=SOLID)), '<keyframe><key qpos="0 0 0"/></keyframe>', ""),
+        (BODY.format(more=LID.format(more=SOLID + SOLID.replace("0.01", "0"))), "", "box of size 0.1 0.1 0 is left"),
+        (
+            BODY.format(more=LID.replace('0 90"', '90 0" limited="true"').format(more=SOLID)),
+            "",
+            "'hinge' is the wrong way round",
+        ),
+        (
+            BODY.format(more=LID.format(more=f'<inertial pos="0 0 0" mass="1" diaginertia="1 .1 .1"/>{SOLID}')),
+            "",
+            "inertia of body 'lid', which no body can have",
+        ),
     ],
-    ids=["massless geom", "massless body", "element", "attribute", "name twice", "texture gone", "mesh gone"],
+    ids=[
+        "massless geom",
+        "massless body",
+        "element",
+        "attribute",
+        "name twice",
+        "texture gone",
+        "mesh gone",
+        "class gone",
+        "material gone",
+        "joint gone",
+        "keys of another",
+        "flat",
+        "range",
+        "inertia",
+    ],
 )
 def test_what_mujoco_refuses_is_read_and_what_is_left_out_is_said(
     world: str, rest: str, said: str, tmp_path: Path
@@ -89,3 +119,63 @@ def test_what_cannot_be_mended_names_the_file_and_mujocos_reason(tmp_path: Path)
 def test_the_schema_has_what_objects_are_made_of() -> None:
     assert {"body", "worldbody", "geom", "joint", "inertial", "mesh", "texture", "equality"} <= set(schema())
     assert {"pos", "quat", "name"} <= schema()["body"] and {"range", "damping", "armature"} <= schema()["joint"]
+
+
+SLIDES = "".join(
+    f'<body name="{name}" pos="{at} 0 0.2"><joint name="{name}" type="slide" axis="1 0 0" range="0 0.2"{more}/>'
+    f'<geom type="box" size="0.1 0.1 0.1"{seen}/></body>'
+    for name, at, more, seen in (
+        ("left", 0, "", ""), ("right", 1, "", ""), ("lamp", 2, ' armature="0.02"', ' contype="0" conaffinity="0"'),
+    )
+)  # fmt: skip
+
+
+def fixed_tendon(*factors: float) -> str:
+    """A tendon over the first joints, and the equality that keeps its length."""
+    joints = "".join(f'<joint joint="{name}" coef="{c}"/>' for name, c in zip(("left", "right"), factors, strict=False))
+    return f'<tendon><fixed name="t">{joints}</fixed></tendon><equality><tendon tendon1="t"/></equality>'
+
+
+@pytest.mark.parametrize(
+    ("rest", "mimics"),
+    [
+        (fixed_tendon(1, 1), {"left": ("right", -1.0, 0.0)}),
+        (fixed_tendon(4, -1), {"left": ("right", 0.25, 0.0)}),
+        (fixed_tendon(-1, 4), {"right": ("left", 0.25, 0.0)}),
+        (
+            '<equality><joint joint1="right" joint2="lamp" polycoef="0.1 20 0 0 0"/></equality>',
+            {"lamp": ("right", 0.05, -0.005)},
+        ),
+        (
+            '<equality><joint joint1="left" joint2="lamp"/><joint joint1="right" joint2="left"/></equality>',
+            {"lamp": ("left", 1.0, 0.0), "right": ("left", 1.0, 0.0)},
+        ),
+        ('<equality><joint joint1="left" polycoef="0 0 0 0 0"/></equality>', {}),
+        ('<equality><joint joint1="left" joint2="right" polycoef="0 1 1 0 0"/></equality>', {}),
+    ],
+    ids=["doors", "gear", "other gear", "lamp", "three", "held", "curved"],
+)
+def test_joints_that_are_tied_follow_one_that_a_hand_can_move(
+    rest: str, mimics: dict[str, tuple[str, float, float]], tmp_path: Path
+) -> None:
+    file = written(tmp_path, BODY.format(more=SLIDES))
+    file.write_text(file.read_text().replace("</worldbody>", f"</worldbody>{rest}"))
+    made = urdf_of_mjcf(file, tmp_path)
+    joints = {str(joint.get("name")): joint for joint in made.robot.findall("joint")}
+    found = {
+        name: (item.get("joint"), float(str(item.get("multiplier"))), float(str(item.get("offset"))))
+        for name, joint in joints.items()
+        for item in joint.findall("mimic")
+    }
+    assert found.keys() == mimics.keys()
+    for name, (leader, ratio, offset) in mimics.items():
+        assert found[name][0] == leader and found[name][1:] == pytest.approx((ratio, offset))
+    assert (joints["left"].get("type") == "fixed") == ("holds" in "".join(made.notes))
+    assert ("cannot say" in "".join(made.notes)) == (not mimics and joints["left"].get("type") != "fixed")
+    assert [item.get("armature") for item in joints["lamp"].findall("dynamics")] == ["0.02"]
+
+
+def test_what_stands_in_the_world_without_a_body_is_one_link(tmp_path: Path) -> None:
+    made = urdf_of_mjcf(written(tmp_path, f'{SOLID}<body name="goal" mocap="true">{SOLID}</body>'), tmp_path)
+    assert [link.get("name") for link in made.robot.findall("link")] == ["base"]
+    assert len(made.robot.findall("link/collision")) == 1 and "1 mocap bodies" in str(made.notes)

@@ -82,6 +82,20 @@ number it is 19: a range in degrees that is smaller than 19 is not recognised.""
 LARGEST_DEGREES = 720.0
 """Largest limit that may be degrees; beyond it, the number stands for no limit at all."""
 
+QUARTERS_SHARE = 1e-3
+"""Share by which a limit may differ from a number of quarter turns that it is: a valve's 12.56 rad are two turns."""
+
+
+def in_quarters(limit_rad: float) -> bool:
+    """Whether a limit is a number of quarter turns in radians, as somebody writes it who means them."""
+    quarters = limit_rad / (math.pi / 2.0)
+    whole = limit_rad.is_integer() and limit_rad != 0.0
+    return (
+        not whole
+        and abs(limit_rad) <= LARGEST_DEGREES
+        and abs(quarters - round(quarters)) <= QUARTERS_SHARE * abs(quarters)
+    )
+
 
 def believed_limits(joint: JointFeatures) -> tuple[JointFeatures, Finding | None]:
     """The joint with an implausibly long hinge range read as degrees, or as none, and a finding; else unchanged, and
@@ -89,7 +103,7 @@ def believed_limits(joint: JointFeatures) -> tuple[JointFeatures, Finding | None
     if joint.type != "revolute" or joint.lower is None or joint.upper is None:
         return joint, None
     range_rad, largest = abs(joint.upper - joint.lower), max(abs(joint.lower), abs(joint.upper))
-    if range_rad <= LONGEST_RANGE_RAD:
+    if range_rad <= LONGEST_RANGE_RAD or all(in_quarters(end) for end in (joint.lower, joint.upper)):
         return joint, None
     if largest > LARGEST_DEGREES:
         code = "limits_unlimited"

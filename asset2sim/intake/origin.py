@@ -18,6 +18,7 @@ from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
 from asset2sim.intake.formats.format import Converted, add, unconvertible
 from asset2sim.intake.locate import find_source
+from asset2sim.intake.robots import without_robots
 from asset2sim.intake.split import Part, cut_out, parts_of, passing
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
@@ -46,7 +47,7 @@ def parts_in(ref: AssetRef, up: UpAxis, inputs: InputSettings) -> tuple[Part, ..
     reach = allowed_folders(ref, inputs)
     file = check_within(find_source(check_within(Path(ref.path), reach), reach.allows), reach)
     with TemporaryDirectory(prefix="asset2sim-source-") as work:
-        converted = FORMATS[file.suffix].converter(file, Path(work), reach)
+        converted = without_robots(FORMATS[file.suffix].converter(file, Path(work), reach))
     if up is not UpAxis.Z:
         turn_upright(converted.robot, up, partnet=False)
     return parts_of(converted)
@@ -62,7 +63,7 @@ def open_origin(
     file, folder = check_within(find_source(check_within(asset, reach), reach.allows), reach), folder_of(asset)
     work = TemporaryDirectory(prefix="asset2sim-source-")
     place = Path(work.name)
-    converted = FORMATS[file.suffix].converter(file, place, reach)
+    converted = without_robots(FORMATS[file.suffix].converter(file, place, reach))
     robot = converted.robot
     confined = confine(robot, file, replace(reach, work=(place.resolve(),)), place)
     as_it_is = not converted.notes and not confined.moved and is_utf8(robot) and part is None

@@ -37,6 +37,8 @@ class Converted:
     """The links that the file has free of the world and that are fixed in ``robot``."""
     masks: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     """Link with shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
+    driven: frozenset[str] = frozenset()
+    """The joints that motors of the file move."""
 
 
 INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")

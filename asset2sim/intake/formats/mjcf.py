@@ -4,9 +4,8 @@ Compiling resolves defaults, includes, angles and mesh scales; what MuJoCo refus
 document. Meshes are written anew, as they stand in their link.
 """
 
-import re
-from collections.abc import Mapping, Sequence
-from pathlib import Path, PurePosixPath
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.edit import words
-from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, lies_outside
+from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders
 from asset2sim.intake.formats.format import (
     Converted,
     Format,
@@ -23,26 +22,21 @@ from asset2sim.intake.formats.format import (
     add_inertial,
     add_joint,
     add_origin,
-    included_in,
     pose_of,
     settle_free,
     unconvertible,
     write_obj,
 )
-from asset2sim.intake.formats.mjcf_document import mended_document
+from asset2sim.intake.formats.mjcf_document import check_files, is_mjcf, mended_document, models_of
+from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
-from asset2sim.storage.regular_files import is_file
 from schemas.errors import AssetError
 
-FOLDERS = ("meshdir", "texturedir", "assetdir")
-"""Attributes of MJCF's compiler that name folders of files."""
 BASE = "base"
 """Link that stands for MuJoCo's world where several bodies, or a joint, hang from it."""
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
-MOVES = re.compile(r"<(?:free)?joint\s[^>]*(?:name|axis|type)\s*=|<freejoint\b")
-"""A joint of a body; defaults of joints seldom state one of these."""
 LEAST_MASS_KG, LEAST_INERTIA_KG_M2 = 1e-6, 1e-9
 """Given to bodies of a mended file that state none, for MuJoCo's compiler alone: they are not read from it."""
 
@@ -65,9 +59,12 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
             spec = mujoco.MjSpec.from_string(text.decode())
             # What has no mass is to be given one later; MuJoCo only has to read it.
             spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS_KG, LEAST_INERTIA_KG_M2
+            stated = [body.name for body in spec.bodies if body.explicitinertial and impossible(body)]
+            spec.compiler.balanceinertia = True
             spec, model = compiled(spec)
-        except (ValueError, OSError):
-            raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(error).split())}") from error
+            notes += tuple(f"the inertia of body '{name}', which no body can have, is made a ball's" for name in stated)
+        except (ValueError, OSError) as left:
+            raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(left).split())}") from error
     return _Model(file, work, mujoco, spec, model, notes).converted()
 
 
@@ -77,29 +74,8 @@ def compiled(spec: Any) -> tuple[Any, Any]:
     return spec, spec.compile()
 
 
-def check_files(file: Path, reach: AllowedFolders) -> None:
-    """Refuse an MJCF file that names a file outside ``reach``, itself or in what it includes: MuJoCo reads them all."""
-    unread, read = [file], set[Path]()
-    folders = {file.parent}
-    while unread and not reach.anywhere:
-        source = unread.pop()
-        read.add(source)
-        try:
-            root = etree.parse(str(source)).getroot()
-        except (etree.XMLSyntaxError, OSError):
-            continue  # MuJoCo says what is wrong
-        for compiler in root.iter("compiler"):
-            folders |= {base / str(compiler.get(key)) for base in (file.parent, source.parent) for key in FOLDERS
-                        if compiler.get(key)}  # fmt: skip
-        named = {str(text) for item in root.iter(etree.Element) for key, text in item.attrib.items()
-                 if str(key).startswith("file") and item.tag != "joint"}  # fmt: skip
-        for path in (folder / name for name in sorted(named) for folder in sorted({*folders, source.parent})):
-            if not is_file(path):
-                continue
-            if not reach.allows(path):
-                raise unconvertible(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
-            if path.suffix == ".xml" and path not in read:
-                unread.append(path)
+ROUNDING = 1e-9
+"""Share by which a sum of stated numbers may be off."""
 
 
 class _Model:
@@ -115,11 +91,13 @@ class _Model:
         """The model as a URDF."""
         m = self.model
         robot = etree.Element("robot", name=self.file.stem)
-        tops = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0]
-        if not tops:
-            raise self.refused("mjcf_bodies", "it has no body")
+        tops = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0 and m.body_mocapid[body] < 0]
+        if m.nmocap:
+            self.notes.append(f"its {m.nmocap} mocap bodies, which a program moves, are left out")
         loose = [body for body in tops if self.joint_types(body) == [self.mj.mjtJoint.mjJNT_FREE]]
         solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
+        if not tops and not solid:
+            raise self.refused("mjcf_bodies", "it has no body")
         world, free = "", tuple[str, ...]()
         if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
             self.add_body(robot, tops[0], None, np.eye(4))
@@ -131,12 +109,14 @@ class _Model:
             for body in tops:
                 self.add_body(robot, body, BASE, np.eye(4))
             self.notes += settle_free(robot, BASE, free)
-        self.add_mimics(robot)
-        left = {"tendons": m.ntendon, "actuators": m.nu, "sensors": m.nsensor}
+        ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint))
+        self.notes += [*untied, *tie(robot, ties)]
+        driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
+        left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
         notes = (*dict.fromkeys(self.notes), *told)
-        return Converted(robot, files, notes, world=world, free=free, masks=self.masks())
+        return Converted(robot, files, notes, world=world, free=free, masks=self.masks(), driven=driven)
 
     def masks(self) -> dict[str, tuple[int, int]]:
         """Link → the bits of all its shapes, contype and conaffinity; both 0 where it collides with nothing."""
@@ -243,6 +223,8 @@ class _Model:
         dynamics = {"damping": first(m.dof_damping[dof]), "friction": float(m.dof_frictionloss[dof]),
                     "spring_stiffness": first(m.jnt_stiffness[joint]),
                     "spring_reference": float(m.qpos_spring[at]) - zero}  # fmt: skip
+        if (armature := float(m.dof_armature[dof])) > 0.0:
+            dynamics["armature"] = armature
         add(element, "dynamics", **{key: words([value]) for key, value in dynamics.items()})
 
     def add_geom(self, link: Element, geom: int, body_to_link: Array) -> None:
@@ -292,49 +274,18 @@ class _Model:
             self.meshes[mesh] = write_obj(self.work, f"mesh_{mesh}", m.mesh_vert[corners], m.mesh_face[faces])
         return self.meshes[mesh]
 
-    def add_mimics(self, robot: Element) -> None:
-        """Joints that an equality ties to another, as mimics; other equalities are left out."""
-        m = self.model
-        elements = {str(item.get("name")): item for item in robot.findall("joint")}
-        for equality in range(m.neq):
-            terms = [float(value) for value in m.eq_data[equality][:5]]
-            leader = int(m.eq_obj2id[equality])
-            tied = m.eq_type[equality] == self.mj.mjtEq.mjEQ_JOINT and leader >= 0 and not any(terms[2:])
-            if tied and m.eq_active0[equality]:
-                element = elements[self.name("joint", int(m.eq_obj1id[equality]))]
-                offset, ratio = terms[:2]
-                add(
-                    element,
-                    "mimic",
-                    joint=self.name("joint", leader),
-                    multiplier=words([ratio]),
-                    offset=words([offset]),
-                )
-            else:
-                self.notes.append("an equality that a URDF cannot say is left out")
+
+def impossible(body: Any) -> bool:
+    """Whether no body can have the inertia that one states: one moment is larger than the sum of the others."""
+    xx, yy, zz, xy, xz, yz = body.fullinertia
+    full = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    moments = np.linalg.eigvalsh(full) if np.isfinite(full).all() else np.asarray(body.inertia)
+    return bool(2.0 * np.max(moments) > np.sum(moments) * (1.0 + ROUNDING))
 
 
 def first(value: object) -> float:
     """The number, or the linear term of a polynomial."""
     return float(np.ravel(np.asarray(value, dtype=float))[0])
-
-
-def is_mjcf(head: bytes) -> bool:
-    """Whether an XML file begins as MuJoCo's format does; what begins as ``<mujocoinclude>`` is a piece of others."""
-    return re.search(rb"<mujoco[\s>]", head) is not None
-
-
-def models_of(texts: Mapping[str, str]) -> list[str]:
-    """The files that no other includes; but where such a file moves nothing by itself and includes one file that does,
-    it is a scene around that one."""
-    own = {PurePosixPath(name).name: name for name in texts}
-    parts = {name: [own[file] for file in sorted(included_in(text)) if file in own] for name, text in texts.items()}
-    inner = {file for name in texts for file in parts[name] if file != name}
-    found = []
-    for name in [name for name in texts if name not in inner] or texts:
-        moving = [file for file in parts[name] if "<worldbody" in texts[file] and MOVES.search(texts[file])]
-        found.append(moving[0] if len(moving) == 1 and not MOVES.search(texts[name]) else name)
-    return list(dict.fromkeys(found))
 
 
 FORMAT = Format(

@@ -2,22 +2,41 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.document import parse_xml, unreadable
+from asset2sim.assets.urdf.references import AllowedFolders, lies_outside
+from asset2sim.intake.formats.format import included_in, unconvertible
 from asset2sim.storage.regular_files import is_file
 
 FOLDER_OF = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
 """Asset → the compiler's attribute that names the folder of its files."""
+FOLDERS = ("meshdir", "texturedir", "assetdir")
+"""Attributes of MJCF's compiler that name folders of files."""
+MOVES = re.compile(r"<(?:free)?joint\s[^>]*(?:name|axis|type)\s*=|<freejoint\b")
+"""A joint of a body; defaults of joints seldom state one of these."""
 NAMED = ("body", "joint", "geom", "site", "camera", "light", "mesh", "texture", "material", "hfield")
 """Elements whose names MuJoCo wants unique, each kind by itself."""
 USERS = {"mesh": ("geom", "mesh"), "texture": ("material", "texture"), "hfield": ("geom", "hfield")}
 """Asset whose file may be missing → the element and the attribute that refer to it."""
 MAX_INCLUDES = 200
+UNREAD = ("sensor", "keyframe", "custom", "extension", "visual", "statistic")
+"""Sections of which nothing is read."""
+SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+"""Type of a geom → how many sizes above 0 it needs; of two the second stands for ``fromto`` where that is stated."""
+ATTRIBUTES = {"material": "material", "class": "default", "childclass": "default"}
+"""Attribute → the kind of element that it names, without which what states it is whole all the same."""
+ENDS = {"actuator": {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body", "site": "site"},
+        "equality": {"joint1": "joint", "joint2": "joint", "body1": "body", "body2": "body", "tendon1": "tendon",
+                     "tendon2": "tendon", "site1": "site", "site2": "site"},
+        "contact": {"body1": "body", "body2": "body", "geom1": "geom", "geom2": "geom"},
+        "fixed": {"joint": "joint"}, "spatial": {"site": "site", "geom": "geom"}}  # fmt: skip
+"""Section or tendon → the attributes of what it holds that name elements, and their kinds."""
 UNLISTED = ("frame", "replicate")
 """Elements that MuJoCo reads and that its printed schema leaves out."""
 
@@ -27,7 +46,15 @@ def mended_document(file: Path) -> tuple[bytes, tuple[str, ...]]:
     for each thing that was changed. Raises AssetError (unreadable_asset) where it or an included file is no XML."""
     root = inlined(file)
     absolute_folders(root, file.parent)
-    notes = (*without_unknown(root), *without_repeated_names(root), *without_missing_files(root))
+    mends = (
+        without_unknown,
+        without_repeated_names,
+        without_missing_files,
+        without_flat_geoms,
+        in_order,
+        without_dangling,
+    )
+    notes = [note for mend in mends for note in mend(root)]
     return etree.tostring(root), tuple(dict.fromkeys(notes))
 
 
@@ -134,3 +161,102 @@ def without_missing_files(root: Element) -> Iterator[str]:
                     del item.attrib[attribute]
                 elif above is not None:
                     above.remove(item)
+
+
+def without_flat_geoms(root: Element) -> Iterator[str]:
+    """Remove geoms that state a size of 0 or less where their type needs one above."""
+    for geom in list(root.iter("geom")):
+        count, size = SIZES.get(str(geom.get("type", "")), 0), str(geom.get("size", "")).split()
+        count -= count == SIZES["capsule"] and "fromto" in geom.attrib
+        with suppress(ValueError):  # MuJoCo says what is no number
+            if geom.getparent() is not None and any(float(word) <= 0.0 for word in size[:count]):
+                _remove(geom)
+                yield f"a {geom.get('type')} of size {geom.get('size')} is left out"
+
+
+def in_order(root: Element) -> Iterator[str]:
+    """Exchange the ends of joints' ranges where they are the wrong way round; one without length holds its joint."""
+    for joint in list(root.iter("joint")):
+        with suppress(ValueError):
+            lower, upper = map(float, str(joint.get("range", "")).split())
+            body, name = joint.getparent(), joint.get("name")
+            if lower > upper:
+                joint.set("range", f"{upper!r} {lower!r}")
+                yield f"the range of joint '{name}' is the wrong way round, and turned"
+            elif lower == upper != 0.0 and body is not None and body.tag == "body":
+                body.remove(joint)
+                yield f"joint '{name}' has a range without length: it is fixed"
+
+
+def without_dangling(root: Element) -> Iterator[str]:
+    """Remove the sections that are not read, what names elements that are not there, and attributes that do."""
+    for element in [item for tag in UNREAD for item in root.findall(tag)]:
+        root.remove(element)
+    kinds = {*ATTRIBUTES.values(), *(kind for ends in ENDS.values() for kind in ends.values())}
+    tags = {kind: (kind,) for kind in kinds} | {"tendon": ("fixed", "spatial"), "joint": ("joint", "freejoint")}
+    names = {kind: {item.get("name") or item.get("class") for tag in tags[kind] for item in root.iter(tag)}
+             for kind in kinds}  # fmt: skip
+    names["body"].add("world")
+    names["default"].add("main")
+    for element in list(root.iter(etree.Element)):
+        parent = element.getparent()
+        ends = {} if parent is None else ENDS.get(str(parent.tag), {})
+        for key, kind in (ATTRIBUTES | ends).items():
+            name = element.get(key)
+            if name is None or name in names[kind] or (element.tag == "default" and key == "class"):
+                continue
+            if key in ends:
+                _remove(element)
+                yield f"<{element.tag}> is left out: there is no {kind} '{name}'"
+                break
+            del element.attrib[key]
+            yield f"there is no {kind} '{name}', which <{element.tag}> names"
+
+
+def _remove(element: Element) -> None:
+    parent = element.getparent()
+    if parent is not None:
+        parent.remove(element)
+
+
+def check_files(file: Path, reach: AllowedFolders) -> None:
+    """Refuse an MJCF file that names a file outside ``reach``, itself or in what it includes: MuJoCo reads them all."""
+    unread, read = [file], set[Path]()
+    folders = {file.parent}
+    while unread and not reach.anywhere:
+        source = unread.pop()
+        read.add(source)
+        try:
+            root = etree.parse(str(source)).getroot()
+        except (etree.XMLSyntaxError, OSError):
+            continue  # MuJoCo says what is wrong
+        for compiler in root.iter("compiler"):
+            folders |= {base / str(compiler.get(key)) for base in (file.parent, source.parent) for key in FOLDERS
+                        if compiler.get(key)}  # fmt: skip
+        named = {str(text) for item in root.iter(etree.Element) for key, text in item.attrib.items()
+                 if str(key).startswith("file") and item.tag != "joint"}  # fmt: skip
+        for path in (folder / name for name in sorted(named) for folder in sorted({*folders, source.parent})):
+            if not is_file(path):
+                continue
+            if not reach.allows(path):
+                raise unconvertible(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
+            if path.suffix == ".xml" and path not in read:
+                unread.append(path)
+
+
+def is_mjcf(head: bytes) -> bool:
+    """Whether an XML file begins as MuJoCo's format does; what begins as ``<mujocoinclude>`` is a piece of others."""
+    return re.search(rb"<mujoco[\s>]", head) is not None
+
+
+def models_of(texts: Mapping[str, str]) -> list[str]:
+    """The files that no other includes; but where such a file moves nothing by itself and includes one file that does,
+    it is a scene around that one."""
+    own = {PurePosixPath(name).name: name for name in texts}
+    parts = {name: [own[file] for file in sorted(included_in(text)) if file in own] for name, text in texts.items()}
+    inner = {file for name in texts for file in parts[name] if file != name}
+    found = []
+    for name in [name for name in texts if name not in inner] or texts:
+        moving = [file for file in parts[name] if "<worldbody" in texts[file] and MOVES.search(texts[file])]
+        found.append(moving[0] if len(moving) == 1 and not MOVES.search(texts[name]) else name)
+    return list(dict.fromkeys(found))

@@ -1,0 +1,120 @@
+"""Joints that MuJoCo's equalities tie to one another, by themselves or by fixed tendons, as joints that follow one."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.edit import words
+from asset2sim.intake.formats.format import add
+
+SAME = 1e-9
+"""Logarithm of a ratio below which two joints move alike."""
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Position of ``joint`` = ``ratio`` × that of ``leader`` + ``offset``, rad or m, from where both are drawn; a ratio
+    of 0 holds it."""
+
+    joint: str
+    leader: str
+    ratio: float
+    offset: float
+
+
+def read_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> tuple[list[Tie], list[str], int]:
+    """The ties of a compiled model, whose joints have a ``name``; a note on each equality that ties no two joints
+    linearly; and how many tendons the ties say all of."""
+    ties, notes, tendons = list[Tie](), list[str](), set[int]()
+    for equality in range(model.neq):
+        first, second = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
+        kind, terms = model.eq_type[equality], [float(value) for value in model.eq_data[equality][:5]]
+        sums: dict[int, float] | None = None
+        if kind == mujoco.mjtEq.mjEQ_JOINT and not any(terms[2:]):
+            sums = {first: 1.0} | ({second: -terms[1]} if second >= 0 and terms[1] else {})
+        elif kind == mujoco.mjtEq.mjEQ_TENDON and not any(terms[2:]):
+            sums = combined(mujoco, model, ((first, 1.0), (second, -terms[1])))
+        if sums is None or not 1 <= len(sums) <= 2 or not model.eq_active0[equality]:
+            notes.append("an equality that a URDF cannot say is left out")
+            continue
+        if kind == mujoco.mjtEq.mjEQ_TENDON:
+            tendons |= {first, second} - {-1}
+        (joint, own), *others = sums.items()
+        leader, other = others[0] if others else (joint, 0.0)
+        ties.append(Tie(name(joint), name(leader), -other / own, terms[0] / own))
+    return ties, notes, len(tendons)
+
+
+def combined(mujoco: Any, model: Any, parts: Sequence[tuple[int, float]]) -> dict[int, float] | None:
+    """Joint → its factor in the sum of these tendons' lengths, each times a number; None where one goes over more than
+    joints. A tendon of -1 is none."""
+    found: dict[int, float] = {}
+    for tendon, times in parts:
+        start = model.tendon_adr[tendon] if tendon >= 0 else 0
+        for wrap in range(start, start + (model.tendon_num[tendon] if tendon >= 0 else 0)):
+            if model.wrap_type[wrap] != mujoco.mjtWrap.mjWRAP_JOINT:
+                return None
+            joint = int(model.wrap_objid[wrap])
+            found[joint] = found.get(joint, 0.0) + times * float(model.wrap_prm[wrap])
+    return {joint: factor for joint, factor in found.items() if factor}
+
+
+def tie(robot: Element, ties: Sequence[Tie]) -> Iterator[str]:
+    """Let joints follow as they are tied; a note on each that is held instead, or tied in a circle.
+
+    An equality has no side that moves the other: of joints that are tied together all follow one that collides, for a
+    hand to move it, and of these the one that moves furthest: a knob leads the light beside it."""
+    joints = {str(item.get("name")): item for item in robot.findall("joint")}
+    for held in [item for item in ties if item.ratio == 0.0]:
+        if held.offset:
+            yield f"joint '{held.joint}', which an equality holds at {held.offset:g}, is left to move"
+        else:
+            joints[held.joint].set("type", "fixed")
+            yield f"joint '{held.joint}', which an equality holds, is fixed"
+    waiting = [item for item in ties if item.ratio != 0.0]
+    while waiting:
+        group: dict[str, tuple[float, float]] = {waiting[0].leader: (1.0, 0.0)}
+        stated = {item.leader for item in waiting}
+        while (found := next((item for item in waiting if {item.joint, item.leader} & group.keys()), None)) is not None:
+            waiting.remove(found)
+            if {found.joint, found.leader} <= group.keys():
+                yield f"'{found.joint}' is tied to '{found.leader}' in a circle; one tie of it is left out"
+            elif found.leader in group:
+                ratio, offset = group[found.leader]
+                group[found.joint] = found.ratio * ratio, found.ratio * offset + found.offset
+            else:
+                ratio, offset = group[found.joint]
+                group[found.leader] = ratio / found.ratio, (offset - found.offset) / found.ratio
+        furthest = max(math.log(abs(ratio)) for ratio, _ in group.values())
+
+        def rank(name: str, group: dict[str, tuple[float, float]] = group, most: float = furthest,
+                 stated: set[str] = stated) -> tuple[bool, bool, bool]:  # fmt: skip
+            return collides(robot, joints[name]), math.log(abs(group[name][0])) > most - SAME, name in stated
+
+        leader = max(group, key=rank)
+        scale, shift = group[leader]
+        for name, (ratio, offset) in group.items():
+            if name != leader:
+                add(joints[name], "mimic", joint=leader, multiplier=words([ratio / scale]),
+                    offset=words([offset - ratio * shift / scale]))  # fmt: skip
+
+
+def collides(robot: Element, joint: Element) -> bool:
+    """Whether what a joint moves has a collision shape."""
+    below = {str(end.get("link")) for end in joint.findall("child")}
+    while further := {
+        str(end.get("link")) for item in robot.findall("joint") for end in item.findall("child")
+        if {str(start.get("link")) for start in item.findall("parent")} & below
+    } - below:  # fmt: skip
+        below |= further
+    return any(link.find("collision") is not None for link in robot.findall("link") if link.get("name") in below)
+
+
+def driven_joints(mujoco: Any, model: Any, name: Callable[[int], str]) -> frozenset[str]:
+    """The joints of a compiled model that actuators move, by ``name``."""
+    of_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    found = (int(model.actuator_trnid[i, 0]) for i in range(model.nu) if model.actuator_trntype[i] in of_joints)
+    return frozenset(map(name, found))
