@@ -87,6 +87,7 @@ def print_asset(out: Path | str, asset_id: str) -> None:
 
 def print_summary(result: RunResult) -> None:
     """Print every refined asset with its verdict, the failure modes, and where the output is."""
+    from asset2sim.catalog.kept import kept_line
     from asset2sim.catalog.summary import alignment_line, expected_line, summary_tables
 
     console = output()
@@ -96,7 +97,7 @@ def print_summary(result: RunResult) -> None:
         console.print()
     if result.unchanged:
         console.print(Text(_unchanged_line(result) + "\n"))
-    for line in (expected_line(result.records), alignment_line(result.records)):
+    for line in (kept_line(result.records), expected_line(result.records), alignment_line(result.records)):
         if line:
             console.print(Text(line + "\n"))
     console.print(render_failures(failure_breakdown(result.out)))

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from schemas.authored import Authored
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.features import Mimic
 from schemas.mechanism import Bias, EffortRange, MechanismName
@@ -252,6 +253,9 @@ class PhysicsOverlay(Frozen):
     joints: tuple[JointPhysics, ...]
     followers: tuple[JointPhysics, ...] = ()
     notes: tuple[str, ...] = ()
+    authored: tuple[Authored, ...] = Field((), exclude_if=lambda judged: not judged)
+    """What a file in metres says, by how far it is believed; a number beside whose source stands ``authored`` is
+    kept."""
 
     @property
     def all_joints(self) -> tuple[JointPhysics, ...]:

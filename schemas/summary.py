@@ -60,6 +60,8 @@ class AssetSummary:
     alignment: AlignmentSummary | None
     expected: tuple[Expected, ...]
     engines: tuple[int, int] | None
+    numbers: tuple[int, int, int] | None = None
+    """Numbers of a file in metres that are kept, supplied and mended; None for other files."""
 
     @property
     def queries(self) -> int:

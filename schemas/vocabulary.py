@@ -229,6 +229,29 @@ class Keep(StrEnum):
     NOTHING = "nothing"
 
 
+class Quantity(StrEnum):
+    """A quantity of an object's physics that its file may state."""
+
+    SIZE = "size"
+    MASS = "mass"
+    CENTRE = "centre"
+    INERTIA = "inertia"
+    DAMPING = "damping"
+    FRICTION = "friction"
+    SPRINGS = "springs"
+    LIMITS = "limits"
+
+
+class Trust(StrEnum):
+    """How far a file's own number is believed: nothing is said, no body has it, it is not what such a part has, or it
+    may well be so."""
+
+    ABSENT = "absent"
+    IMPOSSIBLE = "impossible"
+    DOUBTFUL = "doubtful"
+    PLAUSIBLE = "plausible"
+
+
 class StateMode(StrEnum):
     """How the initial state is written: ``document`` keeps the authored zero and states the positions beside it;
     ``bake`` writes a URDF whose zero is the state."""

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import asset2sim.catalog.rows_engines as rows_engines
+from asset2sim.catalog.kept import kept_columns
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.summarize import summarize, total_seconds
 from asset2sim.checks.at_rest import oscillates
@@ -63,6 +64,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "paper_failure_mode": PAPER_FAILURE_MODES.get(record.failure_mode),
         "reason": record.reason,
         **_shape_columns(record),
+        **kept_columns(record.overlay),
         **_measured_columns(record.measurement),
         **rows_engines.motion_columns(record.measurement, sliders, run.settings.thresholds),
         **{column: record.further.get(column) for column, *_ in further_columns()},

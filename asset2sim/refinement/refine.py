@@ -16,8 +16,9 @@ from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.context import Log, RefinementContext, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend
 from asset2sim.refinement.dynamics.remedies import mendable
+from asset2sim.refinement.dynamics.supply import with_supplied_terms
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
-from asset2sim.refinement.notes import move_findings
+from asset2sim.refinement.notes import changes, move_findings
 from asset2sim.refinement.position_bands import moved_joints, reaches
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
@@ -272,4 +273,18 @@ def verify_and_mend(
         if verdict.mode is doubt:
             return Mended(overlay, reports, (), ()), verdict
     mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
-    return mended, overall_verdict(mended.reports, mended.overlay, settings)
+    verdict = overall_verdict(mended.reports, mended.overlay, settings)
+    supplied = (
+        None
+        if verdict.passed
+        else with_supplied_terms(context_of(job, {}), overlay, all_failures(overlay, mended.reports, settings))
+    )
+    if supplied is None:
+        return mended, verdict
+    other = mend(extraction.features, supplied, again(supplied, engines), settings, again)
+    passed = overall_verdict(other.reports, other.overlay, settings)
+    if not passed.passed:
+        again(mended.overlay, engines)
+        return mended, verdict
+    told = changes(overlay, supplied, f"as its file has it, {verdict.mode.value} fails ({verdict.reason})")
+    return replace(other, findings=(*told, *other.findings)), passed

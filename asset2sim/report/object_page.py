@@ -1,11 +1,13 @@
 """Contents of an object's page: its row and all that belongs to it, in the words of people who handle objects."""
 
+import json
 import re
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from asset2sim.catalog.kept import WAYS
 from asset2sim.catalog.text import NOTHING, number
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
@@ -45,6 +47,8 @@ CHECKS = {
 """Interaction checks in words, in their order."""
 TURNED = "turned_upright"
 """Code of the finding on an object that a rule turned, which may be why it fails."""
+MOST_NAMED = 4
+"""Links or joints that are named beside what is believed of them."""
 LOADERS = ("pybullet", "mujoco", "sapien", "drake", "genesis", "newton")
 SEVERITIES = ("error", "warning", "info")
 
@@ -86,6 +90,7 @@ def object_page(
         "view": shlex.join(["asset2sim", "view", asset["asset_id"], "--out", beside.out]),
         "method": method_of(asset),
         "facts": facts(asset),
+        "kept": kept(asset),
         "pictures": pictures(asset, files),
         "loops": loops(asset, files),
         "asked": asked(asset, own),
@@ -132,6 +137,24 @@ def facts(asset: Row) -> list[tuple[str, str, str]]:
         ("links, joints", f"{asset['n_links']}, {asset['n_joints']}", ""),
     ]
     return [(what, value, source or "") for what, value, source in found]
+
+
+def kept(asset: Row) -> list[tuple[str, str, str]]:
+    """The numbers of a file in metres and what became of them: (quantity, how many are kept, supplied and mended, how
+    far they are believed and why); none for other files."""
+    found = []
+    for row in json.loads(asset["authored_json"] or "[]"):
+        counts = [f"{row[how]} {how}" for how in WAYS if row[how]]
+        said = [f"{item['trust']}{named(item['of'])}: {item['reason']}" for item in row["said"]]
+        if counts or said:
+            found.append((row["quantity"], ", ".join(counts), "; ".join(said)))
+    return found
+
+
+def named(names: Sequence[str]) -> str:
+    """The first few names in brackets, and how many more; "" for none."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f" ({', '.join(names[:MOST_NAMED])}{more})" if names else ""
 
 
 def pictures(asset: Row, files: Collection[str]) -> list[Picture]:

@@ -2,11 +2,11 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.linalg import LinAlgError
 
-from asset2sim.assets.metric import are_placeholders, is_plausible_mass
 from asset2sim.intake.authored_numbers import BOX_MARGIN
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
@@ -19,7 +19,7 @@ from schemas.features import Features, LinkFeatures
 from schemas.finding import Notes
 from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import FailureMode, MassRule, Source
+from schemas.vocabulary import FailureMode, MassRule, Quantity, Source
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,10 @@ def link_masses(
     settings: PhysicsSettings,
     notes: Notes,
     theirs: Collection[str] = (),
-    *,
-    keep: bool = False,
+    kept: Mapping[str, Collection[Quantity]] = MappingProxyType({}),
 ) -> dict[str, LinkMass]:
     """Mass properties of every link; links without geometry take a share of their neighbour's. ``theirs`` names the
-    links whose proposed masses are the user's; to ``keep`` plausible masses of the file goes before a proposal."""
-    keep = keep and not are_placeholders(features.links)
+    links whose proposed masses are the user's; ``kept`` what of the file goes before a proposal, by link."""
     solid = [link for link in features.links if link.has_geometry]
     at_rest = link_to_root(tree_of(features.joints), features.root, {})
     masses = {
@@ -63,7 +61,7 @@ def link_masses(
             notes,
             at_rest[link.name][:3, :3],
             mass_by=Source.USER if link.name in theirs else source,
-            keep=keep and link.name not in theirs and is_plausible_mass(link),
+            kept=() if link.name in theirs else kept.get(link.name, ()),
         )
         for link in solid
     }
@@ -83,16 +81,15 @@ def link_mass(
     notes: Notes,
     to_root: Array | None = None,
     mass_by: Source | None = None,
-    keep: bool = False,
+    kept: Collection[Quantity] = (),
 ) -> LinkMass:
     """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material.
     ``to_root`` is the (3, 3) rotation into the root link's frame at rest, by which contents are placed; ``mass_by`` is
-    whose the proposed mass is, if not of ``source``; to ``keep`` the authored mass, its centre and its inertia where
-    they can be goes before the proposal's."""
-    if keep and link.inertial is not None:
-        stated = {"mass_kg": link.inertial.mass_kg, "com": link.inertial.com, "inertia": link.inertial.inertia}
-        proposal = (proposal or LinkProposal(name=link.name)).model_copy(update=stated)
-        source = mass_by = Source.AUTHORED
+    whose the proposed mass is, if not of ``source``; what is ``kept`` of the file goes before the proposal's."""
+    if Quantity.MASS in kept and link.inertial is not None:
+        proposal = proposal or LinkProposal(name=link.name)
+        proposal = proposal.model_copy(update={"mass_kg": link.inertial.mass_kg, "com": None, "inertia": None})
+        mass_by = Source.AUTHORED
     made = built_link(link, proposal, scale, settings, np.eye(3) if to_root is None else to_root)
     mass, rule, mass_source = made.mass, made.rule, Source.RULE
     if proposal is not None and (proposal.density_kg_m3 is not None or proposal.mass_kg is not None):
@@ -117,6 +114,11 @@ def link_mass(
         mass, rule, mass_source = least, MassRule.BOUNDED, Source.RULE
     inertia = mass * made.unit_inertia
     result = LinkMass(link.name, made, rule, mass, mass_source, made.com, Source.RULE, inertia, Source.RULE)
+    if link.inertial is not None and Quantity.CENTRE in kept:
+        result = replace(result, com=scale * np.asarray(link.inertial.com), com_source=Source.AUTHORED)
+    if link.inertial is not None and Quantity.INERTIA in kept:
+        stated = scale**2 * mass / link.inertial.mass_kg * tensor_of(link.inertial.inertia)
+        result = replace(result, inertia=stated, inertia_source=Source.AUTHORED)
     return result if proposal is None else with_proposed_inertia(result, link, proposal, scale, source, settings, notes)
 
 
@@ -179,7 +181,7 @@ def bound_ratio(
             notes.info("mass_ratio", message, link=name, value=item.mass, limit=least)
             factor = least / item.mass
             raised = replace(item, mass=least, mass_source=Source.RULE, inertia=item.inertia * factor)
-            item = replace(raised, rule=MassRule.BOUNDED)
+            item = replace(raised, rule=MassRule.BOUNDED, inertia_source=Source.RULE)
         bounded[name] = item
     return bounded
 
@@ -206,7 +208,7 @@ def share_mass(
         return {**masses, link.name: alone}
     name, joint = found
     donor = masses[name]
-    share = settings.massless_share
+    share = settings.kept_massless_share if donor.mass_source is Source.AUTHORED else settings.massless_share
     pose = transform([scale * value for value in joint.origin_xyz], joint.origin_rpy)
     if joint.child == link.name:
         pose = np.asarray(np.linalg.inv(pose), dtype=np.float64)
@@ -228,7 +230,9 @@ def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMas
     mended: PhysicalTensor = make_physical(item.inertia, smallest)
     for change in mended.changes:
         notes.info("inertia_mended", f"link '{item.name}': {change}", link=item.name)
-    return replace(item, inertia=mended.tensor)
+    # A hair that engines need at a flat plate changes no number.
+    same = np.allclose(mended.tensor, item.inertia, rtol=0.0, atol=1e-3 * float(np.trace(mended.tensor)))
+    return replace(item, inertia=mended.tensor, inertia_source=item.inertia_source if same else Source.RULE)
 
 
 def check_mass_matrices(features: Features, spaces: Sequence[JointSpace]) -> None:

@@ -1,12 +1,13 @@
 """The whole of validation: scale, masses, limits, positions, joint dynamics, in that order."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
 from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
 from asset2sim.guidance.category import row_of
@@ -15,19 +16,28 @@ from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.followers import follow, leaders_positions
-from asset2sim.validation.handling import handlings, is_pressed
+from asset2sim.validation.handling import Handling, handlings, is_pressed
 from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.positions import initial_positions
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
+from asset2sim.validation.trust import (
+    Opinion,
+    judge_joints,
+    opinion_of_links,
+    with_authored_sources,
+    with_kept_terms,
+    with_limits,
+)
+from schemas.authored import Belief
 from schemas.finding import Finding, Notes
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.support import Support
-from schemas.vocabulary import Source
+from schemas.vocabulary import DynamicsRule, Quantity, Source, Trust
 
 ROOM_OF_METRES = 20.0
 """Factor by which an object whose file is in metres may be larger or smaller than household objects: halls, worlds."""
@@ -47,22 +57,66 @@ def validate(
     *,
     guidance: Guidance = NOTHING_ASKED,
     placed: Mapping[str, float] = MappingProxyType({}),
+    keep_terms: bool = True,
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
     what ``overlay.asked`` names counts as the user's. ``support`` says what carries the object; None: it is found, from
-    the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked."""
-    notes, features, asked = Notes(), extraction.features, frozenset(overlay.asked)
+    the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked. Not
+    to ``keep_terms`` supplies the damping, friction and springs that a file in metres states, too."""
+    notes, features = Notes(), extraction.features
     in_metres = bool(features.metric) and abs(overlay.scale - 1.0) <= SAME_SCALE
-    room = ROOM_OF_METRES if in_metres else 1.0
-    scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes, room)
+    scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes, in_metres=in_metres)
     in_metres = in_metres and scale == overlay.scale
     if features.metric and not in_metres:
         message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}"
         notes.info("rescaled", message, value=scale, limit=1.0)
     note_mass_change(overlay, notes)
+    opinion = opinion_of_links(features, settings) if in_metres else Opinion()
+    if features.metric:
+        opinion.found[Quantity.SIZE, ""] = Belief(trust=Trust.PLAUSIBLE, reason=features.metric)
+    unmoved = Completion(extraction, scale, scale_source, source, contact_friction, settings, guidance, placed, opinion)
+    told = Notes()
+    done, handled = complete(unmoved, overlay, support, told)
+    if in_metres and keep_terms and settings.dynamics is not DynamicsRule.PAPER:
+        stated = read_dynamics(extraction.urdf)
+        judge_joints(opinion, done.all_joints, stated, handled, settings)
+        kept = with_kept_terms(overlay, opinion, stated, done.all_joints)
+        if kept != overlay:
+            told = Notes()
+            done, _ = complete(unmoved, kept, support, told)
+            done = with_authored_sources(done, opinion, stated)
+    done = done.model_copy(update={"authored": with_limits(opinion, done).grouped() if features.metric else ()})
+    notes.findings.extend(told.findings)
+    note_unmet_mass(overlay, guidance, done.mass_kg, notes)
+    return done, tuple(notes.findings)
+
+
+@dataclass(frozen=True)
+class Completion:
+    """All that completes a proposal, beside it: the asset, its final scale and whose that is, who proposes, and what of
+    the file is believed."""
+
+    extraction: Extraction
+    scale: float
+    scale_source: Source
+    source: Source
+    contact_friction: float
+    settings: PhysicsSettings
+    guidance: Guidance
+    placed: Mapping[str, float]
+    opinion: Opinion
+
+
+def complete(
+    given: Completion, overlay: Overlay, support: Support | None, notes: Notes
+) -> tuple[PhysicsOverlay, Mapping[str, Handling]]:
+    """A proposal completed: masses, limits, positions, support, joint dynamics; and how people handle each part."""
+    extraction, scale, source, settings = given.extraction, given.scale, given.source, given.settings
+    features, asked = extraction.features, frozenset(overlay.asked)
     links = {proposal.name: proposal for proposal in overlay.links}
     weighed = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
-    masses = link_masses(features, links, scale, source, settings, notes, weighed, keep=in_metres)
+    believed = {link.name: given.opinion.kept(link.name) for link in features.links}
+    masses = link_masses(features, links, scale, source, settings, notes, weighed, believed)
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     pressed = [name for name, item in proposals.items() if is_pressed(item)]
     masses = with_armature(with_plungers(masses, features, pressed, settings, notes), features, settings, notes)
@@ -72,7 +126,7 @@ def validate(
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes)
-    starts = {name: replace(start, position=placed.get(name, start.position)) for name, start in starts.items()}
+    starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
     starts = follow(features, starts, scale, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
@@ -80,38 +134,37 @@ def validate(
     positions = {name: start.position for name, start in starts.items()}
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
-        support = support_of(features, overlay, source, guidance, *standing, hung=is_hung(extraction))
-    known = features.model_copy(update={"category": row_of(features.category, guidance.category)})
+        support = support_of(features, overlay, source, given.guidance, *standing, hung=is_hung(extraction))
+    known = features.model_copy(update={"category": row_of(features.category, given.guidance.category)})
     handled = handlings(
-        known, points, tree, bodies, positions, proposals, contact_friction, settings, carried=support.kind
+        known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind
     )
     inputs = JointInputs(
         features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed
     )
     joints = joint_physics(inputs, settings, notes)
-    complete = PhysicsOverlay(
+    done = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
-        scale_source=scale_source,
-        contact_friction=contact_friction,
+        scale_source=given.scale_source,
+        contact_friction=given.contact_friction,
         support=support,
         links=tuple(link_physics(masses[link.name], link.label) for link in features.links),
         joints=tuple(joint for joint in joints if joint.mimic is None),
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
-    note_unmet_mass(overlay, guidance, complete.mass_kg, notes)
-    return complete, tuple(notes.findings)
+    return done, handled
 
 
 def bounded_scale(
-    overlay: Overlay, longest_m: float, source: Source, notes: Notes, room: float = 1.0
+    overlay: Overlay, longest_m: float, source: Source, notes: Notes, *, in_metres: bool = False
 ) -> tuple[float, Source]:
-    """The proposed scale, clamped so that the longest edge is within ``SMALLEST_M`` and ``LARGEST_M``, times ``room``
-    either way, and its source."""
-    wanted = overlay.scale * longest_m
+    """The proposed scale, clamped so that the longest edge is within ``SMALLEST_M`` and ``LARGEST_M``, times
+    ``ROOM_OF_METRES`` either way where it leaves a file that is ``in_metres`` as it is, and its source."""
+    wanted, room = overlay.scale * longest_m, ROOM_OF_METRES if in_metres else 1.0
     if SMALLEST_M / room <= wanted <= LARGEST_M * room:
-        return overlay.scale, Source.USER if "scale" in overlay.asked else source
+        return overlay.scale, Source.USER if "scale" in overlay.asked else Source.AUTHORED if in_metres else source
     bounded = float(np.clip(wanted, SMALLEST_M, LARGEST_M)) / longest_m
     message = f"scale {overlay.scale:.4g} would make the longest edge {wanted:.4g} m; set to {bounded:.4g}"
     notes.warn("scale_bounded", message, value=wanted, limit=bounded * longest_m)

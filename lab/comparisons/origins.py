@@ -77,7 +77,7 @@ def kept_of(origin: Origin, quantity: str) -> str:
 
 
 def supplied_by(origin: Origin) -> str:
-    """What supplied the other numbers, with how many, the most first."""
+    """The sources of the other numbers, with how many, the most first."""
     every = pd.concat([sources_of(origin, name) for name in QUANTITIES])
     others = every[every != Source.AUTHORED.value].value_counts()
     return ", ".join(f"{source} {count}" for source, count in others.items()) or NOTHING

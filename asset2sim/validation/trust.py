@@ -1,0 +1,243 @@
+"""Belief in what a file in metres says of masses and joints: by the volumes that masses fill, by
+what hands do with parts, and by whether one number stands for parts that differ. Pure."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from asset2sim.assets.metric import LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3, are_placeholders, authored_density
+from asset2sim.assets.urdf.read import Dynamics
+from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
+from asset2sim.physics.dynamics import WEAKEST_HZ
+from asset2sim.physics.inertia import tensor_of
+from asset2sim.validation.handling import Handling
+from schemas.authored import Authored, Belief
+from schemas.features import Features, LinkFeatures, LinkInertial
+from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Quantity, Source, Trust
+
+TERMS: Mapping[Quantity, str] = {
+    Quantity.DAMPING: "damping",
+    Quantity.FRICTION: "friction",
+    Quantity.SPRINGS: "stiffness",
+}
+"""Quantity of a joint's dynamics → its field."""
+QUARTER_TURN, FREE_SLIDE_M = math.pi / 2.0, 0.3
+"""Range of a joint without limits, rad or m, that a hand takes it through."""
+
+
+ALONE = Belief(trust=Trust.DOUBTFUL, reason="the mass that it belongs to is not believed")
+PLAUSIBLE_MASS = Belief(
+    trust=Trust.PLAUSIBLE,
+    reason=f"{LEAST_DENSITY_KG_M3:g} to {MOST_DENSITY_KG_M3:g} kg/m³ over its hull, as bodies have",
+)
+PLAUSIBLE_TERM = Belief(trust=Trust.PLAUSIBLE, reason="a hand moves such a part so")
+
+
+def impossible(reason: str) -> Belief:
+    """A number that no body has."""
+    return Belief(trust=Trust.IMPOSSIBLE, reason=reason)
+
+
+def doubtful(reason: str) -> Belief:
+    """A number that such a part does not have."""
+    return Belief(trust=Trust.DOUBTFUL, reason=reason)
+
+
+@dataclass
+class Opinion:
+    """How far each of an object's stated numbers is believed, by (quantity, link or joint)."""
+
+    found: dict[tuple[Quantity, str], Belief] = field(default_factory=dict)
+
+    def kept(self, name: str) -> frozenset[Quantity]:
+        """The quantities of a link or joint that are kept as its file has them."""
+        return frozenset(q for (q, of), judged in self.found.items() if of == name and judged.trust is Trust.PLAUSIBLE)
+
+    def grouped(self) -> tuple[Authored, ...]:
+        """All that is stated, numbers that are judged alike together."""
+        groups: dict[tuple[Quantity, Belief], list[str]] = {}
+        for (quantity, name), judged in self.found.items():
+            if judged.trust is not Trust.ABSENT:
+                groups.setdefault((quantity, judged), []).append(name)
+        order = list(Quantity)
+        return tuple(
+            Authored(trust=judged.trust, reason=judged.reason, quantity=quantity, of=tuple(filter(None, names)))
+            for (quantity, judged), names in sorted(groups.items(), key=lambda item: order.index(item[0][0]))
+        )
+
+
+def opinion_of_links(features: Features, settings: PhysicsSettings) -> Opinion:
+    """How far the masses, centres and inertias of an object in metres are believed."""
+    opinion, placeholders = Opinion(), are_placeholders(features.links)
+    for link in features.links:
+        if link.inertial is None:
+            continue
+        mass = judged_mass(link, link.inertial, placeholders)
+        rest = (ALONE, ALONE)
+        if mass.trust is Trust.PLAUSIBLE:
+            rest = judged_centre(link, link.inertial), judged_inertia(link, link.inertial, settings)
+        for quantity, judged in zip((Quantity.MASS, Quantity.CENTRE, Quantity.INERTIA), (mass, *rest), strict=True):
+            opinion.found[quantity, link.name] = judged
+    return opinion
+
+
+def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool) -> Belief:
+    """A mass, by the hull that it fills; ``placeholders``: all links have one and the same."""
+    if stated.mass_kg <= 0.0:
+        return impossible("no body is without mass")
+    density = authored_density(link)
+    if density is None:
+        return doubtful("it has no geometry that could weigh this")
+    if placeholders:
+        return doubtful("every link has the same mass and inertia, as exporters write where nothing was weighed")
+    if not LEAST_DENSITY_KG_M3 <= density <= MOST_DENSITY_KG_M3:
+        return doubtful(f"not {PLAUSIBLE_MASS.reason}")
+    return PLAUSIBLE_MASS
+
+
+def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
+    """A centre of mass, by the box of its link."""
+    low, high = np.asarray(link.box_min), np.asarray(link.box_max)
+    margin, com = BOX_MARGIN * (high - low), np.asarray(stated.com)
+    inside = bool(np.all(com >= low - margin) and np.all(com <= high + margin))
+    return (
+        Belief(trust=Trust.PLAUSIBLE, reason="it lies in its part") if inside else doubtful("it lies outside its part")
+    )
+
+
+def judged_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings) -> Belief:
+    """An inertia, by what a body can have, and by what the mass has in the link's shape."""
+    moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
+    if moments[0] <= 0.0 or moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
+        return impossible("no body has such moments")
+    ratio = float(moments.sum()) / (stated.mass_kg * float(np.trace(tensor_of(link.unit_inertia))))
+    factor = settings.inertia_factor
+    if not 1.0 / factor <= ratio <= factor:
+        return doubtful(f"more than {factor:g} times off what its mass has in its shape")
+    return Belief(trust=Trust.PLAUSIBLE, reason=f"within {factor:g} times of what its mass has in its shape")
+
+
+def judge_joints(
+    opinion: Opinion,
+    joints: Iterable[JointPhysics],
+    stated: Mapping[str, Dynamics],
+    handled: Mapping[str, Handling],
+    settings: PhysicsSettings,
+) -> None:
+    """Add how far the damping, friction and springs of an object in metres are believed, its ``joints`` being as they
+    would be without them: inertia, range, load."""
+    every = list(joints)
+    for quantity, term in TERMS.items():
+        alike = shared_by_unlike(every, {name: float(getattr(own, term)) for name, own in stated.items()}, settings)
+        for joint in every:
+            own = stated[joint.name]
+            value = float(getattr(own, term))
+            if value < 0.0:
+                opinion.found[quantity, joint.name] = impossible("it would feed the motion instead of braking it")
+            elif value > 0.0 and joint.name in alike:
+                opinion.found[quantity, joint.name] = doubtful("joints that move far more and far less have the same")
+            elif value > 0.0:
+                judged = judged_term(quantity, own, joint, handled[joint.name], settings)
+                opinion.found[quantity, joint.name] = judged
+
+
+def shared_by_unlike(
+    joints: Sequence[JointPhysics], values: Mapping[str, float], settings: PhysicsSettings
+) -> frozenset[str]:
+    """The joints whose value is that of others too, though these slide where it turns, or move far more or less."""
+    groups: dict[float, list[JointPhysics]] = {}
+    for joint in joints:
+        groups.setdefault(values[joint.name], []).append(joint)
+    unlike = set[str]()
+    for group in groups.values():
+        moved = [joint.effective_inertia for joint in group]
+        kinds = {joint.type == "prismatic" for joint in group}
+        if len(kinds) > 1 or max(moved) > settings.alike_inertia * min(moved):
+            unlike.update(joint.name for joint in group)
+    return frozenset(unlike)
+
+
+def judged_term(
+    quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, settings: PhysicsSettings
+) -> Belief:
+    """One term of a joint, by what a hand needs for it at the part's edge, and by whether it does anything."""
+    slides = joint.type == "prismatic"
+    span = FREE_SLIDE_M if slides else QUARTER_TURN
+    if joint.lower is not None and joint.upper is not None:
+        span = joint.upper - joint.lower
+    inertia = joint.effective_inertia
+    if quantity is Quantity.DAMPING:
+        effort = stated.damping * span / settings.hand_opens_s
+        if inertia > settings.longest_coast_s * stated.damping:
+            return doubtful(f"its part would coast for more than {settings.longest_coast_s:g} s")
+    elif quantity is Quantity.FRICTION:
+        effort = stated.friction
+    else:
+        ends = [end for end in (joint.lower, joint.upper) if end is not None] or [joint.initial_position + span]
+        effort = stated.stiffness * max(abs(end - stated.spring_reference) for end in ends)
+        if stated.stiffness <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
+            return doubtful("it would take half a minute to bring its part back")
+    if effort > kind.lever * kind.range.most_n:
+        return doubtful(f"a hand would need more than a {kind.range.kind} takes, {kind.range.most_n:g} N")
+    return PLAUSIBLE_TERM
+
+
+def with_kept_terms(
+    overlay: Overlay, opinion: Opinion, stated: Mapping[str, Dynamics], joints: Iterable[JointPhysics]
+) -> Overlay:
+    """The proposal with the believed dynamics of the file in place of its own, but where its user states them; a part
+    with a spring rests where that and its weight leave it. ``joints`` are as they would be without."""
+    proposals = {proposal.name: proposal for proposal in overlay.joints}
+    for joint in joints:
+        kept, own = opinion.kept(joint.name), stated[joint.name]
+        if f"{joint.name}.dynamics" in overlay.asked:
+            continue
+        if joint.position_source is Source.USER:
+            kept -= {Quantity.SPRINGS}
+        terms = {TERMS[quantity]: float(getattr(own, TERMS[quantity])) for quantity in TERMS if quantity in kept}
+        if not terms:
+            continue
+        update: dict[str, object] = dict(terms)
+        if Quantity.SPRINGS in kept:
+            rest = own.spring_reference + joint.gravity_load / own.stiffness
+            rest = rest if joint.lower is None else max(rest, joint.lower)
+            update |= dict.fromkeys(("spring_hz", "returns_s", "press_start", "press_end"))
+            update |= {"spring_rest": rest if joint.upper is None else min(rest, joint.upper), "holds": False}
+        before = proposals.get(joint.name) or JointProposal(name=joint.name)
+        proposals[joint.name] = before.model_copy(update=update)
+    return overlay.model_copy(update={"joints": tuple(proposals.values())})
+
+
+def with_limits(opinion: Opinion, done: PhysicsOverlay) -> Opinion:
+    """The opinion with that of joints' limits: those that no rule had to change are believed."""
+    for joint in done.all_joints:
+        if joint.lower is not None and joint.limits_source is not Source.USER:
+            kept = joint.limits_source is Source.AUTHORED
+            judged = Belief(trust=Trust.PLAUSIBLE, reason="a range, with zero in it or its start stated beside")
+            told = impossible("no range, or one in other turns than a joint's zero")
+            opinion.found[Quantity.LIMITS, joint.name] = judged if kept else told
+    return opinion
+
+
+def with_authored_sources(done: PhysicsOverlay, opinion: Opinion, stated: Mapping[str, Dynamics]) -> PhysicsOverlay:
+    """The overlay with the source ``authored`` beside each believed term of a joint that no rule changed, and a kept
+    spring relaxed where its file has it."""
+
+    def sourced(joint: JointPhysics) -> JointPhysics:
+        update: dict[str, object] = {}
+        for quantity in opinion.kept(joint.name) & TERMS.keys():
+            term = TERMS[quantity]
+            if getattr(joint, f"{term}_source") is Source.USER:
+                continue
+            if math.isclose(getattr(joint, term), getattr(stated[joint.name], term), rel_tol=1e-9):
+                update[f"{term}_source"] = Source.AUTHORED
+                if quantity is Quantity.SPRINGS:
+                    update["spring_reference"] = stated[joint.name].spring_reference
+        return joint.model_copy(update=update)
+
+    kinds = {kind: tuple(map(sourced, getattr(done, kind))) for kind in ("joints", "followers")}
+    return done.model_copy(update=kinds)

@@ -1,0 +1,172 @@
+"""How far a file in metres is believed, of masses and of joints, and what becomes of what it says."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.catalog.kept import counted, kept_columns, totals
+from asset2sim.refinement.context import Log, RefinementContext
+from asset2sim.refinement.dynamics.supply import with_supplied_terms
+from asset2sim.report.object_page import kept
+from asset2sim.validation.validate import validate
+from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
+from schemas.settings import PhysicsSettings, Settings
+from schemas.verdict import Failure
+from schemas.vocabulary import Engine, FailureMode, Quantity, Source, Trust
+from tests.assets import joint, link, read, robot, shape, written
+
+MASS_FACTOR = 1.05
+"""Factor within which a believed mass stays what its file says, whatever else is done to the object."""
+
+
+def inertial(mass: float, size: tuple[float, float, float], factor: float = 1.0, at: str = "0 0 0") -> str:
+    """The inertial of a solid box, its moments times ``factor``."""
+    x, y, z = (edge**2 for edge in size)
+    moments = [factor * mass / 12.0 * value for value in (y + z, x + z, x + y)]
+    stated = "".join(f' {name}="{value}"' for name, value in zip(("ixx", "iyy", "izz"), moments, strict=True))
+    return f'<inertial><origin xyz="{at}"/><mass value="{mass}"/><inertia{stated} ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+def cabinet(
+    folder: Path, door: str = "", drawer: str = "", *, weighed: bool = True, door_kg: float = 3.0,
+    factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False,
+) -> Extraction:  # fmt: skip
+    """A cabinet of 20 kg with a door on an upright hinge and a drawer, and what its file says of their joints."""
+    said = [inertial(20.0, (0.4, 0.5, 0.6)), inertial(door_kg, (0.02, 0.48, 0.28), factor, at)]
+    said += [inertial(1.5, (0.3, 0.4, 0.2))]
+    shapes = [shape("0.4 0.5 0.6"), shape("0.02 0.48 0.28", xyz="0 0.24 0"), shape("0.3 0.4 0.2")]
+    names = ("body", "door", "drawer")
+    texts = (text if weighed else "" for text in said)
+    parts = [link(name, text + form) for name, text, form in zip(names, texts, shapes, strict=True)]
+    below = "body"
+    if helper:
+        parts += [link("hinge_frame"), joint("frame", "fixed", "body", "hinge_frame")]
+        below = "hinge_frame"
+    parts.append(joint("door_hinge", "revolute", below, "door", xyz="0.212 -0.24 -0.15", axis="0 0 -1", limit="0 1.5",
+                       more=f"<dynamics {door}/>"))  # fmt: skip
+    parts.append(joint("drawer_slide", "prismatic", "body", "drawer", xyz="0.36 0 0.16", axis="1 0 0", limit="0 0.2",
+                       more=f"<dynamics {drawer}/>"))  # fmt: skip
+    return read(written(folder, robot(*parts)))
+
+
+LIGHT = Overlay(
+    scale=1.0,
+    links=tuple(LinkProposal(name=name, density_kg_m3=40.0) for name in ("body", "door", "drawer")),
+    joints=(JointProposal(name="door_hinge", coast_s=0.4), JointProposal(name="drawer_slide", coast_s=0.3)),
+)
+
+
+def done(item: Extraction, overlay: Overlay = LIGHT, *, keep_terms: bool = True) -> PhysicsOverlay:
+    return validate(item, overlay, Source.MODEL, 0.5, PhysicsSettings(), keep_terms=keep_terms)[0]
+
+
+def trusts(overlay: PhysicsOverlay, quantity: Quantity) -> dict[str, Trust]:
+    return {name: item.trust for item in overlay.authored if item.quantity is quantity for name in item.of}
+
+
+def of(overlay: PhysicsOverlay, name: str) -> JointPhysics:
+    return next(item for item in overlay.joints if item.name == name)
+
+
+def test_damping_and_friction_that_a_hand_bears_stay(tmp_path: Path) -> None:
+    item = cabinet(tmp_path / "a", 'damping="0.8" friction="1.2"', 'damping="6" friction="4"')
+    overlay = done(item)
+    hinge, slide = of(overlay, "door_hinge"), of(overlay, "drawer_slide")
+    assert (hinge.damping, hinge.friction, slide.damping, slide.friction) == (0.8, 1.2, 6.0, 4.0)
+    sources = {getattr(own, f"{term}_source") for own in (hinge, slide) for term in ("damping", "friction")}
+    assert sources == {Source.AUTHORED} and overlay.scale_source is Source.AUTHORED
+    assert set(trusts(overlay, Quantity.DAMPING).values()) == {Trust.PLAUSIBLE}
+    said = LIGHT.model_copy(
+        update={
+            "asked": ("door_hinge.dynamics",),
+            "joints": (JointProposal(name="door_hinge", damping=0.5, friction=0.3),),
+        }
+    )
+    theirs = of(done(item, said), "door_hinge")
+    assert (theirs.damping, theirs.damping_source) == (0.5, Source.USER), "the user's own number goes first"
+
+
+def test_numbers_that_no_such_part_has_are_supplied_and_the_reason_is_said(tmp_path: Path) -> None:
+    def judged(door: str, drawer: str = "", quantity: Quantity = Quantity.DAMPING) -> tuple[Trust, Source, str]:
+        overlay = done(cabinet(tmp_path / "a", door, drawer))
+        term = {"damping": "damping", "friction": "friction", "springs": "stiffness"}[quantity]
+        (found,) = (item for item in overlay.authored if item.quantity is quantity and "door_hinge" in item.of)
+        return found.trust, getattr(of(overlay, "door_hinge"), f"{term}_source"), found.reason
+
+    trust, source, why = judged('damping="300"')
+    assert (trust, source) == (Trust.DOUBTFUL, Source.MODEL) and "hand" in why
+    assert judged('damping="0.0005"')[:2] == (Trust.DOUBTFUL, Source.MODEL), "it would coast for minutes"
+    assert judged('damping="-1"')[0] is Trust.IMPOSSIBLE
+    trust, source, why = judged('damping="1"', 'damping="1"')
+    assert (trust, source) == (Trust.DOUBTFUL, Source.MODEL) and "same" in why, "a hinge and a slider"
+    assert judged('friction="60"', quantity=Quantity.FRICTION)[0] is Trust.DOUBTFUL
+    assert judged('spring_stiffness="90"', quantity=Quantity.SPRINGS)[0] is Trust.DOUBTFUL
+
+
+def test_a_spring_stays_with_its_rest(tmp_path: Path) -> None:
+    item = cabinet(tmp_path / "a", 'damping="0.5" spring_stiffness="2.0" spring_reference="-0.6"')
+    hinge = of(done(item), "door_hinge")
+    assert (hinge.stiffness, hinge.spring_reference, hinge.stiffness_source) == (2.0, -0.6, Source.AUTHORED)
+    assert hinge.initial_position == 0.0 and not hinge.holds
+    asked = LIGHT.model_copy(update={"initial_joint_positions": {"door_hinge": 1.0}, "asked": ("door_hinge",)})
+    assert of(done(item, asked), "door_hinge").stiffness == 0.0, "the user asks it to stand open"
+
+
+def test_centre_and_inertia_stay_or_go_alone(tmp_path: Path) -> None:
+    def sources(overlay: PhysicsOverlay) -> tuple[Source, Source, Source]:
+        door = next(item for item in overlay.links if item.name == "door")
+        return door.mass_source, door.com_source, door.inertia_source
+
+    assert sources(done(cabinet(tmp_path / "a"))) == (Source.AUTHORED,) * 3
+    assert sources(done(cabinet(tmp_path / "b", factor=50.0))) == (Source.AUTHORED, Source.AUTHORED, Source.RULE)
+    assert sources(done(cabinet(tmp_path / "c", at="0 3 0"))) == (Source.AUTHORED, Source.RULE, Source.AUTHORED)
+    heavy = done(cabinet(tmp_path / "d", door_kg=90.0))
+    assert sources(heavy) == (Source.MODEL, Source.RULE, Source.RULE)
+    assert trusts(heavy, Quantity.MASS) == {
+        "body": Trust.PLAUSIBLE, "door": Trust.DOUBTFUL, "drawer": Trust.PLAUSIBLE
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("helper", [False, True])
+def test_a_believed_mass_stays_within_the_stated_factor(helper: bool, tmp_path: Path) -> None:
+    item = cabinet(tmp_path / "a", helper=helper)
+    stated = {own.name: own.inertial.mass_kg for own in item.features.links if own.inertial is not None}
+    written_kg = {own.name: own.mass_kg for own in done(item).links}
+    for name, mass in stated.items():
+        assert mass / MASS_FACTOR <= written_kg[name] <= mass * MASS_FACTOR, "a frame without a shape takes hardly any"
+
+
+def test_a_file_of_unknown_unit_is_not_judged(tmp_path: Path) -> None:
+    overlay = done(cabinet(tmp_path / "a", 'damping="0.8" friction="1.2"', weighed=False))
+    assert overlay.authored == () and "authored" not in overlay.model_dump()
+    assert of(overlay, "door_hinge").damping_source is Source.MODEL
+    assert kept_columns(overlay)["authored_json"] is None
+
+
+def test_terms_with_which_a_check_fails_are_supplied_for_the_joint_that_fails(tmp_path: Path) -> None:
+    item = cabinet(tmp_path / "a", 'damping="0.8" friction="1.2"', 'damping="6" friction="4"')
+    overlay = done(item)
+    loop = RefinementContext(item, LIGHT, overlay, Source.MODEL, {}, Settings(), Log())
+    failure = Failure(Engine.MUJOCO, FailureMode.EFFORT, "door_hinge", "too stiff", 30.0, 22.2)
+    changed = with_supplied_terms(loop, overlay, [failure])
+    assert changed is not None
+    assert of(changed, "door_hinge").damping_source is Source.MODEL and of(changed, "door_hinge").friction != 1.2
+    assert of(changed, "drawer_slide") == of(overlay, "drawer_slide")
+    both = with_supplied_terms(loop, overlay, [Failure(Engine.MUJOCO, FailureMode.DRIFT, "", "it drifts", 1.0, 0.1)])
+    assert both is not None and of(both, "drawer_slide").damping_source is Source.MODEL
+    assert with_supplied_terms(loop, changed, [failure]) is None, "nothing of the file's is left there"
+
+
+def test_what_is_kept_mended_and_supplied_is_counted_and_told(tmp_path: Path) -> None:
+    overlay = done(cabinet(tmp_path / "a", 'damping="300" friction="1.2"', door_kg=90.0))
+    counts = counted(overlay)
+    assert counts[Quantity.MASS, "kept"] == 2 and counts[Quantity.MASS, "mended"] == 1
+    assert counts[Quantity.DAMPING, "mended"] == 1 and counts[Quantity.DAMPING, "supplied"] == 1
+    assert counts[Quantity.FRICTION, "kept"] == 1 and counts[Quantity.SIZE, "kept"] == 1
+    columns = kept_columns(overlay)
+    assert (columns["kept"], columns["supplied"], columns["mended"]) == totals(counts)
+    rows = {quantity: (how, said) for quantity, how, said in kept(columns)}
+    assert rows["mass"][0] == "2 kept, 1 mended" and "doubtful (door): not 5 to 12000 kg/m³" in rows["mass"][1]
+    assert json.loads(str(columns["authored_json"])) and "springs" not in rows
