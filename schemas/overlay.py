@@ -29,6 +29,13 @@ class ModelNote(Frozen):
     text: str
 
 
+class Unclear(Frozen):
+    """A question that a model could not answer: ``about`` is ``scale``, or a link's or joint's name."""
+
+    about: str
+    why: str
+
+
 class Content(Frozen):
     """Something heavy inside a link: a motor, a battery, a counterweight. ``at`` is the place of its middle in the
     link's box at rest, along the root link's axes (z up), as shares from the lowest corner; it fills the share
@@ -124,7 +131,8 @@ class Overlay(Frozen):
     ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``uncertainty`` is that of the numbers that it may be asked
     about again: ``scale`` → relative, a joint's name → of its asked position, rad or m at the authored scale.
     ``mass_change`` says that the links' masses were scaled together. ``size_reason`` is how the scale was found,
-    ``findings`` are remarks by kind. ``contact_friction`` and ``restitution`` are stated only where the user does.
+    ``findings`` are remarks by kind, ``unclear`` is what could not be told. ``contact_friction`` and ``restitution``
+    are stated only where the user does.
     """
 
     size_reason: str | None = None
@@ -142,6 +150,7 @@ class Overlay(Frozen):
     mass_change: MassChange | None = None
     notes: tuple[str, ...] = ()
     findings: tuple[ModelNote, ...] = ()
+    unclear: tuple[Unclear, ...] = ()
 
 
 class LinkPhysics(Frozen):

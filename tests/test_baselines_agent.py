@@ -21,7 +21,8 @@ from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ToolCall, Turn
 from schemas.settings import MethodSettings, ModelSettings, RunSettings, Settings
-from schemas.vocabulary import FailureMode, Method, Source
+from schemas.vocabulary import FailureMode, Method
+from tasks.job import AssetJob
 from tests.assets import cabinet, read, sample, written
 from tests.factories import guidance_of
 from tests.model_server import ModelServer, Reply, serve
@@ -77,8 +78,9 @@ class Done(NamedTuple):
         return int(ended.value or 0)
 
 
-def agent(ref: AssetRef, asset: Extraction, settings: Settings, asker: ModelAsk, source: Source = Source.MODEL) -> Done:
-    return Done(*run_agent(ref, asset, settings, asker, source, guidance_of(ref.prompt, asset.features)))
+def agent(ref: AssetRef, asset: Extraction, settings: Settings, asker: ModelAsk) -> Done:
+    job = AssetJob(ref, Path(), settings, asker, guidance_of(ref.prompt, asset.features))
+    return Done(*run_agent(job, asset))
 
 
 def run(server: ModelServer, asset: Extraction, prompt: str | None = "a small cabinet") -> Done:
@@ -254,12 +256,12 @@ def test_tools_have_a_time_limit(asset: Extraction) -> None:
 
 def test_a_model_without_vision_gets_boxes_in_words(asset: Extraction) -> None:
     refusal = Reply("this model does not support image input", status=400)
-    script = [wish(("render", {})), refusal, wish(("render", {})), wish(("set_parameters", GOOD), ("finish", {}))]
+    script = [refusal, wish(("render", {})), wish(("set_parameters", GOOD), ("finish", {}))]
     with serve(script) as server:
         done = run(server, asset)
-    assert "does not support image input" in json.loads(results(server)[1])["images"]
-    assert len(json.loads(results(server)[1])["boxes"]) == 4
-    assert ["image_url" in json.dumps(sent) for sent in server.requests] == [False, True, False, False]
+    assert "does not support image input" in json.loads(results(server)[0])["images"]
+    assert len(json.loads(results(server)[0])["boxes"]) == 4
+    assert ["image_url" in json.dumps(sent) for sent in server.requests] == [True, False, False]
     assert {finding.code for finding in done.findings} == {"agent_ended", "images_not_sent"}
 
 
@@ -306,7 +308,7 @@ def test_a_conversation_stays_short() -> None:
 def test_the_offline_agent_refines_a_sample() -> None:
     ref = sample("laptop_silver")
     settings = Settings(method=Method.AGENT)
-    done = agent(ref, extract(ref), settings, functools.partial(ask, settings=settings.model), Source.PRIOR)
+    done = agent(ref, extract(ref), settings, functools.partial(ask, settings=settings.model))
     assert 2 <= done.steps == len(done.calls) <= settings.methods.agent_steps
     assert all(call.model == "prior/household" and call.outcome == "ok" for call in done.calls)
     assert 0.1 < done.overlay.scale < 0.5 and done.overlay.initial_joint_positions

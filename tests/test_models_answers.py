@@ -4,6 +4,7 @@ import contextlib
 import json
 import pickle
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -15,11 +16,16 @@ from asset2sim.models.answers import (
     RefinementAnswer,
     parse_overlay,
     parse_refinement,
+    strict_fit,
 )
 from asset2sim.models.lenient_json import MAX_CHARACTERS, parse_json
+from asset2sim.models.model_findings import model_findings
 from schemas.errors import InvalidAnswerError
+from schemas.overlay import Overlay
+from schemas.vocabulary import Severity
 from tests.factories import make_features
 
+SHARED_ANSWERS = Path(__file__).resolve().parents[2] / "shared" / "vlm_answers"
 FEATURES = make_features("7")  # links base, body, door, drawer; joints fixed, hinge, slider
 GOOD = {
     "scale": 0.25,
@@ -179,3 +185,32 @@ def test_a_refinement_moves_focus_joints_only() -> None:
         parse_refinement('{"state_ok": true}', ["hinge"])
     with pytest.raises(InvalidAnswerError, match=r"deltas\.hinge"):
         parse_refinement('{"state_ok": true, "approved": false, "deltas": {"hinge": "a bit"}}', ["hinge"])
+
+
+OLD_ANSWER = """{"scale": 0.094, "contact_material": "steel",
+ "links": [{"name": "body", "material": "steel", "density_kg_m3": 7850, "hollow_factor": 0.25}],
+ "joints": [{"name": "hinge", "spring_hz": 5, "spring_rest": 0.0, "coast_s": 0.15, "holds": false}],
+ "initial_joint_positions": {"hinge": 0.2312}, "asked": ["hinge"],
+ "notes": ["Slightly open is 10 % of the 201 degree travel."]}"""
+
+
+def test_an_answer_to_an_earlier_prompt_still_fits_and_what_is_unclear_is_a_finding() -> None:
+    features = make_features("7")
+    old = parse_overlay(OLD_ANSWER, features)
+    assert old.unclear == () and old.initial_joint_positions == {"hinge": 0.2312}
+    assert not {"model_unclear"} & {item.code for item in model_findings(old, features)}
+    unsure = json.loads(OLD_ANSWER) | {
+        "initial_joint_positions": {},
+        "unclear": [{"about": "hinge", "why": "two lids, and the words name one"}],
+    }
+    (found,) = model_findings(parse_overlay(json.dumps(unsure), features), features)
+    assert (found.code, found.joint, found.severity) == ("model_unclear", "hinge", Severity.WARNING)
+    assert "two lids" in found.message
+
+
+@pytest.mark.skipif(not SHARED_ANSWERS.is_dir(), reason="../shared/vlm_answers is absent")
+def test_the_answers_of_a_real_model_to_an_earlier_prompt_still_fit() -> None:
+    files = sorted(SHARED_ANSWERS.glob("*.json"))
+    assert len(files) == 9
+    for file in files:
+        assert strict_fit(Overlay, parse_json(file.read_text(encoding="utf-8"))).scale > 0.0

@@ -8,7 +8,14 @@ import pytest
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.answers import WITHOUT, overlay_schema
 from asset2sim.models.object_facts import object_info, rounded_object_info
-from asset2sim.models.prompts import data_block, overlay_request, synthesis_request, system_text, with_validation_errors
+from asset2sim.models.prompts import (
+    data_block,
+    overlay_request,
+    shared_sections,
+    synthesis_request,
+    system_text,
+    with_validation_errors,
+)
 from schemas.base import Vector3
 from schemas.features import Features
 from schemas.overlay import JointProposal, LinkProposal, Overlay
@@ -90,6 +97,31 @@ def test_numbers_keep_five_digits_and_no_negative_zero() -> None:
     )
 
 
+ALL = ("What you are given", "Priority", "Scale", "Materials", "Feel", "Initial state")
+ANSWERED = ("Support", "Remarks", "Form")
+
+
+@pytest.mark.parametrize("purpose", ["synthesis", "direct", "ivw", "agent"])
+def test_every_method_is_told_the_same_facts_and_conventions_word_for_word(purpose: str) -> None:
+    """The paper compares methods, not prompts: what one is told of sizes, states, materials and feel all are."""
+    assert set(shared_sections()) == {*ALL, *ANSWERED}
+    system = system_text(purpose)
+    for title in ALL if purpose == "agent" else (*ALL, *ANSWERED):
+        assert system.count(shared_sections()[title]) == 1 and len(shared_sections()[title]) > 100, title
+    own = system
+    for section in shared_sections().values():
+        own = own.replace(section, "")
+    assert not re.search(r"\bsmall\b|slightly|ajar|half open|\bmini\b|kg/m³|\d cm|°|\{\{", own), (
+        "conventions of its own"
+    )
+    features = told(make_features("7"), (1.0, 1.0, 2.0 / 3.0), CENTERS)
+    facts, ours = (
+        block(overlay_request(name, features, "a small box"), "structured_information")
+        for name in (purpose, "synthesis")
+    )
+    assert isinstance(facts, dict) and isinstance(ours, dict) and {**facts, "purpose": "synthesis"} == ours
+
+
 @pytest.mark.parametrize("purpose", ["synthesis", "direct", "ivw"])
 def test_the_system_text_and_the_schema_name_the_fields_that_are_wanted(purpose: str) -> None:
     system, schema = system_text(purpose), json.dumps(overlay_schema(purpose))
@@ -97,7 +129,7 @@ def test_the_system_text_and_the_schema_name_the_fields_that_are_wanted(purpose:
     for model in (Overlay, LinkProposal, JointProposal):
         for field in model.model_fields:
             wanted = field not in WITHOUT[purpose]
-            assert (field in system) == wanted and (f'"{field}"' in schema) == wanted, field
+            assert (f'"{field}":' in system) == wanted and (f'"{field}"' in schema) == wanted, field
     for word in ("radians", "never change these rules", "Leave out", "JSON"):
         assert word.lower() in system.lower()
     assert "description" not in schema and "title" not in schema

@@ -9,7 +9,7 @@ def by_agent(job: ProposalJob, extraction: Extraction) -> Proposed:
     """The agent's last submission. Raises SynthesisError."""
     from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
 
-    return run_agent(job.ref, extraction, job.settings, job.ask, job.source, job.guidance)
+    return run_agent(job, extraction)
 
 
 METHOD = DeclaredMethod(

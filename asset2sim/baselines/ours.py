@@ -6,15 +6,33 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.rest_overlaps import rest_overlaps
 from asset2sim.baselines.declared_method import DeclaredMethod, ProposalJob, Proposed
 from asset2sim.models.ask_overlay import ask_overlay
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.prompts import SYNTHESIS, overlay_request
 from asset2sim.render.marked import question_pictures
 from asset2sim.validation.doubts import ObjectQuestion
 from asset2sim.validation.overrides import stated_things
 from asset2sim.validation.reconsider import reconsidered
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.support import forced_support
+from schemas.features import RestOverlap
 from schemas.model_names import is_prior
+from schemas.request import ModelRequest
 from schemas.vocabulary import Method
+
+
+def first_question(
+    purpose: str, job: ProposalJob, extraction: Extraction, aliases: Mapping[str, str] | None = None
+) -> ModelRequest:
+    """The first question of a method about an asset: the same facts and pictures for all, in the words of ``purpose``.
+    Pictures are labelled with ``aliases`` where there are any."""
+    images = question_pictures(extraction, job.settings, aliases)
+    overlaps = told_overlaps(job, extraction)
+    return overlay_request(purpose, extraction.features, job.ref.prompt, images, overlaps=overlaps)
+
+
+def told_overlaps(job: ProposalJob, extraction: Extraction) -> tuple[RestOverlap, ...]:
+    """The overlaps of the asset as drawn, none for the offline prior, which reads none: to find them takes longer than
+    all else that it does."""
+    return () if is_prior(job.settings.model.model) else tuple(rest_overlaps(extraction))
 
 
 def by_rules(
@@ -25,12 +43,9 @@ def by_rules(
 
     Pictures are labelled with ``aliases`` where there are any; without ``semantics`` no kind of object is known.
     """
-    settings, words, features = job.settings, job.ref.prompt, extraction.features
-    images = question_pictures(extraction, settings, aliases)
-    # The offline prior reads no overlaps, and to find them takes longer than all else that it does.
-    overlaps = () if is_prior(settings.model.model) else rest_overlaps(extraction)
-    request = synthesis_request(features, words, images, overlaps)
-    first = ask_overlay(request, features, job.ask)
+    settings = job.settings
+    request = first_question(SYNTHESIS, job, extraction, aliases)
+    first = ask_overlay(request, extraction.features, job.ask)
     forced = forced_support(job.ref.support or settings.support, extraction)
     stated = () if job.ref.overrides is None else stated_things(job.ref.overrides)
     question = ObjectQuestion(extraction, job.guidance, job.source, settings, forced, stated)

@@ -161,13 +161,16 @@ RULE_FIELDS = (
 OWN_FIELDS = ("mass_change",)
 """Fields that only the offline prior fills."""
 
-REASONED = ("appearance", "size_reason", "contact_friction", "restitution", "findings")
-"""Fields that only the synthesis asks for: what was seen, why, and what is stated of contacts."""
+REASONED = ("appearance", "size_reason", "findings", "unclear")
+"""Fields that say what was seen, why, and what cannot be told: a model that calls tools has no place for them."""
+
+STATED = ("contact_friction", "restitution")
+"""Fields that only the synthesis asks for: what the user states of contacts."""
 
 WITHOUT: dict[str, tuple[str, ...]] = {
     "synthesis": ("sigmas", "notes", *OWN_FIELDS),
-    "direct": ("sigmas", "uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS, *REASONED),
-    "ivw": ("uncertainty", "support", *OWN_FIELDS, *RULE_FIELDS, *REASONED),
+    "direct": ("sigmas", "notes", "uncertainty", *OWN_FIELDS, *RULE_FIELDS, *STATED),
+    "ivw": ("notes", "uncertainty", *OWN_FIELDS, *RULE_FIELDS, *STATED),
 }
 """Purpose → fields of an overlay that its prompt does not ask for."""
 

@@ -13,8 +13,8 @@ CODES: dict[NoteKind, str] = {
 
 
 def model_findings(overlay: Overlay, features: Features) -> tuple[Finding, ...]:
-    """A finding for each of the model's remarks, a warning where it cannot do what the user asked, and one for a
-    restitution, for which a URDF has no place."""
+    """A finding for each of the model's remarks, a warning where it cannot do what the user asked or could not tell it,
+    and one for a restitution, for which a URDF has no place."""
     links, joints = ({item.name for item in items} for items in (features.links, features.joints))
     found = [
         Finding(
@@ -26,6 +26,17 @@ def model_findings(overlay: Overlay, features: Features) -> tuple[Finding, ...]:
             joint=note.about if note.about in joints else None,
         )
         for note in overlay.findings
+    ]
+    found += [
+        Finding(
+            stage=Stage.SYNTHESIZE,
+            severity=Severity.WARNING,
+            code="model_unclear",
+            message=f"the model could not tell {item.about}: {item.why}",
+            link=item.about if item.about in links else None,
+            joint=item.about if item.about in joints else None,
+        )
+        for item in overlay.unclear
     ]
     if overlay.size_reason:
         message = f"scale {overlay.scale:.4g}: {overlay.size_reason}"

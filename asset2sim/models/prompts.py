@@ -2,15 +2,19 @@
 
 import functools
 import json
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from asset2sim.models.answers import overlay_schema
-from asset2sim.models.object_facts import object_facts, rounded
+from asset2sim.models.object_facts import rounded
 from asset2sim.models.synthesis_facts import synthesis_facts
 from schemas.features import Features, RestOverlap
 from schemas.request import LabelledImage, ModelRequest
 
+SHARED = "shared"
+"""The file of the sections that several prompts hold: what every method is told of the object, and by which conventions
+it answers."""
 SYNTHESIS = "synthesis"
 DIRECT = "direct"
 IVW = "ivw"
@@ -33,9 +37,9 @@ def overlay_request(
     view: str | None = None,
     overlaps: Sequence[RestOverlap] = (),
 ) -> ModelRequest:
-    """The request for an overlay; ``purpose`` names the prompt, which says which terms are wanted. ``view`` names the
-    one view that the question is about, where it is about one."""
-    facts = synthesis_facts(features, overlaps) if purpose == SYNTHESIS else object_facts(features)
+    """The request for an overlay, of the same facts for every method; ``purpose`` names the prompt, which says which
+    terms are wanted. ``view`` names the one view that the question is about, where it is about one."""
+    facts = synthesis_facts(features, overlaps)
     information = {"purpose": purpose, **facts, **({} if view is None else {"view": view})}
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
     return ModelRequest(
@@ -71,5 +75,17 @@ def data_block(tag: str, value: object) -> str:
 
 @functools.cache
 def system_text(purpose: str) -> str:
-    """The system part for a purpose, from its file in ``prompt_texts``."""
-    return (Path(__file__).parent / "prompt_texts" / f"{purpose}.md").read_text(encoding="utf-8")
+    """The system part for a purpose, from its file in ``prompt_texts``. A line ``{{Scale}}`` of it stands for that
+    section of the shared file."""
+    return re.sub(r"^\{\{(.+)\}\}$", lambda line: shared_sections()[line[1]], _prompt_file(purpose), flags=re.MULTILINE)
+
+
+@functools.cache
+def shared_sections() -> dict[str, str]:
+    """Title → section, with its title, of what the prompts of all methods hold word for word."""
+    found = re.findall(r"^(# ([^\n]+)\n.+?)(?=\n+# |\Z)", _prompt_file(SHARED).rstrip(), flags=re.MULTILINE | re.DOTALL)
+    return {title: section for section, title in found}
+
+
+def _prompt_file(name: str) -> str:
+    return (Path(__file__).parent / "prompt_texts" / f"{name}.md").read_text(encoding="utf-8")

@@ -9,15 +9,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from asset2sim.assets.extract import Extraction
 from asset2sim.assets.surfaces.scene import load_scene, nothing_to_draw
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.render.batch import batches_of, facing
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, directions, fit
 from asset2sim.render.renderer import Pixels, RenderedPicture, render
-from schemas.model_names import is_local
-from schemas.request import LabelledImage
-from schemas.settings import Settings, ViewSettings
+from schemas.settings import ViewSettings
 
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 
@@ -101,12 +98,3 @@ def write_views(
             raise
         written.append(path)
     return tuple(written)
-
-
-def labelled_views(extraction: Extraction, settings: Settings) -> dict[str, LabelledImage]:
-    """View name → labelled picture of the authored asset; empty for a model that takes no images, being tables
-    or files."""
-    if is_local(settings.model.model):
-        return {}
-    views = render_views(extraction.urdf, {}, settings.views)
-    return {name: LabelledImage(label=name, png=png_bytes(image)) for name, image in views.items()}

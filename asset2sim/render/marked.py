@@ -1,7 +1,7 @@
 """Pictures for a model that is asked about an asset: its looks with every edge drawn, and its links in colours of their
 own with their names beside them, as it stands, closed and open."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -52,17 +52,17 @@ class Marked:
 
 
 def question_pictures(
-    extraction: Extraction, settings: Settings, names: Mapping[str, str] | None = None
+    extraction: Extraction, settings: Settings, names: Mapping[str, str] | None = None, views: Sequence[str] = LOOKS
 ) -> tuple[LabelledImage, ...]:
-    """The labelled pictures for a question about the asset; none for a model that takes none, being tables or files.
-    ``names`` are those that are written beside the links, where they are called otherwise. Raises AssetError where
-    there is nothing to draw."""
+    """The labelled pictures for a question about the asset, its looks from these ``views`` first; none for a model that
+    takes none, being tables or files. ``names`` are those that are written beside the links, where they are called
+    otherwise. Raises AssetError where there is nothing to draw."""
     if is_local(settings.model.model):
         return ()
     side = settings.model.image_side_px
     loaded: dict[Path, tuple[Surface, ...]] = {}
     scene = load_scene(extraction.urdf, {}, loaded)
-    pictures = looks(scene, extraction, side)
+    pictures = looks(scene, extraction, side, views)
     names = {link: link for link in mark_names(extraction.features)} if names is None else names
     parts = marked(scene, extraction.features, side)
     behind = marked(scene, extraction.features, side, behind=True)
@@ -83,7 +83,7 @@ def question_pictures(
     return tuple(LabelledImage(label=label, png=png_bytes(image)) for label, image in pictures.items())
 
 
-def looks(scene: Scene, extraction: Extraction, side: int) -> dict[str, Image.Image]:
+def looks(scene: Scene, extraction: Extraction, side: int, views: Sequence[str]) -> dict[str, Image.Image]:
     """View → picture of the asset as it looks, with its edges."""
     batches = batches_of(scene.surfaces)
     if not batches:
@@ -91,7 +91,7 @@ def looks(scene: Scene, extraction: Extraction, side: int) -> dict[str, Image.Im
     points = np.concatenate([batch.vertices for batch in batches])
     towards = directions(scene.front)
     cameras = {
-        name: fit(points, towards[name], WIDE_FOV if name == "perspective" else NARROW_FOV, 1.0) for name in LOOKS
+        name: fit(points, towards[name], WIDE_FOV if name == "perspective" else NARROW_FOV, 1.0) for name in views
     }
     pixels = round(OVERSAMPLING * side)
     frames = render(batches, cameras, pixels, pixels)

@@ -1,18 +1,16 @@
-"""VLM-direct: one answer from all five views, taken as it is (paper, baselines)."""
+"""VLM-direct: one answer from all pictures at once, taken as it is (paper, baselines)."""
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import DeclaredMethod, ProposalJob, Proposed
+from asset2sim.baselines.ours import first_question
 from asset2sim.models.ask_overlay import ask_overlay
-from asset2sim.models.prompts import DIRECT, overlay_request
-from asset2sim.render.canonical import labelled_views
+from asset2sim.models.prompts import DIRECT
 from schemas.vocabulary import Method
 
 
 def direct(job: ProposalJob, extraction: Extraction) -> Proposed:
-    """One answer from all five views. Raises SynthesisError."""
-    images = tuple(labelled_views(extraction, job.settings).values())
-    request = overlay_request(DIRECT, extraction.features, job.ref.prompt, images)
-    return ask_overlay(request, extraction.features, job.ask)
+    """One answer from all pictures at once. Raises SynthesisError."""
+    return ask_overlay(first_question(DIRECT, job, extraction), extraction.features, job.ask)
 
 
 METHOD = DeclaredMethod(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from statistics import fmean, median
 from typing import TypeVar
 
-from schemas.overlay import JointProposal, LinkProposal, Overlay
+from schemas.overlay import JointProposal, LinkProposal, Overlay, SupportProposal
 
 LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "wall_m", "mass_kg")
 LINK_VECTORS = ("com", "inertia")
@@ -80,6 +80,7 @@ def fuse(answers: Sequence[Overlay]) -> Overlay:
     return Overlay(
         scale=means["scale"][0],
         contact_material=vote([answer.contact_material for answer in answers], votes),
+        support=voted_support(answers, votes),
         links=tuple(
             fused_link(name, [_part(answer.links, name) for answer in answers], means, votes)
             for name in _names(answer.links for answer in answers)
@@ -100,6 +101,13 @@ def fuse(answers: Sequence[Overlay]) -> Overlay:
         ),
         notes=(f"fused from {len(answers)} answers by inverse variance",),
     )
+
+
+def voted_support(answers: Sequence[Overlay], votes: Sequence[float]) -> SupportProposal | None:
+    """The support by vote: that of the first answer which says the kind with the most weight."""
+    kind = vote([None if answer.support is None else answer.support.kind for answer in answers], votes)
+    stated = (answer.support for answer in answers if answer.support is not None)
+    return next((support for support in stated if support.kind is kind), None)
 
 
 def fused_link(

@@ -1,19 +1,20 @@
 """VLM-IVW: ask about every view several times and fuse the answers by inverse variance (paper, baselines)."""
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import DASHED, DeclaredMethod, ProposalJob, Proposed
+from asset2sim.baselines.ours import told_overlaps
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid
 from asset2sim.models.prompts import IVW, overlay_request
 from asset2sim.render import VIEW_NAMES
-from asset2sim.render.canonical import labelled_views
+from asset2sim.render.marked import question_pictures
 from lab.methods.fusion import fuse
 from schemas.errors import InvalidAnswerError
-from schemas.features import Features
+from schemas.features import Features, RestOverlap
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ModelRequest
@@ -42,19 +43,21 @@ def ask_fused(
     extraction: Extraction,
     guidance: str | None,
     ask: ModelAsk,
-    images: Mapping[str, LabelledImage],
+    images: Sequence[LabelledImage],
     settings: MethodSettings,
+    overlaps: Sequence[RestOverlap] = (),
 ) -> Synthesized:
     """Fused answer to ``ivw_queries`` questions about each view, all calls, and findings for dropped answers.
 
-    ``images`` maps view names to pictures, and may be empty. An invalid answer is dropped, without a second try. Asking
+    ``images`` are the object's looks, labelled with their views, and what every question shows; there may be none. An
+    invalid answer is dropped, without a second try. Asking
     stops when half of the answers can no longer be valid, or a budget is spent. Raises ``SynthesisError``:
     ``budget``, ``model_error`` where no call was answered, else ``no_valid_estimate``.
     """
     wanted = len(VIEW_NAMES) * settings.ivw_queries
     needed = LEAST_SHARE * wanted
     got, spent = Answers(), False
-    for request in requests(extraction, guidance, images, settings.ivw_queries):
+    for request in requests(extraction, guidance, images, settings.ivw_queries, overlaps):
         answer = ask(request)
         take(answer, extraction, got)
         spent = answer.budget_spent
@@ -72,13 +75,18 @@ def ask_fused(
 
 
 def requests(
-    extraction: Extraction, guidance: str | None, images: Mapping[str, LabelledImage], queries: int
+    extraction: Extraction,
+    guidance: str | None,
+    images: Sequence[LabelledImage],
+    queries: int,
+    overlaps: Sequence[RestOverlap],
 ) -> Iterator[ModelRequest]:
-    """Every question in turn, view by view; ``sample`` numbers them all from 1."""
+    """Every question in turn, view by view; ``sample`` numbers them all from 1. Each shows one look, and the pictures
+    that mark the links."""
     sample = itertools.count(1)
     for view in VIEW_NAMES:
-        shown = (images[view],) if view in images else ()
-        request = overlay_request(IVW, extraction.features, guidance, shown, view)
+        shown = [image for image in images if image.label == view or image.label not in VIEW_NAMES]
+        request = overlay_request(IVW, extraction.features, guidance, shown, view, overlaps)
         for _ in range(queries):
             yield request.model_copy(update={"sample": next(sample)})
 
@@ -143,8 +151,9 @@ def listed(got: Answers) -> str:
 
 def propose(job: ProposalJob, extraction: Extraction) -> Proposed:
     """Several answers to each view, fused. Raises SynthesisError."""
-    images = labelled_views(extraction, job.settings)
-    return ask_fused(extraction, job.ref.prompt, job.ask, images, job.settings.methods)
+    images = question_pictures(extraction, job.settings, views=VIEW_NAMES)
+    overlaps = told_overlaps(job, extraction)
+    return ask_fused(extraction, job.ref.prompt, job.ask, images, job.settings.methods, overlaps)
 
 
 METHOD = DeclaredMethod(

@@ -51,11 +51,23 @@ def test_one_call_and_its_numbers_are_what_is_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-def test_a_model_that_looks_sees_all_views_at_once(tmp_path: Path) -> None:
-    record, (request,) = run(
-        sample("laptop_silver"), tmp_path, settings_of(Method.DIRECT, LOOKING), saying({"scale": 0.2})
-    )
-    assert [image.label for image in request.images] == list(VIEW_NAMES)
+def test_a_model_that_looks_is_shown_the_same_pictures_and_overlaps_by_every_method(tmp_path: Path) -> None:
+    asked = {}
+    for method in (Method.DIRECT, Method.ASSET2SIM, Method.IVW, Method.AGENT):
+        settings = settings_of(method, LOOKING, queries=1)
+        record, requests = run(sample("laptop_silver"), tmp_path / method.value, settings, saying({"scale": 0.2}))
+        asked[method] = requests
+    ours = {image.label: image.png for image in asked[Method.ASSET2SIM][0].images}
+    assert {"perspective", "front", "left", "back", "parts"} <= set(ours)
+    for method in (Method.DIRECT, Method.AGENT):
+        assert {image.label: image.png for image in asked[method][0].images} == ours, method
+    for request, view in zip(asked[Method.IVW], VIEW_NAMES, strict=True):
+        shown = {image.label: image.png for image in request.images}
+        assert shown.pop(view) == ours.get(view, shown) or view == "right", "its one view of the looks"
+        assert shown == {label: png for label, png in ours.items() if label not in VIEW_NAMES}
+    texts = {json.dumps({**read_prompt(own[0].text)[0], "purpose": "", "view": ""}) for own in asked.values()}
+    assert len(texts) == 1
+    record, _ = run(sample("laptop_silver"), tmp_path, settings_of(Method.DIRECT, LOOKING), saying({"scale": 0.2}))
     assert record.overlay is not None and record.overlay.scale_source is Source.MODEL
     assert record.model == "openai/scripted"
 

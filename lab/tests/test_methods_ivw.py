@@ -34,7 +34,8 @@ def test_25_calls_each_with_one_view_and_a_number_of_its_own(tmp_path: Path) -> 
     assert len(requests) == len(record.calls) == 25 and {request.purpose for request in requests} == {"ivw"}
     assert [request.sample for request in requests] == list(range(1, 26))
     shown = [[image.label for image in request.images] for request in requests]
-    assert shown == [[name] for name in VIEW_NAMES for _ in range(5)]
+    looks = [[label for label in labels if label in VIEW_NAMES] for labels in shown]
+    assert looks == [[name] for name in VIEW_NAMES for _ in range(5)]
     assert len({request.text for request in requests}) == 5, "the text says which view it is about"
     assert record.overlay is not None and near(record.overlay.scale, 0.2)
 

@@ -13,15 +13,13 @@ from asset2sim.baselines.agent.results import cut
 from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
 from asset2sim.baselines.agent.tools import AgentSession, run_tool
 from asset2sim.baselines.agent.trial import ToolError, open_bench
+from asset2sim.baselines.declared_method import ProposalJob
+from asset2sim.baselines.ours import first_question
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid, no_answer_error
-from asset2sim.models.prompts import overlay_request
-from schemas.asset import AssetRef
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
-from schemas.guidance import Guidance
-from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest, Turn
-from schemas.settings import Settings
+from schemas.request import ModelAnswer, ModelCall, ModelRequest, Turn
 from schemas.vocabulary import FailureMode, Severity, Source, Stage
 
 AGENT = "agent"
@@ -50,23 +48,21 @@ class Conversation:
     recent: list[str] = field(default_factory=list)
 
 
-def run_agent(
-    ref: AssetRef, extraction: Extraction, settings: Settings, ask: ModelAsk, source: Source, guidance: Guidance
-) -> Synthesized:
-    """A model with tools finds parameters, in at most ``settings.methods.agent_steps`` answers; its calls; findings.
+def run_agent(job: ProposalJob, extraction: Extraction) -> Synthesized:
+    """A model with tools finds parameters, in at most ``methods.agent_steps`` answers; its calls; findings.
 
     None of our rules or searches change them; they are validated only as far as writing a file needs. However the
     conversation ends, the last parameters count. Raises ``SynthesisError`` where no scale was set: ``model_error`` or
     ``budget`` where the provider fails, else ``no_valid_estimate``.
     """
-    talk = Conversation()
+    talk, steps = Conversation(), job.settings.methods.agent_steps
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
-        bench = open_bench(extraction, settings, source, Path(name), guidance)
-        session = AgentSession(bench, blind="the prior looks at no pictures" if source is Source.PRIOR else None)
-        first = opening(ref, extraction)
+        bench = open_bench(extraction, job.settings, job.source, Path(name), job.guidance)
+        session = AgentSession(bench, blind="the prior looks at no pictures" if job.source is Source.PRIOR else None)
+        first = opening(job, extraction)
         while talk.ended is None:
-            answer = ask(first.model_copy(update={"turns": bounded(talk.turns)}))
-            take(answer, talk, session, settings.methods.agent_steps)
+            answer = job.ask(first.model_copy(update={"turns": bounded(talk.turns)}))
+            take(answer, talk, session, steps)
     overlay = session.overlay
     if overlay is None:
         if talk.silent is not None:
@@ -79,9 +75,9 @@ def run_agent(
     return overlay, tuple(talk.calls), (*talk.findings, *told(talk, session))
 
 
-def opening(ref: AssetRef, extraction: Extraction) -> ModelRequest:
-    """First request: the same facts as for every method, and the tools; pictures only come from ``render``."""
-    request = overlay_request(AGENT, extraction.features, ref.prompt)
+def opening(job: ProposalJob, extraction: Extraction) -> ModelRequest:
+    """First request: the same facts and pictures as for every method, and the tools."""
+    request = first_question(AGENT, job, extraction)
     return request.model_copy(update={"tools": TOOLS, "answer_schema": None})
 
 
