@@ -11,6 +11,8 @@ from schemas.vocabulary import FailureMode
 
 DONE, FAILED, MISTAKE, GATE, STOPPED = 0, 1, 2, 3, 130
 """Exit codes: done, the run failed, the user's mistake, a gate was missed, interrupted."""
+MOST_MISTAKES = 20
+"""Mistakes of a user's that are shown at once, as many as a terminal has room for."""
 
 
 class Asset2SimError(Exception):
@@ -18,7 +20,34 @@ class Asset2SimError(Exception):
 
 
 class UsageError(Asset2SimError):
-    """An invalid request; the message names the valid choices."""
+    """An invalid request; the message names the valid choices. Of several mistakes (``said``) it is a line each, at
+    most ``MOST_MISTAKES``."""
+
+    def __init__(self, *said: str) -> None:
+        self.said = said
+        more = [f"… and {len(said) - MOST_MISTAKES} more"] if len(said) > MOST_MISTAKES else []
+        super().__init__(
+            said[0] if len(said) == 1 else "\n  ".join([f"{len(said)} mistakes:", *said[:MOST_MISTAKES], *more])
+        )
+
+
+class Mistakes:
+    """A user's mistakes in one input, all said at once: ``with mistakes:`` keeps a UsageError and goes on after it."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        self.said += error.said if isinstance(error, UsageError) else ()
+        return isinstance(error, UsageError)
+
+    def end(self) -> None:
+        """Raise UsageError of all, if there is one."""
+        if self.said:
+            raise UsageError(*self.said)
 
 
 class UnknownChoiceError(UsageError):

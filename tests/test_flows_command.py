@@ -109,6 +109,20 @@ def test_a_mistake_is_one_line_and_exit_code_two(
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_all_mistakes_of_a_command_are_said_at_once(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["refine", str(data), "--out", str(tmp_path / "out"), "--limit", "0", "--assets", ",", "--dynamics", "wild"]
+    assert run_command(words, refine=never, nightly=never_serve) == 2
+    said = capsys.readouterr().err
+    assert all(f"argument --{name}: " in said for name in ("limit", "assets", "dynamics")) and "3 mistakes:" in said
+    words = ["refine", str(data), "--out", str(data), "--model", "prior/magic", "--scheduler", "here"]
+    assert run_command([*words, "--assets", "zz"], refine=never, nightly=never_serve) == 2
+    said = capsys.readouterr().err
+    parts = ("4 mistakes:", "unknown asset 'zz'", "prior/household", "tcp://host:port", "is the dataset itself")
+    assert all(part in said for part in parts), said
+
+
 def test_the_options_reach_the_flow(data: Path, tmp_path: Path) -> None:
     asked: list[RefineRequest] = []
 

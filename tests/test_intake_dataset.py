@@ -20,7 +20,7 @@ from asset2sim.storage.tree import Tree, local_tree
 from flows import command
 from flows.refine_dataset import refine_dataset
 from flows.steps import discover
-from schemas.errors import MISTAKE, AssetError, UnknownChoiceError, UsageError
+from schemas.errors import MISTAKE, MOST_MISTAKES, AssetError, UnknownChoiceError, UsageError
 from schemas.location import Location
 from schemas.vocabulary import UpAxis
 from tests.assets import SHARED
@@ -379,6 +379,7 @@ def test_paths_that_no_file_system_can_have_are_the_users_mistake(tmp_path: Path
         ("", "column asset_id, path missing"),
         ("asset_id,path\n", "no rows"),
         ("asset_id,path\na,x\na,y\n", "asset_id a more than once"),
+        ("asset_id,path\nBox,x\nb,y\nbox,z\n", "csv, lines 2 and 4: asset_id Box and box name the same folder"),
         ("asset_id,path\n../a,x\n", "line 2: asset_id '../a' holds '/'"),
         ("asset_id,path\n..,x\n", "may not be empty or start with"),
         ("asset_id,path\n,x\n", "may not be empty"),
@@ -423,6 +424,51 @@ def test_a_wrong_manifest_names_line_and_remedy(tmp_path: Path, content: str, me
 def test_another_encoding_is_named_with_its_line(tmp_path: Path, content: bytes, message: str) -> None:
     (tmp_path / "manifest.csv").write_bytes(content)
     with pytest.raises(UsageError, match=message):
+        load_dataset(tmp_path)
+
+
+def test_all_mistakes_of_both_tables_are_said_at_once_with_their_lines(tmp_path: Path) -> None:
+    data = write_manifest(
+        tmp_path,
+        "asset_id,path,suport,joint:,up,mass_kg\n"
+        "a,x,,,north,heavy\n"
+        "../b,,,,,\n"
+        "c,x,,,,\n"
+        "d,x,,,,,too,many\n"
+        "C,x,,,,\n"
+        'e,"x\n',
+    )
+    text = "asset_id,scale,size_m,joint:lid,material:body\nc,1,2,ajar,steal\nzz,1,,,\nc,-1,,,\n"
+    (data / "overrides.csv").write_text(text)
+    with pytest.raises(UsageError) as caught:
+        load_dataset(data)
+    found = [
+        "manifest.csv: column 'joint:' names nothing", "manifest.csv: column 'suport' is unknown",
+        "line 2: up 'north'", "line 2, column 'mass_kg': 'heavy'",
+        "line 3: asset_id '../b'", "line 3: asset '../b' has no path", "line 5: more cells than columns",
+        "lines 4 and 6: asset_id c and C", "line 7: a quote opens here",
+        "overrides.csv, line 2, column 'joint:lid': 'ajar'", "overrides.csv, line 2, column 'material:body': no",
+        "overrides.csv, line 2: columns 'scale' and 'size_m'", "overrides.csv, line 4: asset 'c' stands in line 2",
+    ]  # fmt: skip
+    said = str(caught.value).splitlines()
+    assert said[0] == f"{len(found)} mistakes:" and len(said) == len(found) + 1, caught.value
+    for words in found:
+        assert sum(words in line for line in said) == 1, (words, caught.value)
+
+
+def test_of_very_many_mistakes_the_first_are_said_and_the_others_counted(tmp_path: Path) -> None:
+    rows = "".join(f"a{number},x,up there\n" for number in range(5000))
+    with pytest.raises(UsageError) as caught:
+        load_dataset(write_manifest(tmp_path, f"asset_id,path,up\n{rows}"))
+    said = str(caught.value).splitlines()
+    assert said[0] == "5000 mistakes:" and said[-1].strip() == f"… and {5000 - MOST_MISTAKES} more"
+    assert len(said) == MOST_MISTAKES + 2 and "line 2: up 'up there'" in said[1]
+
+
+def test_folders_whose_names_differ_in_case_only_are_refused(tmp_path: Path) -> None:
+    for name in ("Box", "box"):
+        write_urdf(tmp_path / name)
+    with pytest.raises(UsageError, match="asset_id Box and box name the same folder"):
         load_dataset(tmp_path)
 
 

@@ -118,7 +118,24 @@ def test_a_mistake_names_the_file_the_field_and_what_would_be_right(text: str, m
     file = written(tmp_path, text)
     with pytest.raises(UsageError) as found:
         read_settings(file)
-    assert str(found.value).startswith(f"{file}: {message}") and "\n" not in str(found.value)
+    said = str(found.value)
+    assert said.startswith((f"{file}, line 1: {message}", f"{file}: {message}")) and "\n" not in said
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("s.yaml", "# mine\nmethod: magic\nrun:\n  # many\n  workers: 0\n\nviews:\n  zzz: 1\n  width: wide\n"),
+        ("s.toml", '# mine\nmethod = "magic"\n[run]\n# many\nworkers = 0\n\n[views]\nzzz = 1\nwidth = "wide"\n'),
+    ],
+)
+def test_all_mistakes_of_a_file_are_said_at_once_with_their_lines(name: str, text: str, tmp_path: Path) -> None:
+    with pytest.raises(UsageError) as found:
+        read_settings(written(tmp_path, text, name))
+    said = [line.split(f"{name}, ")[1] for line in str(found.value).splitlines()[1:]]
+    assert [line.partition(": ")[0] for line in said] == ["line 2", "line 5", "line 8", "line 9"]
+    for line, words in zip(said, ("method: invalid", "run.workers: '0'", "field views.zzz", "'wide'"), strict=True):
+        assert words in line
 
 
 def test_a_file_that_cannot_be_read_is_a_mistake(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from asset2sim.intake.locate import FURTHER, TELLING, URDF_FOLDER, descriptions,
 from asset2sim.storage.regular_files import path_problem, printable
 from asset2sim.storage.tree import Tree
 from schemas.asset import AssetRef
-from schemas.errors import UsageError
+from schemas.errors import Mistakes, UsageError
 
 MANIFEST = "manifest.csv"
 RESERVED = {
@@ -71,11 +71,21 @@ def id_problem(asset_id: str) -> str | None:
 
 
 def refuse_twice(asset_ids: Iterable[str], where: str) -> None:
-    """Raise UsageError for ids that are there more than once."""
-    twice = [asset_id for asset_id, count in Counter(asset_ids).items() if count > 1]
-    if twice:
-        listed = ", ".join(twice[:10])
-        raise UsageError(f"{where}: asset_id {listed} more than once; each names one folder of the output")
+    """Raise UsageError for ids that are there more than once, be it in another case."""
+    first, mistakes = dict[str, str](), Mistakes()
+    for asset_id in asset_ids:
+        with mistakes:
+            if (key := asset_id.casefold()) in first:
+                raise UsageError(f"{where}: {same_folder(first[key], asset_id)}")
+            first[key] = asset_id
+    mistakes.end()
+
+
+def same_folder(asset_id: str, other: str) -> str:
+    """Why two ids that differ in case at most cannot be in one dataset."""
+    if asset_id == other:
+        return f"asset_id {asset_id} more than once; each names one folder of the output"
+    return f"asset_id {asset_id} and {other} name the same folder where a file system ignores case; rename one"
 
 
 def _is_safe(character: str) -> bool:

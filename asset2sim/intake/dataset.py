@@ -6,7 +6,7 @@ from pathlib import Path
 
 from asset2sim.intake.asset_folders import MANIFEST as MANIFEST
 from asset2sim.intake.asset_folders import check_asset_id as check_asset_id
-from asset2sim.intake.asset_folders import file_asset, find_assets, refuse_twice
+from asset2sim.intake.asset_folders import file_asset, find_assets, same_folder
 from asset2sim.intake.formats import FORMATS
 from asset2sim.intake.locate import package_of, split_url
 from asset2sim.intake.overrides import NUMBERS, PREFIXES, read_overrides, with_overrides
@@ -14,7 +14,7 @@ from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from asset2sim.storage.regular_files import NOT_THERE, folder_problem, is_file, path_problem, printable
 from asset2sim.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
-from schemas.errors import UnknownChoiceError, UsageError
+from schemas.errors import Mistakes, UnknownChoiceError, UsageError
 from schemas.location import Location, nearest_existing
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
@@ -36,16 +36,21 @@ def load_dataset(
     ``data`` holds a ``manifest.csv``, or asset folders (one or two levels down), or is one asset's folder or file; it
     is on this machine or a URL (``schemas.location``). Paths come out absolute. A manifest row whose folder is missing
     stays: it fails as an asset, not as a run. Raises ``UsageError``, naming the valid choices, for a dataset that
-    cannot be read and for a subset or an asset that it does not have.
+    cannot be read, all that is wrong with its tables at once, and for a subset or an asset that it does not have.
     """
-    place, file = _split(Location(data))
+    mistakes, (place, file) = Mistakes(), _split(Location(data))
     tree = remote_tree(place) if place.is_url else _local(place.folder)
     try:
         has_manifest = MANIFEST in (*tree.files(""), *tree.folders(""))
-        found = [file_asset(tree, file)] if file else read_manifest(tree) if has_manifest else find_assets(tree)
+        if file:
+            found = [file_asset(tree, file)]
+        else:
+            found = read_manifest(tree, mistakes) if has_manifest else find_assets(tree)
         root = tree.place if place.is_url else root_of(tree.place)
         refs = [ref.model_copy(update={"root": str(root)}) for ref in found]
-        refs = with_overrides(tree, cut(refs), whole=not file)
+        whole = not mistakes.said
+        refs = with_overrides(tree, cut(refs) if whole else refs, mistakes, whole=whole and not file)
+        mistakes.end()
     except OSError as error:
         raise UsageError(f"{error.filename or data} {path_problem(Path(data), error)}") from error
     if subset is not None:
@@ -80,39 +85,50 @@ def root_of(data: Location) -> Path:
     return package_of(_split(data)[0].folder.resolve())
 
 
-def read_manifest(tree: Tree) -> list[AssetRef]:
-    """The rows of a dataset's manifest, paths relative to its folder. Raises ``UsageError`` that names the line."""
+def read_manifest(tree: Tree, mistakes: Mistakes) -> list[AssetRef]:
+    """The rows of a dataset's manifest that are right, paths relative to its folder; ``mistakes`` get what names the
+    line of the others. Raises ``UsageError`` for what is no table."""
     manifest = str(tree.at(MANIFEST))
     try:
         content = tree.read(MANIFEST, MAX_TABLE_BYTES + 1)
     except OSError as error:
         raise UsageError(f"{manifest}: it {path_problem(Path(manifest), error)}") from error
     columns = Columns(REQUIRED_COLUMNS, (*COLUMNS, *NUMBERS), PREFIXES, prose=("prompt",))
-    refs = [_row(tree, f"{manifest}, line {line}", row) for line, row in read_rows(content, manifest, columns)]
-    if not refs:
+    refs, first = list[AssetRef](), dict[str, tuple[str, int]]()
+    for line, row in read_rows(content, manifest, columns, mistakes):
+        where = f"{manifest}, line {line}"
+        with mistakes:
+            refs.append(_row(tree, where, row))
+        with mistakes:
+            asset_id = row.get("asset_id", "")
+            other, above = first.setdefault(asset_id.casefold(), (asset_id, line))
+            if above != line and asset_id:
+                raise UsageError(f"{manifest}, lines {above} and {line}: {same_folder(other, asset_id)}")
+    if not refs and not mistakes.said:
         raise UsageError(f"{manifest}: no rows under the heading; add a row per asset")
-    refuse_twice((ref.asset_id for ref in refs), manifest)
     return refs
 
 
 def _row(tree: Tree, where: str, row: dict[str, str]) -> AssetRef:
     cells = {name: row.get(name, "") for name in COLUMNS}
-    if not cells["path"]:
-        raise UsageError(
-            f"{where}: asset '{cells['asset_id']}' has no path; give its folder or file, relative to {tree.place}"
-        )
-    path, fault = _folder_of(tree.place, cells["path"], where)
-    return AssetRef(
-        asset_id=check_asset_id(cells["asset_id"], where),
-        path=str(path),
-        category=cells["category"] or None,
-        subset=cells["subset"] or None,
-        prompt=cells["prompt"] or None,
-        support=_support(cells["support"], where),
-        up=_up(cells["up"], where),
-        fault=fault,
-        overrides=read_overrides(row, where),
-    )
+    mistakes = Mistakes()
+    found: dict[str, object] = {name: cells[name] or None for name in ("category", "subset", "prompt")}
+    fields: dict[str, Callable[[], object]] = {
+        "asset_id": lambda: check_asset_id(cells["asset_id"], where),
+        "support": lambda: _support(cells["support"], where),
+        "up": lambda: _up(cells["up"], where),
+        "overrides": lambda: read_overrides(row, where),
+    }
+    with mistakes:
+        if not cells["path"]:
+            known = f"asset '{cells['asset_id']}'"
+            raise UsageError(f"{where}: {known} has no path; give its folder or file, relative to {tree.place}")
+        path, fault = _folder_of(tree.place, cells["path"], where)
+    for name, read in fields.items():
+        with mistakes:
+            found[name] = read()
+    mistakes.end()
+    return AssetRef.model_validate({**found, "path": str(path), "fault": fault})
 
 
 def _support(stated: str, where: str) -> SupportKind | None:

@@ -11,7 +11,7 @@ from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from asset2sim.storage.regular_files import path_problem
 from asset2sim.storage.tree import Tree
 from schemas.asset import AssetRef
-from schemas.errors import UsageError
+from schemas.errors import Mistakes, UsageError
 from schemas.overrides import Overrides, StatedPosition
 from schemas.support import SupportKind
 
@@ -36,26 +36,34 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def read_overrides(cells: Mapping[str, str | None], where: str) -> Overrides | None:
-    """The numbers in one row, by column; None without any. Raises UsageError, with ``where`` and the column, for what
-    is no number or cannot be."""
+    """The numbers in one row, by column; None without any. Raises UsageError, with ``where`` and the columns, for all
+    that is no number or cannot be."""
     stated = {
         name: cell.strip() for name, cell in cells.items() if name and cell and is_override(name) and cell.strip()
     }
     if not stated:
         return None
-    numbers = {name: _positive(stated[name], f"{where}, column '{name}'") for name in NUMBERS if name in stated}
-    if {"scale", "size_m"} <= stated.keys():
-        raise UsageError(f"{where}: columns 'scale' and 'size_m' both say how large it is; leave one empty")
-    joints = {name.removeprefix(JOINT): _position(cell, f"{where}, column '{name}'")
-              for name, cell in stated.items() if name.startswith(JOINT)}  # fmt: skip
-    made_of = {name.removeprefix(MATERIAL): _material(cell, f"{where}, column '{name}'")
-               for name, cell in stated.items() if name.startswith(MATERIAL)}  # fmt: skip
+    mistakes, numbers = Mistakes(), dict[str, float]()
+    joints, made_of = dict[str, StatedPosition](), dict[str, str]()
+    for name, cell in stated.items():
+        place = f"{where}, column '{name}'"
+        with mistakes:
+            if name.startswith(JOINT):
+                joints[name.removeprefix(JOINT)] = _position(cell, place)
+            elif name.startswith(MATERIAL):
+                made_of[name.removeprefix(MATERIAL)] = _material(cell, place)
+            else:
+                numbers[name] = _positive(cell, place)
+    with mistakes:
+        if {"scale", "size_m"} <= stated.keys():
+            raise UsageError(f"{where}: columns 'scale' and 'size_m' both say how large it is; leave one empty")
+    mistakes.end()
     return Overrides(**numbers, joints=joints, materials=made_of, where=dict.fromkeys(stated, where))
 
 
-def with_overrides(tree: Tree, refs: Sequence[AssetRef], *, whole: bool = True) -> list[AssetRef]:
+def with_overrides(tree: Tree, refs: Sequence[AssetRef], mistakes: Mistakes, *, whole: bool = True) -> list[AssetRef]:
     """The assets with what the dataset's ``overrides.csv`` says of them; it goes before the manifest's own columns.
-    Raises UsageError that names line and column, also for an asset that is not there if they are the ``whole``
+    ``mistakes`` get what names line and column, also for an asset that is not there if they are the ``whole``
     dataset."""
     if FILE not in tree.files(""):
         return list(refs)
@@ -66,16 +74,17 @@ def with_overrides(tree: Tree, refs: Sequence[AssetRef], *, whole: bool = True) 
     except OSError as error:
         raise UsageError(f"{place}: it {path_problem(Path(place), error)}") from error
     lines: dict[str, int] = {}
-    for line, row in read_rows(content, place, columns):
+    for line, row in read_rows(content, place, columns, mistakes):
         where, asset_id = f"{place}, line {line}", row.get("asset_id", "")
-        if asset_id not in known:
-            if not whole:
-                continue
-            raise UsageError(f"{where}: the dataset has no asset '{asset_id}'{nearest(asset_id, known)}")
-        if asset_id in lines:
-            raise UsageError(f"{where}: asset '{asset_id}' stands in line {lines[asset_id]} already; keep one row")
-        lines[asset_id] = line
-        known[asset_id] = _overridden(known[asset_id], row, where)
+        if asset_id not in known and not whole:
+            continue
+        with mistakes:
+            if asset_id not in known:
+                raise UsageError(f"{where}: the dataset has no asset '{asset_id}'{nearest(asset_id, known)}")
+            if asset_id in lines:
+                raise UsageError(f"{where}: asset '{asset_id}' stands in line {lines[asset_id]} already; keep one row")
+            lines[asset_id] = line
+            known[asset_id] = _overridden(known[asset_id], row, where)
     return [known[ref.asset_id] for ref in refs]
 
 
@@ -92,19 +101,21 @@ def with_prompt(refs: Sequence[AssetRef], prompt: str | None) -> list[AssetRef]:
 
 
 def _overridden(ref: AssetRef, row: Mapping[str, str | None], where: str) -> AssetRef:
-    stated, update = read_overrides(row, where), dict[str, object]()
-    if stated is not None:
-        both = stated if ref.overrides is None else _merged(ref.overrides, stated)
-        update["overrides"] = both
+    mistakes, update = Mistakes(), dict[str, object]()
+    with mistakes:
+        if (stated := read_overrides(row, where)) is not None:
+            update["overrides"] = stated if ref.overrides is None else _merged(ref.overrides, stated)
     if prompt := (row.get("prompt") or "").strip():
         update["prompt"] = prompt
-    if support := (row.get("support") or "").strip():
-        if support not in list(SupportKind):
-            known = ", ".join(SupportKind)
-            raise UsageError(
-                f"{where}, column 'support': '{support}' is none of {known}{nearest(support, SupportKind)}"
-            )
-        update["support"] = SupportKind(support)
+    with mistakes:
+        if support := (row.get("support") or "").strip():
+            if support not in list(SupportKind):
+                known = ", ".join(SupportKind)
+                raise UsageError(
+                    f"{where}, column 'support': '{support}' is none of {known}{nearest(support, SupportKind)}"
+                )
+            update["support"] = SupportKind(support)
+    mistakes.end()
     return ref.model_copy(update=update)
 
 

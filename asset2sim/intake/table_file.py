@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from asset2sim.storage.regular_files import printable
-from schemas.errors import UsageError, shortened
+from schemas.errors import Mistakes, UsageError, shortened
 
 MAX_TABLE_BYTES = 256 * 1024 * 1024
 """Largest table that is read: a million assets with a long prompt each."""
@@ -36,26 +36,33 @@ class Columns:
     prose: Sequence[str] = ()
 
 
-def read_rows(content: bytes, name: str, columns: Columns) -> list[tuple[int, dict[str, str]]]:
-    """The line and the stripped cells by column of every row below the heading; blank rows are left out.
+def read_rows(content: bytes, name: str, columns: Columns, mistakes: Mistakes) -> list[tuple[int, dict[str, str]]]:
+    """The line and the stripped cells by column of every row below the heading that is right; blank rows are left out.
 
-    Raises UsageError that names the table and the line: another encoding, NUL bytes, a column that is missing, there
-    twice or misspelt, a quote that is not closed or swallows rows, a cell that is too long, more cells than columns. A
-    column that is unknown and like none is a warning.
+    ``mistakes`` get what names the table and the line: a column that is missing, there twice or misspelt, a quote that
+    is not closed or swallows rows, a cell that is too long, more cells than columns. Raises UsageError for what is no
+    text in UTF-8. A column that is unknown and like none is a warning.
     """
     rows = _cells(_text(content, name), name)
-    _, first = next(rows, (1, []))
-    heading = [cell.strip() for cell in first]
-    _check_heading(heading, name, columns)
-    found = []
-    for line, cells in rows:
-        where = f"{name}, line {line}"
-        if len(cells) > len(heading):
-            raise UsageError(f"{where}: more cells than columns; put quotes round a text that holds a comma")
-        row = dict(zip(heading, (cell.strip() for cell in cells), strict=False))
-        for column, cell in row.items():
-            _check_cell(cell, column, where, len(heading), columns)
-        found.append((line, row))
+    found: list[tuple[int, dict[str, str]]] = []
+    with mistakes:
+        _, first = next(rows, (1, []))
+        heading = [cell.strip() for cell in first]
+        with mistakes:
+            _check_heading(heading, name, columns)
+        if not {*columns.required} <= {*heading}:
+            return []
+        for line, cells in rows:
+            where, before = f"{name}, line {line}", len(mistakes.said)
+            row = dict(zip(heading, (cell.strip() for cell in cells), strict=False))
+            with mistakes:
+                if len(cells) > len(heading):
+                    raise UsageError(f"{where}: more cells than columns; put quotes round a text that holds a comma")
+            for column, cell in row.items():
+                with mistakes:
+                    _check_cell(cell, column, where, len(heading), columns)
+            if len(mistakes.said) == before:
+                found.append((line, row))
     return found
 
 
@@ -110,18 +117,21 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
         raise UsageError(f"{name}: its heading is '{_shown(named[0])}'; separate cells by commas, not by {wrong}")
     listed = f"it has {', '.join(map(_shown, named[:20])) or 'none'}, and columns may be "
     listed += ", ".join([*columns.known, *(f"{prefix}…" for prefix in columns.prefixes)])
-    if bare := [each for each in named if each in columns.prefixes]:
-        raise UsageError(f"{name}: column '{bare[0]}' names nothing after its colon; {listed}")
+    wrong_ones = [f"column '{each}' names nothing after its colon" for each in named if each in columns.prefixes]
     unknown = [each for each in named if each not in columns.known and not each.startswith(columns.prefixes)]
+    meant = set[str]()
     for column in unknown:
         likely = [known for known in columns.known if known.lower() == column.lower()]
         likely = likely or get_close_matches(column.lower(), columns.known, 1, NEAR)
         if likely and likely[0] not in named:
-            raise UsageError(f"{name}: column '{_shown(column)}' is unknown; is it '{likely[0]}'? {listed}")
-    if missing := [column for column in columns.required if column not in named]:
-        raise UsageError(f"{name}: column {', '.join(missing)} missing; {listed}")
+            wrong_ones.append(f"column '{_shown(column)}' is unknown; is it '{likely[0]}'?")
+            meant.add(likely[0])
+    if missing := [column for column in columns.required if column not in (*named, *meant)]:
+        wrong_ones.append(f"column {', '.join(missing)} missing")
     if twice := [column for column, count in Counter(named).items() if count > 1]:
-        raise UsageError(f"{name}: column {', '.join(map(_shown, twice[:5]))} more than once; keep one of each")
+        wrong_ones.append(f"column {', '.join(map(_shown, twice[:5]))} more than once; keep one of each")
+    if wrong_ones:
+        raise UsageError(*(f"{name}: {each}" for each in wrong_ones[:-1]), f"{name}: {wrong_ones[-1]}; {listed}")
     if unknown:
         more = f" and {len(unknown) - 10} more" if len(unknown) > 10 else ""
         said = ", ".join(map(_shown, unknown[:10]))

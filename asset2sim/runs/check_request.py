@@ -19,7 +19,7 @@ from asset2sim.intake.scenes import with_parts
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
-from schemas.errors import UsageError
+from schemas.errors import Mistakes, UsageError
 from schemas.inputs import InputSettings
 from schemas.location import Location, nearest_existing
 from schemas.secret import redacted_address
@@ -40,10 +40,13 @@ def check_request(
     limit: int | None,
 ) -> FoundAssets:
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
-    found = FoundAssets(
-        with_prompt(load_dataset(data, subset, asset_ids, limit, partial(cut, inputs=settings.inputs)), settings.prompt)
-    )
-    check_run(found, data, out, settings)
+    found, mistakes = FoundAssets([]), Mistakes()
+    with mistakes:
+        refs = load_dataset(data, subset, asset_ids, limit, partial(cut, inputs=settings.inputs))
+        found = FoundAssets(with_prompt(refs, settings.prompt))
+    with mistakes:
+        check_run(found, data, out, settings)
+    mistakes.end()
     return found
 
 
@@ -63,32 +66,42 @@ def cut(refs: list[AssetRef], inputs: InputSettings) -> list[AssetRef]:
 
 
 def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: Settings) -> None:
-    """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings."""
-    check_model(settings.model)
-    check_packages(settings.inputs.package_folders, Location(data))
+    """Raise ``UsageError`` where these assets cannot be refined into ``out`` with these settings, with all reasons."""
+    mistakes, place = Mistakes(), Location(out).absolute()
+    with mistakes:
+        check_model(settings.model)
+    with mistakes:
+        check_packages(settings.inputs.package_folders, Location(data))
     for engine in settings.engine.verify or ():
-        require(engine)
-    if settings.thresholds.further:
-        require_bounds(settings.thresholds)
-    if settings.exports:
-        from asset2sim.assets.exports import require_exports  # late: it brings an engine and a second of imports
+        with mistakes:
+            require(engine)
+    with mistakes:
+        if settings.thresholds.further:
+            require_bounds(settings.thresholds)
+    with mistakes:
+        if settings.exports:
+            from asset2sim.assets.exports import require_exports  # late: it brings an engine and a second of imports
 
-        require_exports(settings.exports)
-    if settings.run.scheduler is not None:
-        check_scheduler(settings.run.scheduler)
-    if settings.run.hook is not None and is_web_address(settings.run.hook):
-        # The shell would print it, key and all, as a command that it does not find.
-        raise UsageError(
-            "--hook is a web address, not a command; call it, as in --hook 'curl -d \"$FAILED\" https://…'"
-        )
-    place = Location(out).absolute()
-    check_output(place, Location(data).absolute(), found.refs)
-    if place.is_url:
-        if settings.inputs.split:
-            raise UsageError("--split needs an --out that is a folder, in which scenes are put together")
-        if settings.views.write and settings.views.later:
-            raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
-        check_store(place)
+            require_exports(settings.exports)
+    with mistakes:
+        if settings.run.scheduler is not None:
+            check_scheduler(settings.run.scheduler)
+    with mistakes:
+        if settings.run.hook is not None and is_web_address(settings.run.hook):
+            # The shell would print it, key and all, as a command that it does not find.
+            raise UsageError(
+                "--hook is a web address, not a command; call it, as in --hook 'curl -d \"$FAILED\" https://…'"
+            )
+    with mistakes:
+        check_output(place, Location(data).absolute(), found.refs)
+    with mistakes:
+        if place.is_url:
+            if settings.inputs.split:
+                raise UsageError("--split needs an --out that is a folder, in which scenes are put together")
+            if settings.views.write and settings.views.later:
+                raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
+            check_store(place)
+    mistakes.end()
 
 
 def is_web_address(command: str) -> bool:

@@ -14,7 +14,7 @@ from pydantic_settings import (
     SettingsError,
 )
 
-from asset2sim.runs.mistakes import first_mistake
+from asset2sim.runs.mistakes import mistakes_in
 from schemas.errors import UsageError
 
 OPTIONAL_VALUES = {"--views": "now"}
@@ -72,10 +72,12 @@ def parse(options: type[Parsed], words: Sequence[str], prog: str, epilog: str | 
     try:
         return CliApp.run(options, list(words), cli_settings_source=source)
     except ValidationError as error:
-        place, text = first_mistake(error, options)
-        names = [part for part in place if isinstance(part, str)]
-        command = " ".join([prog, *names[:-1]])
-        raise UsageError(f"argument --{names[-1].replace('_', '-')}: {text} (see: {command} --help)") from None
+        said = []
+        for place, text in mistakes_in(error, options):
+            *above, name = [part for part in place if isinstance(part, str)]
+            see = f"(see: {' '.join([prog, *above])} --help)"
+            said.append(f"argument --{name.replace('_', '-')}: {text} {see}")
+        raise UsageError(*said) from None
     except SettingsError as error:
         parser.error(str(error))
 

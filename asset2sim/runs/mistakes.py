@@ -1,27 +1,40 @@
-"""Refusals of a settings model, as one line that says what would be right; for command lines and settings files."""
+"""Refusals of a settings model, each a line that says what would be right; for command lines and settings files."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 Schema = Mapping[str, Any]
 
 
-def first_mistake(error: ValidationError, model: type[BaseModel]) -> tuple[tuple[int | str, ...], str]:
-    """Where the first refused value stands, and what is wrong with it: "'0' is not a whole number from 1 on"."""
-    found = error.errors(include_url=False)[0]
+Place = tuple[int | str, ...]
+
+
+def mistakes_in(error: ValidationError, model: type[BaseModel]) -> Iterator[tuple[Place, str]]:
+    """Where each refused value stands, and what is wrong with it: "'0' is not a whole number from 1 on"."""
+    told = set[Place]()
+    for found in error.errors(include_url=False):
+        # Of a list one, and of what may be of several kinds.
+        field = tuple(part for part in found["loc"] if isinstance(part, str))
+        if field not in told:
+            told.add(field)
+            yield found["loc"], _mistake(found, model)
+
+
+def _mistake(found: ErrorDetails, model: type[BaseModel]) -> str:
     place = found["loc"]
     if found["type"] == "value_error":
-        return place, str(found["ctx"]["error"])
+        return str(found["ctx"]["error"])
     schema = schema_at(model, place)
     value = ", ".join(map(str, found["input"])) if isinstance(found["input"], list) else found["input"]
     if "enum" in schema or "const" in schema:
-        return place, f"invalid choice: '{value}' (choose from {', '.join(schema.get('enum', [schema.get('const')]))})"
+        return f"invalid choice: '{value}' (choose from {', '.join(schema.get('enum', [schema.get('const')]))})"
     if found["type"] in ("missing", "too_short", "too_long"):
         whole = schema_at(model, [part for part in place if isinstance(part, str)])
-        return place, f"expected {whole.get('minItems', 1)} arguments"
-    return place, f"'{value}' is not {described(schema)}"
+        return f"expected {whole.get('minItems', 1)} arguments"
+    return f"'{value}' is not {described(schema)}"
 
 
 def described(schema: Schema) -> str:

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from asset2sim.runs.mistakes import first_mistake, schema_at
+from asset2sim.runs.mistakes import Place, mistakes_in, schema_at
 from schemas.errors import UsageError
 from schemas.secret import WHOLE
 from schemas.settings import Settings
@@ -35,7 +35,8 @@ _Loader.add_implicit_resolver(
 
 def read_settings(file: Path) -> dict[str, Any]:
     """The fields that a settings file states, by section. Raises UsageError, which names the file and the field."""
-    content = _content(file)
+    text = _text(file)
+    content = _parsed(text, file)
     if not isinstance(content, dict):
         raise UsageError(f"{file}: it holds no fields; `asset2sim settings` prints what a settings file looks like")
     # A section whose every line is commented out reads as null.
@@ -48,10 +49,11 @@ def read_settings(file: Path) -> dict[str, Any]:
         Settings.model_validate_json(json.dumps(stated, default=str), strict=True)
     except ValidationError as error:
         unknown = [found["loc"] for found in error.errors() if found["type"] == "extra_forbidden"]
-        if unknown:
-            raise UsageError(f"{file}: {_unknown(unknown[0])}") from None
-        place, text = first_mistake(error, Settings)
-        raise UsageError(f"{file}: {'.'.join(map(str, place))}: {text}") from None
+        said = [(place, _unknown(place)) for place in unknown]
+        said += [(place, f"{'.'.join(map(str, place))}: {wrong}") for place, wrong in mistakes_in(error, Settings)
+                 if place not in unknown]  # fmt: skip
+        by_line = sorted((_line(text, place), wrong) for place, wrong in said)
+        raise UsageError(*(f"{file}, line {line}: {wrong}" for line, wrong in by_line)) from None
     return stated
 
 
@@ -67,20 +69,35 @@ def settings_text(settings: Settings, form: Literal["yaml", "toml"]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _content(file: Path) -> object:
+def _text(file: Path) -> str:
     try:
-        text = file.read_text(encoding="utf-8")
+        return file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"{file}: it cannot be read ({error.strerror}); name a settings file") from None
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{file}: it cannot be read: {error}") from None
+
+
+def _parsed(text: str, file: Path) -> object:
+    try:
         match file.suffix.lower():
             case ".yaml" | ".yml":
                 content = yaml.load(text, _Loader)
                 return {} if content is None else content
             case ".toml":
                 return tomllib.loads(text)
-    except OSError as error:
-        raise UsageError(f"{file}: it cannot be read ({error.strerror}); name a settings file") from None
-    except (UnicodeDecodeError, yaml.YAMLError, tomllib.TOMLDecodeError) as error:
+    except (yaml.YAMLError, tomllib.TOMLDecodeError) as error:
         raise UsageError(f"{file}: it cannot be read: {' '.join(str(error).split())}") from None
     raise UsageError(f"{file}: a settings file ends in .yaml, .yml or .toml")
+
+
+def _line(text: str, place: Place) -> int:
+    """The line of a settings file at which a field, or what it is part of, is stated; in YAML and in TOML."""
+    lines, line = text.splitlines(), 1
+    for name in (part for part in place if isinstance(part, str)):
+        begins = re.compile(rf"[\s\[\"']*([\w-]+\.)*{re.escape(name)}[\"']?\s*[\]:=]")
+        line = next((number for number in range(line, len(lines) + 1) if begins.match(lines[number - 1])), line)
+    return line
 
 
 def _unknown(place: tuple[int | str, ...]) -> str:
