@@ -13,6 +13,7 @@ from lab.trials.show_trials import trials_block
 from lab.trials.study import motion_folder
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.support import Support, SupportKind
 from schemas.vocabulary import Source
 from tests.factories import make_joint, make_link
 
@@ -43,6 +44,28 @@ def test_what_a_spring_holds_open_is_pressed() -> None:
     sprung = make_joint("lid", initial_position=0.4).model_copy(update={"stiffness": 0.5})
     (press,) = tasks_of(overlay(sprung))
     assert press.verb is Verb.PRESS and target_of(press, sprung) == 0.0
+
+
+def test_what_a_spring_holds_shut_is_pressed_and_judged_before_it_comes_back() -> None:
+    key = make_joint("key", "prismatic", 0.0).model_copy(update={"stiffness": 50.0, "upper": 0.01, "open": 0.01})
+    (press,) = tasks_of(overlay(key))
+    assert press.verb is Verb.PRESS and target_of(press, key) == 0.01
+    door = make_joint("door", initial_position=0.0)
+    (pull,) = tasks_of(overlay(key, door))
+    assert pull.verb is Verb.OPEN and joint_of(pull, overlay(key, door)) == door, "what stays open is opened"
+
+
+def test_of_parts_alike_the_one_with_most_to_move_is_opened() -> None:
+    button = make_joint("button", "prismatic", 0.0).model_copy(update={"effective_inertia": 0.005})
+    drawer = make_joint("drawer", "prismatic", 0.0).model_copy(update={"effective_inertia": 2.0})
+    door = make_joint("door", initial_position=0.0).model_copy(update={"effective_inertia": 0.3})
+    assert joint_of(Task("open", Verb.OPEN), overlay(button, drawer, door)) == door
+    assert joint_of(Task("open", Verb.OPEN), overlay(button, drawer)) == drawer
+
+
+def test_what_is_fixed_and_has_nothing_to_move_has_no_task() -> None:
+    fixed = overlay().model_copy(update={"support": Support(kind=SupportKind.FIXED)})
+    assert tasks_of(fixed) == () and tasks_of(overlay())[0].verb is Verb.GRASP
 
 
 def test_a_joint_that_closes_upwards_opens_downwards() -> None:

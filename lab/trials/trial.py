@@ -1,5 +1,6 @@
 """One trial: plan, run, judge, film. What a child process does for one task with one refined object."""
 
+import math
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +18,8 @@ from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, target_of
 from asset2sim.load import LoadError
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import film, write_mp4
-from lab.trials.physical_judge import judge, score
+from lab.trials.physical_judge import angle, judge, score
+from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.table import Row
 
@@ -72,6 +74,9 @@ def missing(track: Track, task: Task, joint: JointPhysics | None, bowl: Bowl | N
     """Parts missing for the task to be done; empty if nothing is."""
     if not track.finite:
         return "it flew away"
+    tilted = angle(track.poses[0, 0, :3, :3], track.poses[-1, 0, :3, :3])
+    if task.verb is not Verb.GRASP and tilted > GuardSettings().tilt_rad:
+        return f"it was tipped by {math.degrees(tilted):.0f}°"
     if joint is not None:
         path = track.positions[:, track.joints.index(joint.name)]
         target = target_of(task, joint)
@@ -85,6 +90,8 @@ def missing(track: Track, task: Task, joint: JointPhysics | None, bowl: Bowl | N
     centers = track.poses[:, :, :3, 3].mean(axis=1)
     if float(centers[:, 2].max() - centers[0, 2]) < LIFTED_M:
         return "it was not lifted"
+    if track.touched[-1]:
+        return "it was not let go of"
     off = float(np.linalg.norm(centers[-1, :2] - bowl.at))
     return "" if off <= bowl.rim_m else f"it ended {off:.2f} m from the middle of the bowl"
 
