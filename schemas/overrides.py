@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from schemas.base import Finite, Frozen, Positive
+from schemas.features import Features
 
 Unit = Literal["", "share", "deg", "rad", "m"]
 """Of a stated position: the joint's own (""), a share of the way from closed to open, or one that was named."""
@@ -30,6 +31,12 @@ class Overrides(Frozen):
     joints: dict[str, StatedPosition] = Field(default_factory=dict)
     materials: dict[str, str] = Field(default_factory=dict)
     where: dict[str, str] = Field(default_factory=dict)
+
+    def scale_of(self, features: Features) -> float | None:
+        """The uniform scale that is stated, or that gives the closed object's longest edge; None without either."""
+        if self.size_m is None:
+            return self.scale
+        return self.size_m / (max(features.closed_size) or max(features.rest_size))
 
     def place(self, column: str) -> str:
         """File, line and column of a number, for messages."""

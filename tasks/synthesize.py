@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import ProposalJob, Proposed
-from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, stated_scale, words_with_scale
+from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, words_with_scale
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.vocabulary import Method, Severity, Stage
@@ -34,7 +34,7 @@ def with_users_numbers(
     """The method's proposal, with the user's own numbers, which are checked, in place of its own. Raises what the
     method raises."""
     stated, features = job.ref.overrides, extraction.features
-    told = job if stated is None else guided_by_scale(job, stated_scale(features, stated))
+    told = job if stated is None else guided_by_scale(job, stated.scale_of(features))
     proposal, calls, findings = propose(told, extraction)
     done = Synthesized(proposal=proposal, calls=calls, findings=findings)
     if stated is None:

@@ -19,6 +19,7 @@ from schemas.alignment import Alignment, Reference, Score
 from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features
 from schemas.overlay import PhysicsOverlay
+from schemas.overrides import Overrides
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Source
@@ -182,8 +183,38 @@ def test_a_lid_that_falls_shut_is_not_in_the_state_that_was_asked() -> None:
 def test_where_nothing_is_asked_parts_rest_and_where_there_is_no_such_part_it_says_so() -> None:
     assert aligned(asked(None)).state.value == 1.0
     assert aligned(asked("A box.", hinge=0.6)).state.value == pytest.approx(0.5)
-    found = aligned(asked("A box with its screen open."))
-    assert found.state.value == 1.0 and "has no screen" in found.state.reason
+    found = aligned(asked("A box with its screen slightly open."))
+    assert found.state.value == 0.0 and "has no screen" in found.state.reason
+    assert aligned(asked("A box with its screen slightly open and its door closed.")).state.value == 0.5
+    assert aligned(asked("A box with its screen closed.")).state.value == 1.0, "as it is without one"
+
+
+@pytest.mark.parametrize(
+    ("own", "value"),
+    [
+        ({"joints": {"hinge": {"value": 0.6, "unit": "share"}}}, 1.0),
+        ({"joints": {"hinge": {"value": 0.6}}}, 1.0),
+        ({"joints": {"hinge": {"value": math.degrees(0.6), "unit": "deg"}}}, 1.0),
+        ({"joints": {"hinge": {"value": 0.0, "unit": "share"}}}, 0.0),
+        ({"joints": {"slider": {"value": 0.05, "unit": "m"}}}, 1.0),
+        ({"joints": {"slider": {"value": 0.1}, "hinge": {"value": 0.6}}}, (1.0 + 1.0 - 0.1 / 0.3) / 2.0),
+        (None, 0.5),
+    ],
+)
+def test_a_position_of_the_users_own_is_what_is_asked(own: dict[str, object] | None, value: float) -> None:
+    """Whatever the sentence says of the same joint. The door stands at 0.6 rad of 1, the drawer at 0.05 of 0.25 m."""
+    ref = AssetRef(asset_id="1", path="x", overrides=own and Overrides.model_validate(own))
+    for words in ("A box.", "A box with its door closed.") if "hinge" in str(own) else ("A box.",):
+        record = asked(words, hinge=0.6, slider=0.05 if own else 0.0)
+        assert aligned(record.model_copy(update={"ref": ref})).state.value == pytest.approx(value)
+
+
+def test_a_size_of_the_users_own_is_what_is_asked() -> None:
+    record = asked("A tiny box.", scale=0.9)
+    for own, value in ((Overrides(scale=0.9), 1.0), (Overrides(size_m=0.9), 1.0), (Overrides(size_m=0.2), 0.0)):
+        ref = record.ref.model_copy(update={"overrides": own})
+        found = aligned(record.model_copy(update={"ref": ref})).scale
+        assert found.value == value and "the user states" in found.reason
 
 
 def test_the_request_is_read_without_the_answer() -> None:

@@ -16,12 +16,13 @@ from asset2sim.models.gateway.questions import keep_question, read_question
 from asset2sim.report.index_page import figures, index_page
 from asset2sim.report.site import write_report_of, write_site
 from asset2sim.report.snapshot import NEEDED, read_snapshot
+from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.errors import UsageError
 from schemas.request import LabelledImage, ModelRequest, Turn
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method
-from tests.factories import make_call, make_failure, make_record
+from tests.factories import make_alignment, make_call, make_failure, make_record
 from tests.object_store import Store
 from tests.refined_things import drawer
 
@@ -93,6 +94,19 @@ def test_of_several_methods_the_page_is_of_the_last_and_the_index_has_all(tmp_pa
     write_site(tmp_path)
     assert "Also refined by" in page(tmp_path, "a") and "direct" in page(tmp_path, "a")
     assert len(index_page(read_snapshot(tmp_path), set())["data"]["id"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("score", "said"), [(1.0, "✓ met"), (0.797, "79 % met"), (0.9999, "99 % met"), (0.0, "✗ missed")]
+)
+def test_what_was_asked_is_met_as_far_as_the_catalog_says(score: float, said: str, tmp_path: Path) -> None:
+    half = Score(value=0.5, reason="half")
+    alignment = make_alignment(scale=Score(value=score, reason="a small Box"), state=half)
+    published(tmp_path, make_record("a", alignment=alignment))
+    write_site(tmp_path)
+    table = page(tmp_path, "a").split('id="asked"')[1].split("</table>")[0]
+    (row,) = [line for line in table.split("<tr>") if "a small Box" in line]
+    assert said in row and table.count(" met<") + table.count("missed<") == 2, "the size and the state, and no more"
 
 
 def test_questions_and_answers_are_shown_word_for_word_and_never_obeyed(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.guidance.tables import materials
 from asset2sim.intake.overrides import read_overrides
 from asset2sim.refinement.position_bands import band_of
-from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, stated_scale, words_with_scale
+from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, words_with_scale
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
@@ -175,8 +175,8 @@ def test_a_joint_that_cannot_move_is_not_unknown(tmp_path: Path) -> None:
 
 
 def test_models_are_told_the_users_scale(thing: Extraction) -> None:
-    assert words_with_scale("A box.", stated_scale(thing.features, own(scale="0.25"))) == "A box. Scale it to 0.250000."
-    assert words_with_scale(None, stated_scale(thing.features, own(mass_kg="1"))) is None
+    assert words_with_scale("A box.", own(scale="0.25").scale_of(thing.features)) == "A box. Scale it to 0.250000."
+    assert words_with_scale(None, own(mass_kg="1").scale_of(thing.features)) is None
 
 
 def job(thing: Extraction, method: Method = Method.ASSET2SIM, prompt: str = "", **cells: str) -> AssetJob:

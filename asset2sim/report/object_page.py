@@ -184,28 +184,27 @@ def loops(asset: Row, files: Collection[str]) -> list[Picture]:
     ]
 
 
-def asked(asset: Row, own: Rows) -> list[tuple[str, str, bool | None]]:
-    """Requests and expectations of the object, what came of it, and whether that meets it."""
-    found: list[tuple[str, str, bool | None]] = []
+def asked(asset: Row, own: Rows) -> list[tuple[str, str, float | None]]:
+    """Requests and expectations of the object, what came of it, and how far that meets it, 0 to 1: the catalog's
+    score. None where that is told elsewhere, or by another."""
+    found: list[tuple[str, str, float | None]] = []
     for joint in own["joints"]:
         if joint["asked_position"] is None:
             continue
         slides = joint["position_unit"] == "m"
-        states = [row for row in own["interactions"] if row["test"] == "state" and row["subject"] == joint["joint"]]
-        met = None if not states else all(row["passed"] for row in states)
         words = [f"asked at {position(joint['asked_position'], slides)}"]
         words += [f"starts at {position(joint['initial_position'], slides)}"]
         if joint["final_position"] is not None:
             words += [f"rests at {position(joint['final_position'], slides)}"]
-        found.append((f"{joint['label'] or 'joint'} ({joint['joint']})", ", ".join(words), met))
+        found.append((f"{joint['label'] or 'joint'} ({joint['joint']})", ", ".join(words), None))
     for row in own["alignment"]:
-        found.append(("scale", row["scale_reason"], row["scale_score"] >= 1.0))
-        found.append(("state", row["state_reason"], row["state_score"] >= 1.0))
+        found.append(("scale", row["scale_reason"], row["scale_score"]))
+        found.append(("state", row["state_reason"], row["state_score"]))
         if row["judged"] is not None:
             found.append(("judged by a model", f"{number(row['judged'])}: {row['judged_reason']}", None))
     for row in own["expectations"]:
         spans = " or ".join(f"{low:g} to {high:g}" for low, high in zip(row["lows"], row["highs"], strict=True))
-        met = row["met_at_start"] if row["met_at_rest"] is None else row["met_at_start"] and row["met_at_rest"]
+        met = row["met_at_start"] if row["met_at_rest"] is None else row["met_at_rest"]
         rest = "" if row["rest"] is None else f", {number(row['rest'])} at rest"
         words_of = f"{spans} {row['unit']}; is {number(row['start'])}{rest}. {row['why']}" if spans else row["why"]
         found.append((f"a reader expects: {row['what']}", row["reason"] or words_of, met))

@@ -42,7 +42,7 @@ def check_overrides(features: Features, stated: Overrides) -> tuple[Finding, ...
             raise _refused(f"{place}: there is no link '{name}'{_choices(name, links)}")
         if not links[name].has_geometry:
             raise _refused(f"{place}: link '{name}' has no geometry, so it is of no material", link=name)
-    scale = stated_scale(features, stated)
+    scale = stated.scale_of(features)
     if scale is not None:
         longest = scale * max(features.rest_size)
         if not SMALLEST_M <= longest <= LARGEST_M:
@@ -75,13 +75,6 @@ def stated_things(stated: Overrides) -> tuple[str, ...]:
     """Things that the user states as a number: ``scale``, and joints."""
     sized = stated.scale is not None or stated.size_m is not None
     return (*(("scale",) if sized else ()), *stated.joints)
-
-
-def stated_scale(features: Features, stated: Overrides) -> float | None:
-    """The uniform scale that the user states, or that gives the closed object's longest edge; None without either."""
-    if stated.size_m is None:
-        return stated.scale
-    return stated.size_m / (max(features.closed_size) or max(features.rest_size))
 
 
 def authored_position(
@@ -122,7 +115,7 @@ def overridden(
     """The proposal with the user's numbers in place of its own, and a finding that lists them. ``asked`` names each by
     its path. Raises AssetError for a number that cannot be at the final scale."""
     asked, said = dict.fromkeys(proposal.asked), list[str]()
-    scale = stated_scale(features, stated)
+    scale = stated.scale_of(features)
     if scale is not None:
         proposal = _rescaled(proposal, scale)
         asked["scale"] = None

@@ -38,7 +38,7 @@ def align(record: AssetRecord) -> Alignment | None:
     if overlay is None or features is None or record.guidance is None:
         return None
     reference = record.ref.reference
-    request = read_request(features, record.guidance, overlay.scale)
+    request = read_request(features, record.guidance, overlay.scale, record.ref.overrides)
     positions = initial_positions(record) if request.free else final_positions(record)
     return Alignment(
         scale=score_scale(overlay.scale, features.rest_size, request.size, reference),

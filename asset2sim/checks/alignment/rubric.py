@@ -58,13 +58,13 @@ class ShareBand:
 
 def score_state(positions: Mapping[str, float], scale: float, features: Features, request: Request) -> Score:
     """The credit for joint positions (rad or m at the final scale, from the authored zero): the mean over the joints of
-    which a state is asked. Where none is asked, the mean over the joints of all parts that open and close: each may be
-    at its closed end or its authored zero."""
+    which a state is asked, and the parts that it does not have, which earn nothing. Where none is asked, the mean over
+    the joints of all parts that open and close: each may be at its closed end or its authored zero."""
     joints = {joint.name: joint for joint in features.movable_joints}
     asked = [item for item in request.states if item.joint in joints and _range(joints[item.joint]) > 0.0]
-    if not asked:
+    if not asked and not request.lacking:
         return _resting(positions, scale, joints, request)
-    earned: list[tuple[float, str]] = []
+    earned = [(0.0, wish) for wish in request.lacking]
     for item in asked:
         joint = joints[item.joint]
         wish = f"{item.part} {item.state.describe()}"
@@ -112,17 +112,16 @@ def _credit(share: float, wish: ShareBand, none_share: float) -> float:
 def _resting(
     positions: Mapping[str, float], scale: float, joints: Mapping[str, JointFeatures], request: Request
 ) -> Score:
-    why = f"{request.lacking[0]}; of the others none is asked" if request.lacking else "no state is asked"
     free = [joints[name] for name in request.opening if name in joints and name in positions]
     free = [joint for joint in free if _range(joint) > 0.0]
     earned = {joint.name: _rest_credit(joint, positions[joint.name], scale) for joint in free}
     away = [name for name, credit in earned.items() if credit < 1.0]
     if not away:
-        return Score(value=1.0, reason=f"{why}, and all that opens is closed or at its authored zero")
+        return Score(value=1.0, reason="no state is asked, and all that opens is closed or at its authored zero")
     value = math.fsum(earned.values()) / len(earned)
     worst = min(earned, key=lambda name: earned[name])
-    reason = f"{why}; {len(away)} of {len(earned)} parts are neither closed nor at their authored zero, '{worst}' most"
-    return Score(value=min(1.0, value), reason=reason)
+    of_all = f"{len(away)} of {len(earned)} parts are neither closed nor at their authored zero, '{worst}' most"
+    return Score(value=min(1.0, value), reason=f"no state is asked; {of_all}")
 
 
 def _rest_credit(joint: JointFeatures, position: float, scale: float) -> float:
