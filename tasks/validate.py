@@ -27,12 +27,14 @@ class Validated(StageResult):
 
 def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | None, *, rules: bool) -> Validated:
     """The proposal completed and bounded by our rules, or unchanged; without a proposal the physics as authored. What
-    is put down on any side, and would tip over in the state asked of it, is laid down, unless its up axis is stated."""
+    is put down on any side, and would tip over in the state asked of it, is laid down, unless its up axis is stated
+    or it stands in a scene."""
     physics, limits = job.settings.physics, job.settings.thresholds
     forced = forced_support(job.ref.support or job.settings.support, extraction)
     if rules and proposal is not None:
         overlay, findings = completed(job, extraction, proposal, forced)
-        up, laid = (UpAxis.Z, None) if job.ref.up or job.settings.up else lying_side(extraction, overlay, limits)
+        stays = job.ref.up or job.settings.up or job.ref.part is not None
+        up, laid = (UpAxis.Z, None) if stays else lying_side(extraction, overlay, limits)
         if laid is not None:
             extraction = lying(job, up)
             overlay, findings = completed(job, extraction, proposal, forced)

@@ -8,13 +8,14 @@ from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.base import WORLD
-from asset2sim.guidance.supports import usual_support
+from asset2sim.guidance.supports import STANDS_CONFIDENCE, usual_support
 from asset2sim.models.object_facts import object_info
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import SupportPolygon, standing_on
+from asset2sim.validation.hanging import hangs_on_wall
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.guidance import Guidance
@@ -36,6 +37,8 @@ BACK_M = 0.005
 """Distance from that plane within which points lie in it, m: a plate's edge, a felt pad."""
 SHAPE_CONFIDENCE = 0.4
 """Confidence in what only the shape says."""
+HANGS_CONFIDENCE = 0.5
+"""Confidence that what is made as wall cupboards are hangs: some stand on a sideboard."""
 
 
 def forced_support(kind: SupportKind | None, extraction: Extraction | None = None) -> Support | None:
@@ -56,9 +59,9 @@ def carried(
     bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
-    return overlay.model_copy(
-        update={"support": support_of(features, proposal, source, guidance, *standing, hung=is_hung(extraction))}
-    )
+    hangs = hangs_on_wall(extraction, guidance.category)
+    support = support_of(features, proposal, source, guidance, *standing, hung=is_hung(extraction), hangs=hangs)
+    return overlay.model_copy(update={"support": support})
 
 
 def is_hung(extraction: Extraction) -> bool:
@@ -93,9 +96,11 @@ def support_of(
     points: Array,
     *,
     hung: bool = False,
+    hangs: str = "",
 ) -> Support:
     """The support of the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
-    the proposal (of ``source``), the tables, the shape. ``polygon`` and ``points`` are of ``closed_polygon``."""
+    the proposal (of ``source``), the shape of a wall cupboard (``hangs``: why, in words), the tables, the shape.
+    ``polygon`` and ``points`` are of ``closed_polygon``."""
     # Of the asset's name models are told; rules take no more from it than from the shape.
     usual = usual_support(replace(object_info(features), asset_id=""), guidance.called)
     said = guidance.support
@@ -111,6 +116,11 @@ def support_of(
         )
     if proposal is not None and proposal.support is not None:
         return stated(doubted(proposal.support, polygon), source)
+    if hangs and (usual is None or usual.confidence <= STANDS_CONFIDENCE):
+        reason = f"it is made as wall cupboards are: {hangs}"
+        return Support(
+            kind=SupportKind.FIXED, mount=Mount.WALL, source=Source.RULE, confidence=HANGS_CONFIDENCE, reason=reason
+        )
     if usual is not None:
         return stated(doubted(usual, polygon), Source.PRIOR)
     return by_shape(polygon, points)

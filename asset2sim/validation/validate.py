@@ -17,6 +17,7 @@ from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.followers import follow, leaders_positions
 from asset2sim.validation.handling import Handling, handlings, is_pressed
+from asset2sim.validation.hanging import hangs_on_wall
 from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
@@ -134,7 +135,8 @@ def complete(
     positions = {name: start.position for name, start in starts.items()}
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
-        support = support_of(features, overlay, source, given.guidance, *standing, hung=is_hung(extraction))
+        hung, hangs = is_hung(extraction), hangs_on_wall(extraction, given.guidance.category)
+        support = support_of(features, overlay, source, given.guidance, *standing, hung=hung, hangs=hangs)
     known = features.model_copy(update={"category": row_of(features.category, given.guidance.category)})
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind

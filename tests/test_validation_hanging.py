@@ -1,0 +1,83 @@
+"""Cupboards made as those of kitchens' walls are fixed to one, as a guess; those made to stand are not."""
+
+from pathlib import Path
+
+import pytest
+
+from asset2sim.guidance.read import read_guidance
+from asset2sim.models.object_facts import rounded_object_info
+from asset2sim.validation.hanging import hangs_on_wall
+from asset2sim.validation.support import support_findings
+from asset2sim.validation.validate import validate
+from schemas.overlay import Overlay
+from schemas.support import Mount, SupportKind
+from schemas.vocabulary import Severity, Source
+from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
+
+
+def cupboard(handle: float = 0.08, depth: float = 0.33, below: str = "", drawer: bool = False, end: float = 0.0) -> str:
+    """A cupboard of 0.6 × 0.7 m with two doors, their handles ``handle`` over their lower edges, which are ``end`` over
+    its bottom; ``below``: further shapes of the body."""
+    walls = "".join(
+        shape(size, xyz=xyz)
+        for size, xyz in (
+            (f"{depth} 0.02 0.7", "0 0.29 0.35"), (f"{depth} 0.02 0.7", "0 -0.29 0.35"),
+            (f"{depth} 0.6 0.02", "0 0 0.01"), (f"{depth} 0.6 0.02", "0 0 0.69"),
+            ("0.01 0.6 0.7", f"{-depth / 2} 0 0.35"),
+        )
+    )  # fmt: skip
+    high, front = 0.7 - end, depth / 2.0
+    parts = [link("body", walls + below)]
+    for name, side in (("left", 1), ("right", -1)):
+        board = shape(f"0.018 0.298 {high}", xyz=f"0.009 {-0.149 * side} {end + high / 2.0}")
+        bar = shape("0.02 0.01 0.12", xyz=f"0.036 {-0.27 * side} {end + handle}")
+        parts.append(link(name, board + bar))
+        limit = "0 1.9" if side > 0 else "-1.9 0"
+        parts.append(
+            joint(f"hinge_{name}", "revolute", "body", name, xyz=f"{front} {0.3 * side} 0", axis="0 0 1", limit=limit)
+        )
+    if drawer:
+        parts.append(link("drawer", shape("0.2 0.4 0.1", xyz="0 0 0.35")))
+        parts.append(joint("slide", "prismatic", "body", "drawer", axis="1 0 0", limit="0 0.2"))
+    return robot(*parts)
+
+
+PLINTH = shape("0.26 0.6 0.1", xyz="-0.035 0 -0.05")
+FEET = "".join(shape("0.04 0.04 0.1", xyz=f"{x} {y} -0.05") for x in (-0.14, 0.14) for y in (-0.27, 0.27))
+
+
+@pytest.mark.parametrize(
+    ("urdf", "hangs"),
+    [
+        (cupboard(), True),
+        (cupboard(handle=0.2), True),
+        (cupboard(handle=0.62), False),  # gripped from above: a base unit
+        (cupboard(handle=0.35), False),
+        (cupboard(depth=0.58), False),
+        (cupboard(below=PLINTH), False),
+        (cupboard(below=FEET), False),
+        (cupboard(end=0.1), False),
+        (cupboard(drawer=True), False),
+    ],
+)
+def test_what_is_made_as_wall_cupboards_are_is_told(tmp_path: Path, urdf: str, hangs: bool) -> None:
+    item = read(written(tmp_path, urdf), "StorageFurniture")
+    assert bool(hangs_on_wall(item, "StorageFurniture")) is hangs
+    assert hangs_on_wall(item, "Refrigerator") == "", "of cupboards alone"
+
+
+@pytest.mark.parametrize(
+    ("words", "kind"),
+    [("A cabinet, closed.", SupportKind.FIXED), ("A freestanding cabinet, closed.", SupportKind.FREESTANDING)],
+)
+def test_it_is_fixed_as_a_guess_which_words_go_before(tmp_path: Path, words: str, kind: SupportKind) -> None:
+    item = read(written(tmp_path, cupboard()), "StorageFurniture")
+    guidance = read_guidance(words, rounded_object_info(item.features))
+    overlay, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, NO_VIEWS.physics, guidance=guidance)
+    assert overlay.support.kind is kind
+    if kind is SupportKind.FIXED:
+        assert overlay.support.mount is Mount.WALL and overlay.support.confidence <= 0.5
+        (finding,) = support_findings(overlay.support)
+        assert (
+            finding.severity is Severity.WARNING and "gripped at" in finding.message and "--support" in finding.message
+        )
