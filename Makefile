@@ -5,7 +5,7 @@ OUT ?= data/refined
 # Further options of a target's command, taken as they stand: make looks not into them (a hook's $ is the shell's).
 override ARGS := $(value ARGS)
 
-VARIABLES := DATA OUT ARGS ASSET TO SHARED WORK JOBS PYTHON TORCH_INDEX VENV BIN SHELL
+VARIABLES := DATA OUT ARGS ASSET TO SHARED ONLY WORK JOBS PYTHON TORCH_INDEX VENV BIN SHELL
 FLAGS := NO_% ALLOW_OUTSIDE ASK_AGAIN DRY_RUN FORCE NOW RETRY_FAILED REVIEWED STRICT
 # The names set on the command line: a word of a value with spaces may look like one, but has no such origin.
 named = $(firstword $(subst :, ,$(subst =, ,$(1))))
@@ -26,13 +26,13 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope
 comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
 	@echo
 	@echo "  variables: DATA and OUT, folders or URLs; ARGS, the options of a target's command (asset2sim refine --help);"
-	@echo "             of one target each: ASSET TO SHARED WORK JOBS PYTHON TORCH_INDEX"
+	@echo "             of one target each: ASSET TO SHARED ONLY WORK JOBS PYTHON TORCH_INDEX"
 	@echo "  for example: make flow DATA=../shared/partnet_mobility OUT=/tmp/paper9 ARGS=\"--subset paper9 --workers 2\""
 
 install: $(INSTALLED) ## make .venv with the tested versions; needs Python 3.11 (or PYTHON=/path/to/python3.11)
@@ -131,8 +131,8 @@ probe: $(INSTALLED) ## a policy does the paper's tasks with variants of OUT; ARG
 clone: $(INSTALLED) ## a network learns from the scripted expert what to do with the objects of OUT, into TO (OUT/clone)
 	@$(BIN)/python -m lab.flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(ARGS)
 
-rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/measured.md
-	@$(BIN)/python -m lab.flows.compare rules "$(DATA)" "$(OUT)" docs/measured.md
+rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/checks.md
+	@$(BIN)/python -m lab.flows.compare rules "$(DATA)" "$(OUT)" docs/checks.md
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
 	@$(BIN)/python -m lab.flows.compare withheld "$(DATA)" "$(OUT)" docs/measured.md
@@ -155,6 +155,12 @@ first: $(INSTALLED) ## a table of docs/measured.md: models and methods on the pa
 	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
 		--methods asset2sim,direct,constant,reference --engines pybullet,mujoco,sapien --first docs/measured.md \
 		--models "prior/household,prior/noisy,recorded/$(or $(SHARED),../shared)/vlm_answers"
+
+recorded: $(INSTALLED) ## a scripted arm does a task with each object of OUT; ARGS="--page docs/trials.md"
+	@$(BIN)/python -m flows.command record-motion "$(OUT)" $(ARGS)
+
+figures: $(INSTALLED) ## every measured block of docs/ that is older than what it measures, hours; ONLY=first,weights; SHARED (../shared)
+	@$(BIN)/python -m lab.pages.figures "$(or $(SHARED),../shared)" "$(OUT)/figures" $(ONLY)
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m lab.flows.bench_defects "$(OUT)"

@@ -11,6 +11,7 @@ import pandas as pd
 
 from asset2sim.catalog.read import latest_rows, query
 from asset2sim.catalog.text import NOTHING, markdown_table
+from lab.pages.stamp import SOURCES, new_stamp
 from schemas.errors import UsageError
 
 QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
@@ -40,8 +41,17 @@ def check_page(page: Path, name: str) -> None:
     with_block(page.read_text(encoding="utf-8"), name, "")
 
 
+def block_of(text: str, name: str) -> str | None:
+    """The block that stands between its markers in a page's text; None where there is none."""
+    begin, end = markers(name)
+    return text.split(begin, 1)[1].split(end, 1)[0].strip() if begin in text and end in text else None
+
+
 def write_block(page: Path, name: str, block: str) -> None:
-    """Put the block between its markers in the file. Raises UsageError where they are not there."""
+    """Put the block between its markers in the file, one that is measured with its stamp. Raises UsageError where they
+    are not there."""
+    if name in SOURCES:
+        block = f"{block.strip()}\n\n{new_stamp(name, block).line}"
     page.write_text(with_block(page.read_text(encoding="utf-8"), name, block), encoding="utf-8")
 
 

@@ -1,0 +1,126 @@
+"""The last line of a measured block: commit, date, command, models, machine, and hashes of the block and of what it
+measures, by which a test finds blocks that were edited by hand and names those that the code has left behind."""
+
+import hashlib
+import os
+import platform
+import re
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType
+
+from asset2sim.runs.plan.content_hash import CHECKOUT, bare_code, source_version
+from schemas.model_names import described
+
+DIGITS = 12
+"""Hexadecimal digits kept of a hash: enough to tell any two states apart."""
+NO_HASH = "0" * DIGITS
+"""In place of what a block measured before blocks were stamped: it is no state of today's code."""
+SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "summary": (), "questions": ("lab/pages",), "loaders": ("lab/loaders",), "held": ("lab/loaders",),
+        "weights": ("lab/weights",), "rules": ("lab/comparisons",), "withheld": ("lab/comparisons",),
+        "proposers": ("lab/comparisons",), "corrections": ("lab/comparisons",), "origins": ("lab/comparisons",),
+        "first": ("lab/comparisons", "lab/methods", "lab/noise"),
+        "compare": ("lab/comparisons", "lab/methods", "lab/noise"),
+        "judged": ("lab/trials", "lab/methods", "lab/noise", "asset2sim/gym"),
+        "learn": ("lab/learning", "lab/methods", "lab/noise", "asset2sim/gym"),
+        "probe": ("lab/probes", "lab/methods", "lab/noise", "asset2sim/gym"),
+    }
+)  # fmt: skip
+"""Measured block → rooms that decide it beside those that decide an asset's result."""
+NOISY_STUDIES = ("judged", "learn", "probe")
+"""Studies of variants that the simulation of a fallible model proposed; others have the default model."""
+_MODELS = re.compile(r"\b(?:prior/\w+(?:@[\d.]+)?|recorded/[\w./-]*\w)")
+_STAMP = re.compile(
+    r"^<sub>Made at (?P<commit>.+?), (?P<date>[\d-]+), by `(?P<command>[^`]+)`; (?P<models>.+?); (?P<machine>.+?); "
+    rf"code `(?P<code>\w{{{DIGITS}}})`, block `(?P<block>\w{{{DIGITS}}})`\.</sub>$"
+)
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """Origin of a measured block; ``code`` is the hash of what it measures, ``block`` that of its own text."""
+
+    commit: str
+    date: str
+    command: str
+    models: str
+    machine: str
+    code: str
+    block: str
+
+    @property
+    def line(self) -> str:
+        """The stamp as the line that ends a block."""
+        return (
+            f"<sub>Made at {self.commit}, {self.date}, by `{self.command}`; {self.models}; {self.machine}; "
+            f"code `{self.code}`, block `{self.block}`.</sub>"
+        )
+
+
+def new_stamp(name: str, block: str) -> Stamp:
+    """The stamp of a block that was measured now, here, with the checkout as it is."""
+    return Stamp(
+        commit=commit_now(),
+        date=f"{datetime.now(UTC):%Y-%m-%d}",
+        command=f"make figures ONLY={name}",
+        models=models_of(name, block),
+        machine=machine_now(),
+        code=code_hash(name),
+        block=text_hash(block),
+    )
+
+
+def split_stamp(block: str) -> tuple[str, Stamp | None]:
+    """A block's text without its stamp, and that; None where it has none."""
+    text, _, last = block.strip().rpartition("\n\n")
+    found = _STAMP.match(last)
+    return (text, Stamp(**found.groupdict())) if found else (block.strip(), None)
+
+
+def models_of(name: str, block: str) -> str:
+    """The models that a block names, else that of its study, in words that say which is a simulation."""
+    found = sorted(set(_MODELS.findall(block))) or ["prior/noisy" if name in NOISY_STUDIES else "prior/household"]
+    return ("model " if len(found) == 1 else "models ") + ", ".join(map(described, found))
+
+
+def commit_now() -> str:
+    """The checkout's commit, and whether its sources were changed since; ``no commit`` outside of a checkout."""
+    try:
+        short = _git("rev-parse", "--short=7", "HEAD")
+        changed = _git("status", "--porcelain", "--", ":!docs", ":!README.md")
+    except (OSError, subprocess.CalledProcessError):
+        return "no commit"
+    return f"`{short}`{' with changes' if changed else ''}"
+
+
+def machine_now() -> str:
+    """Cores, memory and kind of this machine, without its name."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    return f"{os.cpu_count()} cores, {memory:.0f} GB, {platform.system()} {platform.machine()}"
+
+
+def code_hash(name: str, root: Path = CHECKOUT) -> str:
+    """Hash of what a block measures: the code, prompts and tables that decide an asset's result, and the rooms of its
+    own study, without comments and docstrings."""
+    digest = hashlib.sha256(source_version(root).encode())
+    for room in SOURCES[name]:
+        for file in sorted((root / room).rglob("*")):
+            if file.suffix in (".py", ".csv", ".sql"):
+                content = file.read_bytes()
+                code = bare_code(content) if file.suffix == ".py" else content
+                digest.update(f"{file.relative_to(root).as_posix()}\0{hashlib.sha256(code).hexdigest()}\n".encode())
+    return digest.hexdigest()[:DIGITS]
+
+
+def text_hash(block: str) -> str:
+    """Hash of a block's text, whatever blank lines are around it."""
+    return hashlib.sha256(block.strip().encode()).hexdigest()[:DIGITS]
+
+
+def _git(*words: str) -> str:
+    return subprocess.run(["git", *words], cwd=CHECKOUT, check=True, capture_output=True, text=True).stdout.strip()
