@@ -158,3 +158,35 @@ def test_a_file_that_lost_content_is_no_xml(text: str, tmp_path: Path) -> None:
         (tmp_path / "a.urdf").write_text(f"{before}{text}", encoding="utf-8")
         with pytest.raises(AssetError, match=r"a\.urdf: not readable as XML"):
             read_document(tmp_path / "a.urdf")
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "Git LFS pointer, not the URDF: run `git lfs pull`"),
+    ("<!doctype html><html><body>404</body></html>", "web page, likely of a download that failed: download the URDF"),
+    ("<robot name='a'><link name='b'", "line 1, column"),
+])  # fmt: skip
+def test_a_file_of_another_kind_is_called_what_it_is(text: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(AssetError, match=said) as refused:
+        document(tmp_path, text)
+    assert "<string>" not in str(refused.value)
+
+
+def test_infinite_limits_are_none_and_decimal_commas_are_named(tmp_path: Path) -> None:
+    endless = robot(link("a", BOX), link("b", BOX), joint("j", "revolute", "a", "b", axis="0 0 1", limit="-inf inf"))
+    found = document(tmp_path, endless.replace("<limit ", "<limit effort='inf' velocity='NaN' ", 1))
+    turning = found.robot.find("joint")
+    assert turning is not None and turning.get("type") == "continuous"
+    assert [item.code for item in found.findings] == ["limits_unlimited"]
+    sliding = endless.replace('"revolute"', '"prismatic"').replace("'revolute'", "'prismatic'")
+    with pytest.raises(AssetError, match="is not finite"):
+        document(tmp_path, sliding)
+    german = robot(link("a", BOX), link("b", BOX), joint("j", "fixed", "a", "b", xyz="0,3 0 0"))
+    with pytest.raises(AssetError, match="with a point and no comma"):
+        document(tmp_path, german)
+    listed = document(tmp_path, german.replace("0,3 0 0", "0.3,0,0")).robot.find("joint/origin")
+    assert listed is not None and listed.get("xyz") == "0.3 0 0"
+
+
+def test_a_joint_from_a_link_to_itself_is_named(tmp_path: Path) -> None:
+    with pytest.raises(AssetError, match="'j': its parent and its child are both 'a'"):
+        read(written(tmp_path, robot(link("a", BOX), link("b", BOX), joint("j", "fixed", "a", "a"))))

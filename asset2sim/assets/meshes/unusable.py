@@ -80,15 +80,20 @@ def beginning_of(path: Path, largest_mb: float) -> tuple[int, bytes]:
 
 def check_kind(path: Path, suffix: str, head: bytes) -> None:
     """Refuse a file whose first bytes are another kind's than its ending says. Raises UnusableMeshError."""
-    for beginning, what in _BEGINNINGS:
-        if head.lower().startswith(beginning.lower()) and not (suffix == ".3mf" and beginning.startswith(b"PK")):
-            raise UnusableMeshError(f"is a {what}")
+    other = other_kind(head)
+    if other is not None and not (suffix == ".3mf" and head.startswith(b"PK")):
+        raise UnusableMeshError(f"is a {other}")
     held = next((kinds for pattern, kinds in _FORMATS if re.match(pattern, head, re.DOTALL)), None)
     if held is not None and suffix not in held:
         problem = f"is {held[0][1:].upper()} by its content, and {suffix[1:].upper()} by its ending"
         raise UnusableMeshError(f"{problem}: rename it to '{path.stem}{held[0]}', and in the URDF")
     if suffix in (".obj", ".dae", ".gltf", ".off") and b"\x00" in head:
         raise UnusableMeshError(f"holds binary data, where {suffix[1:].upper()} is text: {AGAIN}")
+
+
+def other_kind(head: bytes) -> str | None:
+    """The kind of a file that is neither a mesh nor a description, by its first bytes, and what to do about it."""
+    return next((what for beginning, what in _BEGINNINGS if head.lower().startswith(beginning.lower())), None)
 
 
 def check_binary_stl(head: bytes, size: int) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.meshes.unusable import other_kind
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
 from asset2sim.assets.urdf.numbers import (
     check_numbers,
@@ -31,6 +32,12 @@ HARMLESS = {"NS_ERR_UNDEFINED_NAMESPACE"}
 """libxml2's name of a mistake that costs nothing: an undeclared prefix."""
 LONGEST_NAME = 255
 """Longest name of a robot, link or joint, bytes, as of a file: PyBullet dies of one of 5000."""
+HEAD_BYTES = 512
+"""Bytes by which a file of another kind is told."""
+NO_BOUND = re.compile(r"[+-]?(inf|infinity)|nan", re.IGNORECASE)
+"""A number that bounds nothing."""
+DECIMAL_COMMA = re.compile(r"(?=.*,)-?\d+(,\d+)?( +-?\d+(,\d+)?){2}")
+"""Three numbers of which one has a comma for its point."""
 info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
@@ -56,6 +63,7 @@ def read_document(path: Path) -> Document:
         findings.append(info(code="robot_unnamed", message=f"<robot> has no name; it is called '{robot.get('name')}'"))
     without_commas(robot)
     check_names(path, robot)
+    findings += without_infinite_limits(robot)
     check_numbers(path, robot)
     name_files(robot)
     findings += drop_unknown_shapes(robot)
@@ -73,10 +81,22 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
     Passed over is what takes nothing from the content: a version that XML does not have, hyphens in a comment, space
     before the declaration, an undeclared prefix. Raises AssetError (unreadable_asset) for anything else, naming the
     ``kind`` of file."""
+
+    def not_xml(error: Exception) -> AssetError:
+        try:
+            with path.open("rb") as stream:
+                other = other_kind(stream.read(HEAD_BYTES))
+        except OSError:
+            other = None
+        if other is not None:
+            return unreadable(path, "not_xml", f"it is a {other.replace('mesh', kind)}")
+        said = getattr(error, "msg", None) or str(error)
+        return unreadable(path, "not_xml", f"not readable as XML ({said}); export the {kind} again")
+
     try:
         return deepcopy(parsed(path)), ()
     except OSError as error:
-        raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the {kind} again") from error
+        raise not_xml(error) from error
     except (etree.XMLSyntaxError, UnicodeError) as error:
         text = path.read_bytes().lstrip()
         text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", text)
@@ -85,7 +105,7 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
         with suppress(etree.XMLSyntaxError):  # there is nothing in it that could be recovered
             root = etree.fromstring(text, recovering)
         if root is None or {entry.type_name for entry in recovering.error_log} - HARMLESS:
-            raise unreadable(path, "not_xml", f"not readable as XML ({error}); export the {kind} again") from error
+            raise not_xml(error) from error
         return root, (f"{' '.join(str(error).split())[:120]}; passed over",)
 
 
@@ -111,8 +131,29 @@ def without_commas(robot: Element) -> None:
     for element in elements_of(robot):
         for key in LISTS:
             text = element.get(key)
-            if text is not None and "," in text:
+            if text is not None and "," in text and not DECIMAL_COMMA.fullmatch(text.strip()):
                 element.set(key, text.replace(",", " "))
+
+
+def without_infinite_limits(robot: Element) -> list[Finding]:
+    """Make a hinge whose limits are both infinite continuous, with a finding; efforts and speeds without a bound are
+    as good as not stated."""
+    findings = []
+    for joint in robot.findall("joint"):
+        limit = joint.find("limit")
+        if limit is None:
+            continue
+        for key in ("effort", "velocity"):
+            if NO_BOUND.fullmatch(limit.get(key, "").strip()):
+                del limit.attrib[key]
+        ends = [limit.get(key, "").strip() for key in ("lower", "upper")]
+        if joint.get("type") == "revolute" and all(NO_BOUND.fullmatch(end) for end in ends):
+            joint.set("type", "continuous")
+            for key in ("lower", "upper"):
+                del limit.attrib[key]
+            message = f"joint '{joint.get('name')}': limits {ends[0]} to {ends[1]} are taken for none"
+            findings.append(warning(code="limits_unlimited", message=message, joint=str(joint.get("name"))))
+    return findings
 
 
 def check_names(path: Path, robot: Element) -> None:

@@ -67,7 +67,10 @@ def problem_of(text: str, counts: tuple[int, ...], largest: float) -> tuple[str,
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
-        return "not_a_number", "is not a number: state one" if counts == (1,) else "are not numbers: state them"
+        point = ", with a point and no comma" if "," in text else ""
+        return "not_a_number", f"is not a number: state one{point}" if counts == (
+            1,
+        ) else f"are not numbers: state them{point}"
     if len(values) not in counts:
         wanted = " or ".join(map(str, counts))
         return "not_a_number", f"holds {len(values)} numbers: state {wanted}"

@@ -125,6 +125,8 @@ def check_joint(path: Path, joint: yourdfpy.Joint, links: list[str]) -> None:
     for role, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
             raise invalid(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
+    if joint.parent == joint.child:
+        raise invalid(path, "loop", joint.name, f"its parent and its child are both '{joint.child}'; name two links")
     if joint.type not in JOINT_TYPES:
         raise invalid(path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}")
     if joint.axis is not None and joint.type != "fixed":
