@@ -1,5 +1,10 @@
 """Refine a dataset: discover, refine, publish, log, report."""
 
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 from prefect import flow
 
 from asset2sim.catalog.parts import open_parts
@@ -10,7 +15,6 @@ from asset2sim.runs.remote.output import open_output, send_rest
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.runs.workers import bounded_by_memory
 from asset2sim.storage.cache import working_folder
-from asset2sim.storage.disk import raise_disk_full
 from flows import PIPELINE
 from flows.night_text import complain
 from flows.steps import (
@@ -27,8 +31,37 @@ from flows.steps import (
     report,
 )
 from schemas.asset import FoundAssets
+from schemas.errors import Asset2SimError, is_disk_full
 from schemas.location import Location
 from schemas.settings import Settings
+
+
+class DiskFullError(Asset2SimError):
+    """The output folder's disk is full; the message names it."""
+
+
+@contextmanager
+def raise_disk_full(out: Path) -> Iterator[None]:
+    """Raise DiskFullError, which names the disk and what to do, where the block fails because a disk is full."""
+    try:
+        yield
+    except Asset2SimError:
+        raise
+    except Exception as error:
+        if not is_disk_full(error):
+            raise
+        raise DiskFullError(_message(out, error)) from error
+
+
+def _message(out: Path, error: Exception) -> str:
+    try:
+        free = f", {shutil.disk_usage(out).free / 1e6:.0f} MB free"
+    except OSError:
+        free = ""
+    return (
+        f"the disk of {out} is full{free} ({error}); make room and run the same again: the tables hold the last "
+        "complete run, and what has finished since is taken up as far as there was room to keep it"
+    )
 
 
 @flow(name="refine-dataset", persist_result=False)

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.checks.deaths import fatal_parts
-from asset2sim.checks.findings import report_findings
-from asset2sim.checks.overlaps import overlap_pairs
+from asset2sim.checks.findings import overlap_pairs, report_findings
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import cause_for, engines_of, verify
 from schemas.errors import AssetError

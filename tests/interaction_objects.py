@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.interact import examine
 from asset2sim.checks.mechanism import Mechanism, mechanism
+from asset2sim.checks.verify import examine
 from asset2sim.engines.registry import installed, known_engines, open_world
 from asset2sim.engines.world import World
 from schemas.base import Vector3

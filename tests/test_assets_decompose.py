@@ -8,9 +8,8 @@ import pytest
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
+from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose, surface_of
 from asset2sim.assets.meshes.decompose_pieces import clip, merge
-from asset2sim.assets.meshes.decompose_surface import surface_of
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.interact import examine
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.rest import measure
 from asset2sim.checks.rig import shared_world
+from asset2sim.checks.verify import examine
 from schemas.settings import EngineSettings
 from schemas.support import Support, SupportKind
 from schemas.vocabulary import Engine, FailureMode, Source

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.overlaps import overlap_pairs
+from asset2sim.checks.findings import overlap_pairs
 from asset2sim.checks.rig import CauseOf
 from asset2sim.checks.sweep import sweep_verdict, sweeps
 from schemas.interaction import Sweep

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.experiments.isolation import Ending, Outcome, child, run_isolated
-from asset2sim.experiments.isolation.child import IDLE_LIMIT_S
-from asset2sim.experiments.isolation.process_state import MAX_GROWTH_MB
+from asset2sim.experiments.isolation.child import IDLE_LIMIT_S, MAX_GROWTH_MB
 from tests import crashers
 from tests.processes import gone, wait_until
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.runs.plan.plan import make_plan
-from asset2sim.runs.spread.breaker import Breaker
+from asset2sim.runs.spread.harvest import Breaker
 from asset2sim.runs.spread.refine_all import refine_all
 from flows import PIPELINE
 from schemas.asset import AssetRecord, AssetRef

@@ -1,12 +1,49 @@
 """Findings on what engines reported: what they printed, checks that failed, what stops a joint, disagreements."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
+import pybullet
+
+from asset2sim.checks.rig import CauseOf
 from asset2sim.checks.verdict import deciding, disagreements, error, failures_of, warning
+from asset2sim.engines.contacts import by_pair
+from asset2sim.engines.pybullet_object import loaded
 from schemas.finding import Finding
-from schemas.interaction import EngineReport
+from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
-from schemas.settings import Settings
+from schemas.settings import EngineSettings, Settings
+
+FLAGS = (
+    pybullet.URDF_USE_SELF_COLLISION
+    | pybullet.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
+    | pybullet.URDF_IGNORE_VISUAL_SHAPES
+)
+
+
+def overlap_pairs(
+    urdf: Path, positions: Mapping[str, float], cause: CauseOf, settings: EngineSettings
+) -> tuple[OverlapPair, ...]:
+    """Every pair of links that overlaps at these joint positions (rad, m), the worst first, each with its cause.
+
+    A link and its parent are left out where the joint between them is fixed: they are one body. Raises AssetError
+    (engine_refused) where PyBullet, whose hulls and contact points these are, refuses the file.
+    """
+    with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, flags=FLAGS) as item:
+        item.place(positions)
+        joints = [item.client.getJointInfo(item.body, index) for index in range(item.client.getNumJoints(item.body))]
+        names = item.link_names
+        related = {frozenset((names[info[0]], names[info[16]])): info[2] != pybullet.JOINT_FIXED for info in joints}
+        pairs = by_pair(item.contacts())
+    return tuple(
+        OverlapPair(
+            pair=pair,
+            related=frozenset((pair.link_a, pair.link_b)) in related,
+            cause=cause(pair.link_a, pair.link_b, positions),
+        )
+        for pair in pairs
+        if related.get(frozenset((pair.link_a, pair.link_b)), True)
+    )
 
 
 def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> list[Finding]:

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
@@ -12,20 +13,69 @@ from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
 from asset2sim.checks.at_rest import CHECK as AT_REST
-from asset2sim.checks.interact import examine
-from asset2sim.checks.mechanism import know_points
-from asset2sim.checks.rest import measure
-from asset2sim.checks.rig import CauseOf
+from asset2sim.checks.known_checks import run_for
+from asset2sim.checks.mechanism import know_points, mechanism
+from asset2sim.checks.rest import contacts_of, measure, measurement
+from asset2sim.checks.rig import CauseOf, Rig, shared_world
+from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.checks.verdict import judged
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
+from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.interaction import EngineReport, Interaction
 from schemas.measurement import Measurement
 from schemas.overlay import PhysicsOverlay
-from schemas.settings import EngineSettings, Settings
+from schemas.settings import EngineSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, FailureMode, OverlapCause
+
+
+def examine(
+    engine: Engine,
+    urdf: Path,
+    overlay: PhysicsOverlay,
+    settings: EngineSettings,
+    limits: Thresholds,
+    *,
+    cause: CauseOf,
+    only: FailureMode | None = None,
+) -> tuple[Measurement | None, Interaction]:
+    """Run every check on a written asset in its initial state, or ``only`` one interaction check and those that it
+    needs, without the paper's measurement.
+
+    ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
+    made in ``known_checks``. Raises AssetError (engine_refused) where the engine refuses the file.
+    """
+    item, clouds, whole = mechanism(urdf, overlay), point_clouds(urdf), only is None
+    found: dict[str, object] = {}
+    with ExitStack() as stack:
+        held, free = (
+            stack.enter_context(shared_world(engine, urdf, overlay, plane=plane, timestep_s=settings.timestep_s))
+            for plane in (False, True)
+        )
+        rig = Rig(engine, urdf, overlay, settings, limits, cause, item, clouds, held, free, whole)
+        # First, while the world is fresh: contact caches make Φ depend slightly on earlier poses.
+        points = contacts_of(held.ready(), item.start) if whole else []
+        for check in run_for(only):
+            if not check.on_plane:
+                free.close()
+            if check.measure is not None:
+                found |= check.measure(rig)
+        rest = rig.down().rest if whole else None
+    measured = None if rest is None else measurement(engine, points, rest, overlay.initial_positions, settings)
+    return measured, interaction_of(engine, found)
+
+
+def interaction_of(engine: Engine, found: Mapping[str, object]) -> Interaction:
+    """The records by their fields; those of checks from outside the package in ``further``."""
+    own = {name: records for name, records in found.items() if name in Interaction.model_fields}
+    further = {
+        name: tuple(item.model_dump(mode="json") for item in records if isinstance(item, Frozen))
+        for name, records in found.items()
+        if name not in own and isinstance(records, tuple | list)
+    }
+    return Interaction(engine=engine).model_copy(update=own | {"further": further})
 
 
 def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:

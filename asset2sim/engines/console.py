@@ -1,4 +1,4 @@
-"""What engines write to a console, from C, where Python's streams do not see it: taken away, or collected."""
+"""Output of engines on the console, written from C where Python's streams do not see it: taken away, or collected."""
 
 import ctypes
 import os
