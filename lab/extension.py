@@ -1,7 +1,7 @@
 """Extension of the laboratory to ``asset2sim``: its commands, tables, check, model and methods."""
 
 from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
-from schemas.declared import Command, Extension, FurtherCheck, LocalModel
+from schemas.declared import METHOD, Command, Extension, FurtherCheck, LocalModel
 
 COMMANDS = (
     Command(
@@ -48,5 +48,5 @@ EXTENSION = Extension(
     checks=(REACHABLE,),
     models=(SIMULATED,),
     tables="lab.schemas.tables_judged:JUDGED",
-    declares=("lab.methods",),
+    declares={METHOD: ("lab.methods",)},
 )

@@ -10,7 +10,8 @@ import functools
 import os
 import pkgutil
 import sys
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -21,8 +22,12 @@ from typing import Self
 
 GROUP = "asset2sim.extensions"
 VARIABLE = "ASSET2SIM_DECLARED"
-HOMES = {"FailureMode": "asset2sim.checks", "Method": "asset2sim.baselines"}
-"""Kind of values → package whose modules add to it as they are imported."""
+CHECK, ENGINE, METHOD = "CHECK", "ENGINE", "METHOD"
+"""Names of declarations in their modules."""
+KINDS = {"FailureMode": CHECK, "Engine": ENGINE, "Method": METHOD}
+"""Kind of values → what is declared by the modules that add to it as they are imported."""
+HOMES = {CHECK: "asset2sim.checks", METHOD: "asset2sim.baselines"}
+"""What is declared → the product's package of modules that declare it; engines are imported one by one."""
 
 
 @dataclass(frozen=True)
@@ -78,15 +83,18 @@ class Extension:
     models: tuple[LocalModel, ...] = ()
     tables: str = ""
     """Name → ``schemas.table.Table`` of tables beside the catalog: a folder ``NAME`` of Parquet files in an output."""
-    declares: tuple[str, ...] = ()
-    """Modules that declare a check, an engine or a method, or packages of such modules."""
+    declares: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """``CHECK``, ``ENGINE`` or ``METHOD`` → modules that declare one, or packages of such modules."""
 
 
 @functools.cache
 def extensions() -> tuple[Extension, ...]:
     """The extensions of all installed distributions, by the names of their entry points."""
     found = [point.load() for point in sorted(entry_points(group=GROUP))]
-    return tuple(item if isinstance(item, Extension) else Extension(declares=(item.__name__,)) for item in found)
+    return tuple(
+        item if isinstance(item, Extension) else Extension(declares=dict.fromkeys(KINDS.values(), (item.__name__,)))
+        for item in found
+    )
 
 
 class OpenValues(StrEnum):
@@ -104,18 +112,17 @@ class OpenValues(StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> Self | None:
-        outside(os.environ.get(VARIABLE, ""))
-        if cls.__name__ in HOMES:
-            declared(HOMES[cls.__name__], "")
+        declared(KINDS[cls.__name__])
         found = cls._value2member_map_.get(value)
         return found if isinstance(found, cls) else None
 
 
 @functools.cache
-def outside(files: str) -> tuple[ModuleType, ...]:
-    """The declaring modules that come from outside the package; ``files`` is the environment variable's value."""
-    installed = [module for item in extensions() for name in item.declares for module in modules_in(name)]
-    return (*installed, *(module_of(Path(file)) for file in files.split(os.pathsep) if file))
+def outside(kind: str, files: str) -> tuple[ModuleType, ...]:
+    """The modules from outside the package that may declare ``kind``; ``files`` is the environment variable's value."""
+    places = [place for item in extensions() for place in item.declares.get(kind, ())]
+    modules = [module for place in places for module in modules_in(place)]
+    return (*modules, *(module_of(Path(file)) for file in files.split(os.pathsep) if file))
 
 
 def modules_in(name: str) -> list[ModuleType]:
@@ -126,6 +133,7 @@ def modules_in(name: str) -> list[ModuleType]:
     return [import_module(f"{name}.{item.name}") for item in pkgutil.iter_modules(found.__path__)]
 
 
+@functools.cache
 def module_of(file: Path) -> ModuleType:
     """The module of a file outside all packages, imported under its own name as ``asset2sim_declared_NAME``, so that
     what it defines can be pickled. Raises ImportError where there is no such Python file."""
@@ -144,12 +152,9 @@ def outside_code() -> bytes:
     return b"".join(Path(file).read_bytes() for file in os.environ.get(VARIABLE, "").split(os.pathsep) if file)
 
 
-def declared(package: str, name: str) -> list[object]:
-    """Values of ``name`` in the modules of a package that have one, by file name, then in those from outside."""
-    return [getattr(module, name) for module in modules_in(package) if hasattr(module, name)] + outside_values(name)
-
-
-def outside_values(name: str) -> list[object]:
-    """Values of ``name`` in the modules from outside that have one."""
-    modules = outside(os.environ.get(VARIABLE, ""))
-    return [getattr(module, name) for module in modules if hasattr(module, name)]
+def declared(kind: str) -> list[object]:
+    """Values of the name ``kind`` in the modules of its package that have one, by file name, then in those from
+    outside."""
+    own = modules_in(HOMES[kind]) if kind in HOMES else []
+    modules = (*own, *outside(kind, os.environ.get(VARIABLE, "")))
+    return [getattr(module, kind) for module in modules if hasattr(module, kind)]

@@ -27,7 +27,7 @@ class EffortRange(Frozen):
 
 
 class Bias(Frozen):
-    """What a ``kind`` of mechanism exerts on its joint, N·m or N: ``slope`` (N·m/rad or N/m) times the way from
+    """Effort of a ``kind`` of mechanism on its joint, N·m or N: ``slope`` (N·m/rad or N/m) times the way from
     ``none_at`` (rad or m), at least ``least`` and at most ``most``. A gasket presses a door shut over the last
     millimetres, a rocker is pressed to the end that is nearer, a strut lifts a flap.
 

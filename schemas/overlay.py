@@ -224,7 +224,7 @@ class JointPhysics(Frozen):
     """What its mechanism exerts besides the spring; None for most."""
 
     def exerted(self, position: float) -> float:
-        """What its spring and its mechanism exert on it at a position (rad or m), N·m or N."""
+        """Effort of its spring and its mechanism on it at a position (rad or m), N·m or N."""
         spring = self.stiffness * (self.spring_reference - position)
         return spring if self.bias is None else spring + self.bias.at(position)
 

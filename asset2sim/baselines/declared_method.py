@@ -7,7 +7,7 @@ from typing import Protocol
 
 from asset2sim.assets.extract import Extraction
 from schemas.asset import AssetRef
-from schemas.declared import declared
+from schemas.declared import METHOD, declared
 from schemas.extensions import unknown
 from schemas.finding import Finding
 from schemas.guidance import Guidance
@@ -84,7 +84,7 @@ class DeclaredMethod:
 @functools.cache
 def known_methods() -> dict[Method, DeclaredMethod]:
     """Every method that a module of this package, or one from outside, declares; in the order of tables."""
-    found = [item for item in declared("asset2sim.baselines", "METHOD") if isinstance(item, DeclaredMethod)]
+    found = [item for item in declared(METHOD) if isinstance(item, DeclaredMethod)]
     return {item.method: item for item in sorted(found, key=lambda item: item.place)}
 
 

@@ -4,7 +4,7 @@ import functools
 from collections.abc import Mapping
 
 from asset2sim.checks.declared_check import DeclaredCheck
-from schemas.declared import declared
+from schemas.declared import CHECK, declared
 from schemas.errors import UnknownChoiceError
 from schemas.failure_guide import FAILURE_GUIDE, Guide
 from schemas.interaction import Interaction
@@ -17,7 +17,7 @@ from schemas.vocabulary import FailureMode
 @functools.cache
 def known_checks() -> tuple[DeclaredCheck, ...]:
     """Every check that a module of this package, or one from outside, declares as ``CHECK``."""
-    found = [check for check in declared("asset2sim.checks", "CHECK") if isinstance(check, DeclaredCheck)]
+    found = [check for check in declared(CHECK) if isinstance(check, DeclaredCheck)]
     return tuple(sorted(found, key=lambda check: check.place))
 
 

@@ -11,7 +11,7 @@ from pkgutil import iter_modules
 from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.world import World
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from schemas.declared import outside_values
+from schemas.declared import ENGINE, declared
 from schemas.errors import UsageError
 from schemas.vocabulary import Engine
 
@@ -30,7 +30,7 @@ OWN = tuple(
 @cache
 def further() -> dict[Engine, DeclaredEngine]:
     """The engines that modules from outside the package declare."""
-    found = outside_values("ENGINE")
+    found = declared(ENGINE)
     return {item.engine: item for item in found if isinstance(item, DeclaredEngine)}
 
 

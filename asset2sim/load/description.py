@@ -46,7 +46,7 @@ class Joint:
     bias: dict[str, Any] | None = None
 
     def exerted(self, position: float) -> float:
-        """What its mechanism exerts at a position besides its spring, N·m or N: a gasket, a rocker's snap, a strut."""
+        """Effort of its mechanism at a position besides its spring, N·m or N: a gasket, a rocker's snap, a strut."""
         if self.bias is None:
             return 0.0
         wanted = self.bias["slope"] * (position - self.bias["none_at"])

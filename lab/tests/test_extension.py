@@ -1,5 +1,7 @@
 """What the laboratory declares of itself exists, and the product knows whom to name where it is absent."""
 
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
@@ -50,14 +52,24 @@ def test_the_product_knows_all_its_names() -> None:
 
 def test_its_code_counts_where_it_decides() -> None:
     plain, noisy = Settings(), Settings(model=ModelSettings(model="prior/noisy@2"))
-    assert extension_sources(plain) == ("lab.methods",) and extension_sources(noisy) == ("lab.methods", "lab.noise")
+    assert extension_sources(plain) == () and extension_sources(noisy) == ("lab.noise",)
+    assert extension_sources(Settings(method=Method.IVW)) == ("lab.methods",)
     assert "lab.trials" in extension_sources(Settings(checks=("reachable",)))
     assert {"lab/noise/__init__.py", "lab/noise/noise.py"} <= set(module_files("lab.noise"))
     assert {"asset2sim/load/__init__.py", "asset2sim/load/shapes.py"} <= set(module_files("asset2sim.load"))
     versions = {source_version(modules=extension_sources(item)) for item in (plain, noisy)}
     assert len(versions) == 2
-    for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources, *EXTENSION.declares):
+    for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources, *EXTENSION.declares["METHOD"]):
         assert module_files(name)
+
+
+@pytest.mark.system
+def test_a_method_is_imported_where_methods_are_asked_for_alone() -> None:
+    """A command that asks which engines there are takes no engine and no renderer along."""
+    asked = "from asset2sim.engines.registry import installed; installed()"
+    told = "import sys; print('lab.methods' in sys.modules, 'pybullet' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", f"{asked}; {told}"], capture_output=True, text=True, check=True)
+    assert done.stdout == "False False\n"
 
 
 @pytest.fixture

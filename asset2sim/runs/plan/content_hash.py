@@ -14,11 +14,11 @@ from pathlib import Path
 from asset2sim.engines.registry import installed
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from schemas.asset import AssetRef
-from schemas.declared import extensions, outside_code
+from schemas.declared import CHECK, ENGINE, METHOD, extensions, outside_code
 from schemas.extensions import further_check, local_models
 from schemas.model_names import named_models
 from schemas.settings import EngineSettings, Settings
-from schemas.vocabulary import DECIDING_PACKAGES, Engine
+from schemas.vocabulary import DECIDING_PACKAGES, Engine, Method
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 ROOMS = (
@@ -65,9 +65,10 @@ def module_files(name: str) -> dict[str, Path]:
 
 
 def extension_sources(settings: Settings) -> tuple[str, ...]:
-    """Modules and packages of extensions that decide a result with these settings: what they declare always may."""
+    """Modules and packages of extensions that decide a result with these settings."""
     models = {model.partition("@")[0] for model in named_models(settings.model)} & local_models().keys()
-    counted = [item.declares for item in extensions()]
+    kinds = {CHECK, ENGINE} if settings.method is Method.ASSET2SIM else {CHECK, ENGINE, METHOD}
+    counted = [item.declares.get(kind, ()) for item in extensions() for kind in sorted(kinds)]
     counted += [further_check(name).sources for name in settings.checks]
     counted += [local_models()[name].sources for name in sorted(models)]
     return tuple(source for sources in counted for source in sources)
