@@ -46,6 +46,8 @@ class AssetRef(Frozen):
     overrides: Overrides | None = None
     reference: Reference | None = None
     expectations: tuple[Expectation, ...] = ()
+    keep: tuple[str, ...] | None = None
+    """Which numbers of its file stay, as its manifest row says; None: the run's."""
     scene: str | None = None
     """The id of the scene that it is cut out of, and the ``part`` that it is there; None: its file is all its own."""
     part: str | None = None

@@ -153,6 +153,8 @@ class Features(Frozen):
     front: Vector3 = (-1.0, 0.0, 0.0)
     metric: str = ""
     """Why its lengths are metres as authored; empty where nothing says so, as of normalised meshes."""
+    keep: tuple[str, ...] = ("plausible",)
+    """Which of its file's numbers stay, in the words of ``--keep``."""
 
     @property
     def rest_size(self) -> Vector3:

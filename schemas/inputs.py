@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
+from schemas.authored import KeepWords
 from schemas.base import Frozen, Positive
 from schemas.location import Location
 from schemas.vocabulary import Keep
@@ -24,8 +25,9 @@ Package = Annotated[str, AfterValidator(_package)]
 class InputSettings(Frozen):
     """Which files are read."""
 
-    keep: Keep = Keep.PLAUSIBLE
-    """Which authored numbers stay where no words of the user's ask otherwise."""
+    keep: KeepWords = (Keep.PLAUSIBLE.value,)
+    """Which authored numbers stay where no words of the user's ask otherwise: plausible, all, nothing, or the names of
+    quantities that stay as they are: size, mass, centre, inertia, damping, friction, springs, limits."""
     allow_outside: bool = False
     """Whether files outside the dataset's folder are read: meshes, textures and what a file includes, named by paths
     that leave it or by symbolic links."""

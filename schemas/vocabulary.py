@@ -223,9 +223,11 @@ class Correction(StrEnum):
 
 
 class Keep(StrEnum):
-    """Which authored numbers stay: a size in metres and masses that are ``plausible``, or ``nothing``."""
+    """Which authored numbers stay: of a file in metres those that are ``plausible``, ``all`` that are not impossible,
+    or ``nothing``."""
 
     PLAUSIBLE = "plausible"
+    ALL = "all"
     NOTHING = "nothing"
 
 

@@ -15,7 +15,7 @@ from schemas.finding import Finding, Notes
 from schemas.inputs import InputSettings
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Keep, Source
+from schemas.vocabulary import Source
 from tests.assets import joint, link, read, robot, shape, written
 from tests.cabinets import written_cabinet
 from tests.prior_objects import ask, hinged, thing
@@ -49,7 +49,7 @@ def test_formats_of_simulators_have_metres_and_a_urdf_without_masses_may_have_an
     folder = written_cabinet(tmp_path / "one", kind)
     assert read(folder).features.metric == (f"lengths of {metric} are metres" if metric else "")
     ref = AssetRef(asset_id="one", category="", path=str(folder))
-    assert extract(ref, inputs=InputSettings(keep=Keep.NOTHING)).features.metric == ""
+    assert extract(ref, inputs=InputSettings(keep=("nothing",))).features.metric == ""
 
 
 def test_masses_that_fit_their_volumes_speak_for_metres(tmp_path: Path) -> None:

@@ -7,15 +7,21 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.catalog.kept import counted, kept_columns, totals
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.intake.origin import extract
 from asset2sim.refinement.context import Log, RefinementContext
 from asset2sim.refinement.dynamics.supply import with_supplied_terms
 from asset2sim.report.object_page import kept
 from asset2sim.validation.validate import validate
+from schemas.asset import AssetRef
+from schemas.authored import keep_words
+from schemas.errors import UsageError
+from schemas.inputs import InputSettings
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings, Settings
 from schemas.verdict import Failure
 from schemas.vocabulary import Engine, FailureMode, Quantity, Source, Trust
-from tests.assets import joint, link, read, robot, shape, written
+from tests.assets import joint, link, robot, shape, written
 
 MASS_FACTOR = 1.05
 """Factor within which a believed mass stays what its file says, whatever else is done to the object."""
@@ -31,7 +37,7 @@ def inertial(mass: float, size: tuple[float, float, float], factor: float = 1.0,
 
 def cabinet(
     folder: Path, door: str = "", drawer: str = "", *, weighed: bool = True, door_kg: float = 3.0,
-    factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False,
+    factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False, keep: tuple[str, ...] | None = None,
 ) -> Extraction:  # fmt: skip
     """A cabinet of 20 kg with a door on an upright hinge and a drawer, and what its file says of their joints."""
     said = [inertial(20.0, (0.4, 0.5, 0.6)), inertial(door_kg, (0.02, 0.48, 0.28), factor, at)]
@@ -48,7 +54,8 @@ def cabinet(
                        more=f"<dynamics {door}/>"))  # fmt: skip
     parts.append(joint("drawer_slide", "prismatic", "body", "drawer", xyz="0.36 0 0.16", axis="1 0 0", limit="0 0.2",
                        more=f"<dynamics {drawer}/>"))  # fmt: skip
-    return read(written(folder, robot(*parts)))
+    place = written(folder, robot(*parts))
+    return extract(AssetRef(asset_id=folder.name, path=str(place), keep=keep))
 
 
 LIGHT = Overlay(
@@ -103,6 +110,8 @@ def test_numbers_that_no_such_part_has_are_supplied_and_the_reason_is_said(tmp_p
     assert (trust, source) == (Trust.DOUBTFUL, Source.MODEL) and "same" in why, "a hinge and a slider"
     assert judged('friction="60"', quantity=Quantity.FRICTION)[0] is Trust.DOUBTFUL
     assert judged('spring_stiffness="90"', quantity=Quantity.SPRINGS)[0] is Trust.DOUBTFUL
+    trust, source, why = judged('spring_stiffness="0.02"', quantity=Quantity.SPRINGS)
+    assert (trust, source) == (Trust.DOUBTFUL, Source.RULE) and "half a minute" not in why, "no hand feels it"
 
 
 def test_a_spring_stays_with_its_rest(tmp_path: Path) -> None:
@@ -170,3 +179,44 @@ def test_what_is_kept_mended_and_supplied_is_counted_and_told(tmp_path: Path) ->
     rows = {quantity: (how, said) for quantity, how, said in kept(columns)}
     assert rows["mass"][0] == "2 kept, 1 mended" and "doubtful (door): not 5 to 12000 kg/m³" in rows["mass"][1]
     assert json.loads(str(columns["authored_json"])) and "springs" not in rows
+
+
+UNBELIEVED = 'damping="300" friction="1.2"'
+"""A door's hinge as if it stood in honey."""
+
+
+def test_what_is_named_stays_though_it_is_doubtful(tmp_path: Path) -> None:
+    def numbers(*keep: str, scale: float = 1.0, door_kg: float = 90.0) -> tuple[float, float, float]:
+        item = cabinet(tmp_path / "a", UNBELIEVED, door_kg=door_kg, keep=keep or None)
+        overlay = done(item, LIGHT.model_copy(update={"scale": scale}))
+        door = next(own for own in overlay.links if own.name == "door")
+        return overlay.scale, door.mass_kg, of(overlay, "door_hinge").friction
+
+    light_kg = 40.0 * 0.02 * 0.48 * 0.28 * PhysicsSettings().fallback_hollow_factor
+    assert numbers()[1:] == pytest.approx((light_kg, 1.2)), "plausible, where nothing is said"
+    assert numbers("mass")[1] == 90.0 and numbers("mass")[2] != 1.2
+    assert numbers("plausible", "mass")[1] == 90.0
+    assert numbers("mass", scale=0.5, door_kg=3.0)[:2] == (0.5, 3.0), "a mass stays whatever the size becomes"
+    assert numbers("size", scale=0.5)[0] == 1.0, "an answer of another size counts for nothing"
+    assert numbers("nothing") == pytest.approx((1.0, light_kg, numbers("size")[2]))
+    everything = done(cabinet(tmp_path / "b", UNBELIEVED, door_kg=90.0, keep=("all",)))
+    (said,) = (item for item in everything.authored if item.quantity is Quantity.MASS and item.of == ("door",))
+    assert said.trust is Trust.PLAUSIBLE and said.reason.startswith("kept as asked, though not 5 to")
+    assert done(cabinet(tmp_path / "c", 'damping="-1"', keep=("all",))).joints[0].damping > 0.0, (
+        "impossible all the same"
+    )
+
+
+def test_a_row_of_the_manifest_goes_before_the_run(tmp_path: Path) -> None:
+    cabinet(tmp_path / "data" / "one")
+    manifest = tmp_path / "data" / "manifest.csv"
+    manifest.write_text('asset_id,path,keep\none,one,"mass, size"\n', encoding="utf-8")
+    (ref,) = load_dataset(tmp_path / "data", None, (), None)
+    assert ref.keep == ("mass", "size") == keep_words("mass,size")
+    assert extract(ref, inputs=InputSettings(keep=("nothing",))).features.keep == ("mass", "size")
+    assert InputSettings.model_validate_json('{"keep": "plausible"}').keep == ("plausible",), "a file of an earlier run"
+    manifest.write_text("asset_id,path,keep\none,one,weight\n", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"line 2: keep 'weight': 'weight' is none of plausible, all"):
+        load_dataset(tmp_path / "data", None, (), None)
+    with pytest.raises(ValueError, match="beside others"):
+        keep_words("nothing mass")

@@ -25,12 +25,13 @@ from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
+from schemas.authored import wanted
 from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, Keep, Severity, Stage
+from schemas.vocabulary import FailureMode, Keep, Quantity, Severity, Stage
 
 INPUTS = InputSettings()
 SMALLEST_M = 1e-5
@@ -156,6 +157,10 @@ def read_asset(
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
     beside = [companions[name] for name in ("semantics.txt", "meta.json") if name in companions]
+    keep = ref.keep or inputs.keep
+    size_kept = wanted(keep, Quantity.SIZE)
+    # A part of a scene has its size whatever else is kept of it.
+    size_kept = Keep.PLAUSIBLE if size_kept is Keep.NOTHING and ref.part is not None else size_kept
     features = Features(
         asset_id=ref.asset_id,
         category=ref.category or read_category(companions.get("meta.json")),
@@ -169,7 +174,8 @@ def read_asset(
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=vector(front_of(robot, urdf)),
-        metric="" if inputs.keep is Keep.NOTHING and ref.part is None else metric_evidence(opened.metric_format, links),
+        metric=metric_evidence(opened.metric_format, links, size_kept),
+        keep=keep,
     )
     return Extraction(
         folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,

@@ -10,6 +10,7 @@ from asset2sim.guidance.amounts import LEAST_SCALE, MOST_SCALE, plain
 from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.tables import Size
+from schemas.authored import KEPT_AS_ASKED
 from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
 
 KEEP_WITHIN = 0.2
@@ -130,7 +131,7 @@ def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
     authored = dimension(info, size)
     if not info.lengths or stated_scale(info, asked) is not None or size_word(asked)[0]:
         return False
-    return size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
+    return info.lengths == KEPT_AS_ASKED or size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
 
 
 def dimension(info: ObjectInfo, size: Size) -> float:

@@ -14,13 +14,14 @@ from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from asset2sim.storage.regular_files import NOT_THERE, folder_problem, is_file, path_problem, printable
 from asset2sim.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
+from schemas.authored import keep_words
 from schemas.errors import Mistakes, UnknownChoiceError, UsageError
 from schemas.location import Location, nearest_existing
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
 
 REQUIRED_COLUMNS = ("asset_id", "path")
-COLUMNS = ("asset_id", "category", "path", "subset", "prompt", "support", "up")
+COLUMNS = ("asset_id", "category", "path", "subset", "prompt", "support", "up", "keep")
 
 
 def load_dataset(
@@ -117,6 +118,7 @@ def _row(tree: Tree, where: str, row: dict[str, str]) -> AssetRef:
         "asset_id": lambda: check_asset_id(cells["asset_id"], where),
         "support": lambda: _support(cells["support"], where),
         "up": lambda: _up(cells["up"], where),
+        "keep": lambda: _keep(cells["keep"], where),
         "overrides": lambda: read_overrides(row, where),
     }
     with mistakes:
@@ -143,6 +145,13 @@ def _up(cell: str, where: str) -> UpAxis | None:
     if cell and cell not in list(UpAxis):
         raise UsageError(f"{where}: up '{cell}' is no axis; choose from: {_listed(UpAxis)}, or leave it empty")
     return UpAxis(cell) if cell else None
+
+
+def _keep(cell: str, where: str) -> tuple[str, ...] | None:
+    try:
+        return keep_words(cell) if cell else None
+    except ValueError as error:
+        raise UsageError(f"{where}: keep '{cell}': {error}, or leave it empty for the run's") from None
 
 
 def _folder_of(place: Location, path: str, where: str) -> tuple[Path | str, str | None]:

@@ -36,6 +36,7 @@ def asset_of(scene: AssetRef, part: Part) -> AssetRef:
         support=SupportKind.FREESTANDING if part.free else SupportKind.FIXED,
         up=scene.up,
         root=scene.root,
+        keep=scene.keep,
         scene=scene.asset_id,
         part=part.name,
     )

@@ -9,6 +9,7 @@ from pydantic_settings import NoDecode
 from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options
+from schemas.authored import KeepWords
 from schemas.base import Fraction, NonNegative, Positive
 from schemas.errors import UsageError
 from schemas.extensions import CheckName
@@ -24,7 +25,6 @@ from schemas.vocabulary import (
     Export,
     Gate,
     Grouping,
-    Keep,
     Method,
     Proposer,
     StateMode,
@@ -126,7 +126,7 @@ MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 PROPOSER = TypeAliasType("PROPOSER", Proposer)
 STATE = TypeAliasType("STATE", StateMode)
-KEEP = TypeAliasType("KEEP", Keep)
+KEEP = TypeAliasType("KEEP", KeepWords)
 CORRECT = TypeAliasType("CORRECT", Correction)
 SUPPORT = TypeAliasType("SUPPORT", SupportKind)
 BASE = TypeAliasType("BASE", BaseMode)

@@ -51,6 +51,7 @@ from asset2sim.runs.option_types import (
     nothing,
 )
 from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
+from schemas.authored import KEEP_WORDS
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, named
 from schemas.location import Location
@@ -134,9 +135,9 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     package: Listed[PACKAGES] = Field(
         (), description="a folder outside data that is read as package://NAME/…, repeatable"
     )
-    keep: KEEP = Field(
-        Keep.PLAUSIBLE,
-        description=f"{', '.join(Keep)}: authored sizes in metres and masses that stay where no words ask otherwise",
+    keep: Listed[KEEP] = Field(
+        (Keep.PLAUSIBLE.value,),
+        description=f"authored numbers that stay where no words ask otherwise: {', '.join(KEEP_WORDS)}",
     )
     split: CliDualFlag[bool] = Field(
         False, description="cut files of several objects (a kitchen) into them, and put the whole together again"

@@ -13,11 +13,11 @@ from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.dynamics import WEAKEST_HZ
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.validation.handling import Handling
-from schemas.authored import Authored, Belief
+from schemas.authored import Authored, Belief, wanted
 from schemas.features import Features, LinkFeatures, LinkInertial
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import Quantity, Source, Trust
+from schemas.vocabulary import Keep, Quantity, Source, Trust
 
 TERMS: Mapping[Quantity, str] = {
     Quantity.DAMPING: "damping",
@@ -49,9 +49,26 @@ def doubtful(reason: str) -> Belief:
 
 @dataclass
 class Opinion:
-    """How far each of an object's stated numbers is believed, by (quantity, link or joint)."""
+    """How far each of an object's stated numbers is believed, by (quantity, link or joint). Those are judged that the
+    ``words`` of ``--keep`` name, and of an object that stays ``in_metres`` all where they say plausible."""
 
+    words: tuple[str, ...]
+    in_metres: bool
     found: dict[tuple[Quantity, str], Belief] = field(default_factory=dict)
+
+    @property
+    def on_joints(self) -> bool:
+        """Whether any term of a joint's dynamics may be kept."""
+        return self.in_metres or any(wanted(self.words, quantity) is Keep.ALL for quantity in TERMS)
+
+    def add(self, quantity: Quantity, name: str, belief: Belief) -> Belief:
+        """Add what is believed of one number, unless it is not to be kept; a doubtful one that is to be stays."""
+        keep = wanted(self.words, quantity)
+        if keep is Keep.ALL and belief.trust is Trust.DOUBTFUL:
+            belief = Belief(trust=Trust.PLAUSIBLE, reason=f"kept as asked, though {belief.reason}")
+        if keep is Keep.ALL or (keep is Keep.PLAUSIBLE and self.in_metres):
+            self.found[quantity, name] = belief
+        return belief
 
     def kept(self, name: str) -> frozenset[Quantity]:
         """The quantities of a link or joint that are kept as its file has them."""
@@ -70,19 +87,19 @@ class Opinion:
         )
 
 
-def opinion_of_links(features: Features, settings: PhysicsSettings) -> Opinion:
-    """How far the masses, centres and inertias of an object in metres are believed."""
-    opinion, placeholders = Opinion(), are_placeholders(features.links)
+def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
+    """Add how far the masses, centres and inertias of an object are believed."""
+    placeholders = are_placeholders(features.links)
     for link in features.links:
         if link.inertial is None:
             continue
-        mass = judged_mass(link, link.inertial, placeholders)
+        mass = opinion.add(Quantity.MASS, link.name, judged_mass(link, link.inertial, placeholders))
         rest = (ALONE, ALONE)
         if mass.trust is Trust.PLAUSIBLE:
             rest = judged_centre(link, link.inertial), judged_inertia(link, link.inertial, settings)
-        for quantity, judged in zip((Quantity.MASS, Quantity.CENTRE, Quantity.INERTIA), (mass, *rest), strict=True):
-            opinion.found[quantity, link.name] = judged
-    return opinion
+        if mass.trust is not Trust.IMPOSSIBLE:
+            for quantity, belief in zip((Quantity.CENTRE, Quantity.INERTIA), rest, strict=True):
+                opinion.add(quantity, link.name, belief)
 
 
 def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool) -> Belief:
@@ -137,12 +154,12 @@ def judge_joints(
             own = stated[joint.name]
             value = float(getattr(own, term))
             if value < 0.0:
-                opinion.found[quantity, joint.name] = impossible("it would feed the motion instead of braking it")
+                opinion.add(quantity, joint.name, impossible("it would feed the motion instead of braking it"))
             elif value > 0.0 and joint.name in alike:
-                opinion.found[quantity, joint.name] = doubtful("joints that move far more and far less have the same")
+                opinion.add(quantity, joint.name, doubtful("joints that move far more and far less have the same"))
             elif value > 0.0:
-                judged = judged_term(quantity, own, joint, handled[joint.name], settings)
-                opinion.found[quantity, joint.name] = judged
+                belief = judged_term(quantity, own, joint, handled[joint.name], settings)
+                opinion.add(quantity, joint.name, belief)
 
 
 def shared_by_unlike(
@@ -181,6 +198,8 @@ def judged_term(
         effort = stated.stiffness * max(abs(end - stated.spring_reference) for end in ends)
         if stated.stiffness <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
             return doubtful("it would take half a minute to bring its part back")
+        if effort < kind.lever * kind.range.least_n:
+            return doubtful(f"weaker than a {kind.range.kind} feels, {kind.range.least_n:g} N")
     if effort > kind.lever * kind.range.most_n:
         return doubtful(f"a hand would need more than a {kind.range.kind} takes, {kind.range.most_n:g} N")
     return PLAUSIBLE_TERM
@@ -212,14 +231,17 @@ def with_kept_terms(
     return overlay.model_copy(update={"joints": tuple(proposals.values())})
 
 
-def with_limits(opinion: Opinion, done: PhysicsOverlay) -> Opinion:
-    """The opinion with that of joints' limits: those that no rule had to change are believed."""
+def with_limits(opinion: Opinion, done: PhysicsOverlay, metric: str) -> Opinion:
+    """The opinion with that of the size, by the reason that it is ``metric``, and of joints' limits: those that no rule
+    had to change are believed."""
+    if metric:
+        opinion.found[Quantity.SIZE, ""] = Belief(trust=Trust.PLAUSIBLE, reason=metric)
     for joint in done.all_joints:
         if joint.lower is not None and joint.limits_source is not Source.USER:
             kept = joint.limits_source is Source.AUTHORED
             judged = Belief(trust=Trust.PLAUSIBLE, reason="a range, with zero in it or its start stated beside")
             told = impossible("no range, or one in other turns than a joint's zero")
-            opinion.found[Quantity.LIMITS, joint.name] = judged if kept else told
+            opinion.add(Quantity.LIMITS, joint.name, judged if kept else told)
     return opinion
 
 

@@ -27,18 +27,18 @@ from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from asset2sim.validation.trust import (
     Opinion,
     judge_joints,
-    opinion_of_links,
+    judge_links,
     with_authored_sources,
     with_kept_terms,
     with_limits,
 )
-from schemas.authored import Belief
+from schemas.authored import KEPT_AS_ASKED
 from schemas.finding import Finding, Notes
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.support import Support
-from schemas.vocabulary import DynamicsRule, Quantity, Source, Trust
+from schemas.vocabulary import DynamicsRule, Source
 
 ROOM_OF_METRES = 20.0
 """Factor by which an object whose file is in metres may be larger or smaller than household objects: halls, worlds."""
@@ -65,6 +65,8 @@ def validate(
     the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked. Not
     to ``keep_terms`` supplies the damping, friction and springs that a file in metres states, too."""
     notes, features = Notes(), extraction.features
+    if features.metric == KEPT_AS_ASKED and "scale" not in overlay.asked:
+        overlay = overlay.model_copy(update={"scale": 1.0})
     in_metres = bool(features.metric) and abs(overlay.scale - 1.0) <= SAME_SCALE
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes, in_metres=in_metres)
     in_metres = in_metres and scale == overlay.scale
@@ -72,13 +74,12 @@ def validate(
         message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}"
         notes.info("rescaled", message, value=scale, limit=1.0)
     note_mass_change(overlay, notes)
-    opinion = opinion_of_links(features, settings) if in_metres else Opinion()
-    if features.metric:
-        opinion.found[Quantity.SIZE, ""] = Belief(trust=Trust.PLAUSIBLE, reason=features.metric)
+    opinion = Opinion(features.keep, in_metres)
+    judge_links(opinion, features, settings)
     unmoved = Completion(extraction, scale, scale_source, source, contact_friction, settings, guidance, placed, opinion)
     told = Notes()
     done, handled = complete(unmoved, overlay, support, told)
-    if in_metres and keep_terms and settings.dynamics is not DynamicsRule.PAPER:
+    if opinion.on_joints and keep_terms and settings.dynamics is not DynamicsRule.PAPER:
         stated = read_dynamics(extraction.urdf)
         judge_joints(opinion, done.all_joints, stated, handled, settings)
         kept = with_kept_terms(overlay, opinion, stated, done.all_joints)
@@ -86,7 +87,8 @@ def validate(
             told = Notes()
             done, _ = complete(unmoved, kept, support, told)
             done = with_authored_sources(done, opinion, stated)
-    done = done.model_copy(update={"authored": with_limits(opinion, done).grouped() if features.metric else ()})
+    if opinion.found or features.metric:
+        done = done.model_copy(update={"authored": with_limits(opinion, done, features.metric).grouped()})
     notes.findings.extend(told.findings)
     note_unmet_mass(overlay, guidance, done.mass_kg, notes)
     return done, tuple(notes.findings)

@@ -9,8 +9,9 @@ from schemas.verdict import Failure
 from schemas.vocabulary import Source
 
 SOURCED = ("damping", "friction", "stiffness")
-TERMS = (*SOURCED, *(f"{term}_source" for term in SOURCED), "spring_reference", "armature", "holds")
-"""Fields of a joint that its file's dynamics decide."""
+TERMS = (*SOURCED, *(f"{term}_source" for term in SOURCED), "spring_reference", "armature", "holds",
+         "initial_position", "position_source", "asked_position")  # fmt: skip
+"""Fields of a joint that its file's dynamics decide: where it starts, too, since a spring brings it there."""
 
 
 def with_supplied_terms(
@@ -34,7 +35,11 @@ def with_supplied_terms(
         overlay.contact_friction,
         loop.settings.physics,
         overlay.support,
-        placed={joint.name: joint.initial_position for joint in overlay.joints},
+        placed={
+            joint.name: joint.initial_position
+            for joint in overlay.joints
+            if joint.name not in kept or joint.position_source is Source.SEARCH
+        },
         keep_terms=False,
     )
     ours = {joint.name: {name: getattr(joint, name) for name in TERMS} for joint in made.joints}
