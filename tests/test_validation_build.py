@@ -121,3 +121,15 @@ def test_a_door_drawn_as_a_sheet_is_as_heavy_as_its_kind(
     stated = overlay.model_copy(update={"links": (LinkProposal(name="leaf", mass_kg=2.0 * leaf.mass_kg),)})
     done, findings = validate(extraction, stated, Source.MODEL, 0.5, SETTINGS)
     assert "mass_implausible" not in {finding.code for finding in findings}
+    for density, hollow in ((7850.0, 0.4), (2500.0, 0.2)):
+        share = LinkProposal(name="leaf", density_kg_m3=density, hollow_factor=hollow)
+        answered = overlay.model_copy(update={"links": (share,)})
+        done, findings = validate(extraction, answered, Source.MODEL, 0.5, SETTINGS)
+        leaf = next(item for item in done.links if item.name == "leaf")
+        if drawn_m < 1e-3:
+            assert least <= leaf.mass_kg / (width * height * done.scale**2) <= most
+            assert leaf.density_kg_m3 == density and "sheet_thickened" in {finding.code for finding in findings}
+        by_user = answered.model_copy(update={"asked": ("links.leaf.mass_kg",)})
+        theirs, _ = validate(extraction, by_user, Source.MODEL, 0.5, SETTINGS)
+        volume = drawn_m * width * height * theirs.scale**3
+        assert theirs.links[1].mass_kg == pytest.approx(volume * density * hollow, rel=0.01), "the user's own stays"

@@ -1,17 +1,28 @@
 """How a link is built: shell or solid, with what is inside, and the mass, centre and inertia that follow from it."""
 
 import math
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.tables import materials, part_material, sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia, tensor_of
 from asset2sim.physics.wall_material import between, wall_volume
-from schemas.features import LinkFeatures
+from schemas.features import Features, LinkFeatures
+from schemas.finding import Notes
 from schemas.overlay import Content, LinkProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import MassRule, VolumeSource
+
+PLATES = frozenset(("door", "lid", "shelf", "screen", "tray"))
+"""Parts that are plates, which drawings often have as sheets."""
+DRAWN_SHARE = 0.5
+"""Share of its kind's thickness from which a part is drawn as it is, and no sheet."""
+WALL_EXPONENT = 0.5
+"""Thickness over length of an object smaller than the usual: half way between the same wall and one to scale."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +80,42 @@ def built_link(
     rule = MassRule.SHELL if shell else MassRule.SOLID
     made_of = (material, density, hollow, volume, link.volume_source, outer, wall if shell else 0.0, contents, rule)
     return Built(*made_of, mass, com, inertia)
+
+
+def as_thick_as_their_kind(
+    features: Features, proposals: Mapping[str, LinkProposal], scale: float, theirs: Collection[str], notes: Notes
+) -> dict[str, LinkProposal]:
+    """The proposals, those of parts drawn as sheets, that are a share of what is drawn, with a wall as heavy as their
+    kind's (``parts.csv``), or as thick as such a wall is of a material that the tables know: thinner of objects smaller
+    than the usual. Not of the links of
+    ``theirs``, whose masses are the user's, nor where a part is drawn ``DRAWN_SHARE`` as thick."""
+    size = sizes().get(features.category)
+    small = min(scale * max(features.closed_size) / size.typical_m, 1.0) if size is not None else 1.0
+    joints = {joint.child: joint.name for joint in features.movable_joints}
+    found = dict(proposals)
+    for link in features.links:
+        answer = proposals.get(link.name)
+        part = part_name(link.label, joints.get(link.name, ""), link.name)
+        if answer is None or link.name not in joints or link.name in theirs or part not in PLATES:
+            continue
+        if answer.density_kg_m3 is None or answer.wall_m or answer.mass_kg is not None or link.outer_m2 <= 0.0:
+            continue
+        kind, drawn = part_material(features.category, part), link.volume_m3 * scale / link.outer_m2
+        thick = kind.wall_m * small**WALL_EXPONENT
+        usual, named = materials()[kind.material], materials().get((answer.material or "").strip().lower())
+        wall = thick * usual.density_kg_m3 / answer.density_kg_m3
+        if named is not None:
+            wall = thick * named.wall_factor / usual.wall_factor
+        if drawn >= DRAWN_SHARE * min(thick, wall):
+            continue
+        drawn *= 1.0 if answer.hollow_factor is None else answer.hollow_factor
+        message = (
+            f"link '{link.name}': drawn as a sheet it is {drawn * answer.density_kg_m3 * 2.0:.3g} kg/m²; a {part} has "
+            f"{wall * answer.density_kg_m3 * 2.0:.3g} kg/m²: made of walls of {1e3 * wall:.2g} mm"
+        )
+        notes.info("sheet_thickened", message, link=link.name, value=drawn, limit=wall)
+        found[link.name] = answer.model_copy(update={"hollow_factor": None, "wall_m": wall})
+    return found
 
 
 def with_contents(

@@ -15,6 +15,7 @@ from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
+from asset2sim.validation.build import as_thick_as_their_kind
 from asset2sim.validation.followers import follow, leaders_positions
 from asset2sim.validation.handling import Handling, handlings, is_pressed
 from asset2sim.validation.hanging import hangs_on_wall
@@ -117,7 +118,10 @@ def complete(
     extraction, scale, source, settings = given.extraction, given.scale, given.source, given.settings
     features, asked = extraction.features, frozenset(overlay.asked)
     links = {proposal.name: proposal for proposal in overlay.links}
+    known = features.model_copy(update={"category": row_of(features.category, given.guidance.category)})
     weighed = {link.name for link in features.links if f"links.{link.name}.mass_kg" in asked}
+    if source is Source.MODEL:
+        links = as_thick_as_their_kind(known, links, scale, weighed, notes)
     believed = {link.name: given.opinion.kept(link.name) for link in features.links}
     masses = link_masses(features, links, scale, source, settings, notes, weighed, believed)
     proposals = {proposal.name: proposal for proposal in overlay.joints}
@@ -139,7 +143,6 @@ def complete(
         standing = closed_polygon(features, points, tree, bodies, scale)
         hung, hangs = is_hung(extraction), hangs_on_wall(extraction, given.guidance.category)
         support = support_of(features, overlay, source, given.guidance, *standing, hung=hung, hangs=hangs)
-    known = features.model_copy(update={"category": row_of(features.category, given.guidance.category)})
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind
     )
