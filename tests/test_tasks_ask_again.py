@@ -4,11 +4,13 @@ The 60 objects with expectations; met or not by those, not by the prior whose ex
 engines nor the search take part: what the answer comes to is what synthesis and validation make of it.
 """
 
+import pkgutil
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,7 +21,6 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.origin import extract
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
-from asset2sim.render.marked import question_pictures
 from asset2sim.validation.doubts import fallen
 from schemas.alignment import SIZE
 from schemas.asset import AssetRef
@@ -116,18 +117,21 @@ def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each way asks with the same pictures of an object: they are drawn for the first and kept for the next. PyBullet
-    keeps some 30 MB of every drawing until the process ends, and drawing is most of the work here."""
-    drawn: list[tuple[Extraction, Mapping[str, str] | None, tuple[LabelledImage, ...]]] = []
+    """The scripted model does not look: the pictures of the first object stand for those of all. Drawing them was half
+    of the work here, and PyBullet keeps some 30 MB of every drawing until the process ends."""
+    for place in ("asset2sim.baselines.ours.question_pictures", "asset2sim.validation.reconsider.pictures"):
+        monkeypatch.setattr(place, drawn_first(pkgutil.resolve_name(place)))
 
-    def pictures(
-        extraction: Extraction, settings: Settings, names: Mapping[str, str] | None = None
-    ) -> tuple[LabelledImage, ...]:
-        if not drawn or drawn[0][0] is not extraction or drawn[0][1] != names:
-            drawn[:] = [(extraction, names, question_pictures(extraction, settings, names))]
-        return drawn[0][2]
 
-    monkeypatch.setattr("asset2sim.baselines.ours.question_pictures", pictures)
+def drawn_first(draw: Callable[..., tuple[LabelledImage, ...]]) -> Callable[..., tuple[LabelledImage, ...]]:
+    """A function that returns the first pictures which ``draw`` makes, whatever it is asked for later."""
+    kept: list[LabelledImage] = []
+
+    def pictures(*given: Any, **named: Any) -> tuple[LabelledImage, ...]:
+        kept[:] = kept or draw(*given, **named)
+        return tuple(kept)
+
+    return pictures
 
 
 def test_asking_again_mends_half_of_the_measured_mistakes(tmp_path: Path) -> None:
