@@ -1,6 +1,8 @@
 """Our masses beside published weights: sources, the figures of real objects, and the documentation's table."""
 
+import math
 import re
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -11,6 +13,8 @@ from lab.weights.compare import (
     Weighed,
     agreement,
     compare,
+    errors,
+    marks,
     references,
     usual_size,
     weigh_datasets,
@@ -52,13 +56,27 @@ def test_words_of_size_are_left_out_and_others_kept() -> None:
 def test_the_table_in_the_readme_has_every_row_and_reaches_its_aim() -> None:
     text = block()
     for item in references():
-        assert f"| {item.what}{' *' if item.held_out else ''} |" in text, "stale: run make weights"
+        assert f"| {item.what}{marks(item)} |" in text, "stale: run make weights"
         assert item.source in text, "stale: run make weights"
     (good, total), (held_good, held), (fitted, objects) = (
         (int(part), int(whole)) for part, whole in re.findall(r"(\d+) of (\d+)", text)[:3]
     )
     assert good / total >= 0.9 and total >= 40 and held >= 0.3 * total and held_good / held >= 0.85
     assert fitted / objects < 1 / 20
+
+
+def test_the_errors_are_those_that_others_publish() -> None:
+    rows = [Compared(replace(references()[0], low=2.0, high=2.0), ours, 1) for ours in (1.0, 4.0, 2.0, None)]
+    alde, ape, mnre = errors(rows)
+    assert alde == pytest.approx(2.0 * math.log(2.0) / 3.0)
+    assert ape == pytest.approx((0.5 + 1.0 + 0.0) / 3.0) and mnre == pytest.approx((0.5 + 0.5 + 1.0) / 3.0)
+    assert all(math.isnan(value) for value in errors(rows[3:]))
+
+
+def test_a_row_that_rests_on_what_is_typical_says_so() -> None:
+    by_name = {item.what: item for item in references()}
+    assert marks(by_name["toilet with cistern"]) == " †" and marks(by_name["keyboard, full size"]) == ""
+    assert 10 < sum(not item.typical for item in references()) < len(references())
 
 
 @needs_objects
@@ -68,7 +86,7 @@ def test_the_readme_states_what_is_measured() -> None:
     shown = {line.split(" | ")[0]: line for line in block().splitlines() if line.startswith("| ")}
     for item in references():
         if item.category in ("Dishwasher", "Microwave", "Toilet", "Keyboard", "Bottle", "TrashCan", "Bucket"):
-            name = f"| {item.what}{' *' if item.held_out else ''}"
+            name = f"| {item.what}{marks(item)}"
             assert fresh[name] == shown[name], "stale: run make weights"
 
 

@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
+from statistics import fmean, median
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.catalog.text import NOTHING, markdown_table
@@ -33,6 +33,8 @@ FACTOR = 1.5
 """Factor between our mass and the middle of the published ones up to which they agree."""
 FITTING_SHARE = 0.25
 """Share of the largest face among links of one name below which a link is a fitting: a handle called as its door."""
+TYPICAL = "typical"
+"""Word of a source that cites no single figure."""
 WHOLE = "*"
 """The part that stands for the whole object."""
 
@@ -55,6 +57,11 @@ class PublishedWeight:
     def middle(self) -> float:
         """Geometric mean of the published weights."""
         return math.sqrt(self.low * self.high)
+
+    @property
+    def typical(self) -> bool:
+        """Whether it rests on what is typical, and on no figure that somebody published for one product."""
+        return TYPICAL in self.source.lower()
 
 
 @dataclass(frozen=True)
@@ -174,30 +181,58 @@ def agreement(rows: Sequence[Compared]) -> tuple[int, int]:
     return sum(row.agrees for row in measured), len(measured)
 
 
+def errors(rows: Sequence[Compared]) -> tuple[float, float, float]:
+    """The errors that NeRF2Physics and PhysGS publish of masses m̂ beside m, over the rows with objects: ALDE, the mean
+    of |ln m̂ − ln m|; APE, of |m̂ − m| / m; MnRE, of the smaller of m̂ / m and m / m̂, 1 being perfect. NaN for none."""
+    factors = [row.factor for row in rows if row.factor is not None]
+    if not factors:
+        return math.nan, math.nan, math.nan
+    return (
+        fmean(abs(math.log(factor)) for factor in factors),
+        fmean(abs(factor - 1.0) for factor in factors),
+        fmean(min(factor, 1.0 / factor) for factor in factors),
+    )
+
+
 def weights_block(weighed: Sequence[Weighed]) -> str:
     """The page's block: the shares that agree, and every row with its source."""
     rows = compare(weighed, references())
-    shares = []
-    for words, chosen in (("", rows), (" of those held out", [row for row in rows if row.reference.held_out])):
+    held_out = [row for row in rows if row.reference.held_out]
+    published = [row for row in rows if not row.reference.typical]
+    shares, measured = [], []
+    for words, chosen in (
+        ("", rows),
+        (" of those held out", held_out),
+        (" of those with a published figure", published),
+        (" of those held out with one", [row for row in held_out if row in published]),
+    ):
         good, total = agreement(chosen)
+        figures = (f"{error:.2f}" for error in errors(chosen))
+        measured.append((words.removeprefix(" of ") or "all", str(total), *figures))
         shares.append(f"{good} of {total}{words} ({good / max(total, 1):.0%})")
     fitted = sum(item.fitted for item in weighed)
     text = (
         f"Medians over {len(weighed)} objects of `../shared` at their usual size. Within a factor of {FACTOR:g} of the "
         f"middle of the published range: {', '.join(shares)}. Totals that had to be brought into their category's "
         f"range (finding `mass_fitted`), with their own prompts: {fitted} of {len(weighed)}. Rows marked * are held "
-        "out: no thickness was chosen by them."
+        "out: no thickness was chosen by them. Rows marked † rest on what is typical, and on no published figure.\n\n"
+        + markdown_table(("rows", "n", "ALDE", "APE", "MnRE"), measured, right=(1, 2, 3, 4))
     )
     headings = ("what", "published", "ours", "factor", "objects", "source of the published weight")
     table = markdown_table(headings, [_cells(row) for row in rows], right=(1, 2, 3, 4))
     return f"{text}\n\n{table}"
 
 
+def marks(reference: PublishedWeight) -> str:
+    """What follows a row's name: * for one that is held out, † for one without a published figure."""
+    return (" *" if reference.held_out else "") + (" †" if reference.typical else "")
+
+
 def _cells(row: Compared) -> tuple[str, ...]:
     reference = row.reference
     unit = " kg/m²" if reference.unit == "kg/m2" else " kg"
     return (
-        f"{reference.what}{' *' if reference.held_out else ''}",
+        f"{reference.what}{marks(reference)}",
         f"{reference.low:g} to {reference.high:g}{unit}",
         NOTHING if row.ours is None else f"{row.ours:.2g}{unit}",
         NOTHING if row.factor is None else f"{row.factor:.2f}{'' if row.agrees else ' !'}",
