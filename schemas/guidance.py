@@ -141,6 +141,13 @@ class UnmetNumber(Wish):
     why: str
 
 
+class Unread(Frozen):
+    """Words that nothing has read, or of which not all can count, and ``why``."""
+
+    words: str
+    why: str
+
+
 class Guidance(Frozen):
     """Requests of a sentence for one object. ``category`` is a row of the table of sizes, "*" where nothing names one,
     and ``category_from`` says what named it; ``called`` is what the first phrase calls the object, by the name that the
@@ -158,6 +165,8 @@ class Guidance(Frozen):
     support: SupportProposal | None = None
     free: bool = False
     unmet: tuple[UnmetNumber, ...] = ()
+    unread: tuple[Unread, ...] = ()
+    contradictions: tuple[Unread, ...] = ()
 
     @property
     def of_joints(self) -> dict[str, AskedState]:

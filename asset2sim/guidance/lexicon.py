@@ -15,7 +15,7 @@ _SEGMENT_ENDS = frozenset(",:()")
 HEAD_ENDS = frozenset((",", ".", ";", ":", "with", "whose", "that", "which", "opening", "having"))
 """Tokens that end the first phrase."""
 _SPLITTERS = frozenset(("and", "but", "while", "whereas", "with", "whose", "that", "which", "so", "plus", "yet"))
-_UNITS = {
+UNITS = {
     "degree": ("angle", math.radians(1.0)), "degrees": ("angle", math.radians(1.0)),
     "deg": ("angle", math.radians(1.0)), "°": ("angle", math.radians(1.0)),
     "rad": ("angle", 1.0), "radian": ("angle", 1.0), "radians": ("angle", 1.0),
@@ -206,7 +206,7 @@ def _is_time(tokens: tuple[str, ...], index: int) -> bool:
 
 
 def _measure(tokens: tuple[str, ...], index: int) -> Item | None:
-    unit = _UNITS.get(tokens[index + 1]) if index + 1 < len(tokens) else None
+    unit = UNITS.get(tokens[index + 1]) if index + 1 < len(tokens) else None
     if unit is None:
         return Item("number", tokens[index], index, index + 1, float(tokens[index].replace(",", ".")))
     kind, factor = unit

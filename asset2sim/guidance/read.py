@@ -1,6 +1,6 @@
 """The one reading of a user's sentence."""
 
-from asset2sim.guidance.amounts import asked_mass, unmet_numbers
+from asset2sim.guidance.amounts import asked_mass, plain, unmet_numbers
 from asset2sim.guidance.category import identify
 from asset2sim.guidance.lexicon import segments, tokenize
 from asset2sim.guidance.materials import asked_materials, asked_weights
@@ -10,6 +10,7 @@ from asset2sim.guidance.parts import parts_of
 from asset2sim.guidance.sizing import asked_size
 from asset2sim.guidance.states import asked_states
 from asset2sim.guidance.supports import called_by, said_support
+from asset2sim.guidance.unread import contradictions, unread
 from schemas.guidance import Guidance
 
 
@@ -18,7 +19,7 @@ def read_guidance(words: str, info: ObjectInfo) -> Guidance:
     tokens = tokenize(words)
     category, category_from = identify(info, tokens)
     statements, parts = segments(tokens, category), parts_of(info, category)
-    return Guidance(
+    found = Guidance(
         category=category,
         category_from=category_from,
         called=called_by(tokens),
@@ -32,3 +33,5 @@ def read_guidance(words: str, info: ObjectInfo) -> Guidance:
         free=any(statement.of("free") for statement in statements),
         unmet=unmet_numbers(words),
     )
+    told = {"unread": unread(words, statements, found), "contradictions": contradictions(plain(words), found)}
+    return found.model_copy(update=told)

@@ -156,15 +156,13 @@ def words_with_scale(words: str | None, scale: float | None) -> str | None:
 
 
 def prompt_findings(guidance: Guidance) -> tuple[Finding, ...]:
-    """A warning for each number of the guidance that no object can have."""
-    return tuple(
-        finding(
-            severity=Severity.WARNING,
-            code="prompt_number_unmet",
-            message=f"'{item.words}' in the prompt cannot be met: {item.why}; the number is left out",
-        )
-        for item in guidance.unmet
-    )
+    """A warning for each number of the guidance that no object can have, for what of it nothing has read, and for what
+    contradicts itself."""
+    said = [("prompt_number_unmet", f"'{item.words}' in the prompt cannot be met: {item.why}; the number is left out")
+            for item in guidance.unmet]  # fmt: skip
+    said += [("prompt_unread", f"'{item.words}' in the prompt is not read: {item.why}") for item in guidance.unread]
+    said += [("prompt_contradiction", f"the prompt asks {item.words}: {item.why}") for item in guidance.contradictions]
+    return tuple(finding(severity=Severity.WARNING, code=code, message=message) for code, message in said)
 
 
 def exact_path(joint: str) -> str:

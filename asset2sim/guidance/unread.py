@@ -1,0 +1,134 @@
+"""What of a sentence nothing has read, and what in it contradicts itself: told to its user, who asked for it."""
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from itertools import pairwise
+
+from asset2sim.guidance import tables
+from asset2sim.guidance.lexicon import UNITS, Segment, part_word, singular
+from asset2sim.guidance.sizing import EDGES, LONGEST, MEASURING
+from schemas.errors import shortened
+from schemas.guidance import AskedSize, AskedState, Guidance, Unread, Wish
+
+AMOUNTS = ("length", "angle", "share", "mass", "time")
+"""Kinds of phrases that are a number with its unit."""
+ENGLISH = frozenset((
+    "the", "it", "its", "with", "and", "that", "this", "which", "whose", "from", "for", "to", "of", "should", "would",
+    "want", "need", "make", "are", "when", "has", "have", "but", "please", "than", "as", "very",
+))  # fmt: skip
+"""Words of which an English sentence of some length has one, whatever it is about, and which no other of the languages
+that are spoken most has: not "a", "in", "on" or "no"."""
+OTHER = frozenset((
+    "el", "la", "los", "las", "un", "una", "con", "del", "de", "y", "que", "su", "le", "les", "des", "une", "avec",
+    "et", "du", "est", "der", "die", "das", "und", "mit", "ein", "eine", "einem", "einer", "im", "ist", "von", "um",
+    "uma", "com", "da", "do", "os", "il", "lo", "di", "che", "een", "het", "met", "van", "bir", "ve", "ile", "dengan",
+    "yang", "dan", "z", "se", "och", "en",
+))  # fmt: skip
+"""Words of the same kind of other languages in Latin letters; two words with an accent tell them as well."""
+FEWEST = 4
+"""Words from which a sentence of which hardly a word is known is of another language, if it looks so."""
+FOREIGN = 3
+"""Letters of another script from which a sentence is not read: one or two are symbols, as in "Φ" or "μm"."""
+KNOWN_SHARE = 0.34
+"""Share of its words up to which hardly one of a sentence is known: in other languages some are spelt as in English."""
+SHOWN = 80
+"""Characters of a sentence that a finding shows."""
+APART = 1.1
+"""Ratio from which two numbers for one thing contradict each other: nobody weighs to better than a tenth."""
+_WORDS = re.compile(r"[^\W\d_]+")
+_MASS = re.compile(r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b(?!\s+of\b)")
+_ENDS = re.compile(r"(?<=[.!?;。！？；।؟])\s*")
+
+
+def unread(words: str, statements: Sequence[Segment], guidance: Guidance) -> tuple[Unread, ...]:
+    """The sentences in letters or a language that is not read, and the amounts of which nothing came."""
+    found = [
+        Unread(words=said, why="rules and the offline prior read English alone")
+        for said in map(_foreign, _ENDS.split(words))
+        if said
+    ]
+    covered, strange = _covered(guidance), " ".join(item.words for item in found)
+    for statement in statements:
+        for item in statement.of(*AMOUNTS):
+            said = statement.tokens[item.start - statement.start : item.end - statement.start]
+            read = item.start in covered or (item.kind == "mass" and guidance.mass is not None)
+            if not read and said[0] not in strange:
+                about = " ".join(statement.tokens)
+                found.append(Unread(words=" ".join(said), why=f"no rule reads it in '{shortened(about, SHOWN)}'"))
+    return tuple(found)
+
+
+def contradictions(text: str, guidance: Guidance) -> tuple[Unread, ...]:
+    """Two masses, two lengths of one edge, two sizes in words, and two states of one part; with which of them counts.
+    ``text`` is the sentence in plain units."""
+    masses = [float(number) * (1.0 if unit.startswith("k") else 1e-3) for number, unit in _MASS.findall(text)]
+    found = list[Unread]()
+    if guidance.mass is not None and (other := _apart(guidance.mass.mass_kg, masses)):
+        found.append(_against(f"{guidance.mass.mass_kg:g} kg", f"{other:g} kg", "first"))
+    edges: dict[str, list[float]] = {}
+    for length in guidance.size.lengths:
+        if length.following in EDGES or length.following in LONGEST:
+            edges.setdefault(EDGES.get(length.following, "longest"), []).append(length.metres)
+    for metres in edges.values():
+        if other := _apart(metres[0], metres):
+            found.append(_against(f"{metres[0]:g} m", f"{other:g} m", "first"))
+    of_object = [word for word in guidance.size.words if word.place == "first" and not word.beside]
+    for one, two in pairwise(of_object):
+        if (one.factor < 1.0) != (two.factor < 1.0) and 1.0 not in (one.factor, two.factor):
+            found.append(_against(f"'{one.words}'", f"'{two.words}'", "smaller"))
+    for joint, last in guidance.of_joints.items():
+        wishes = [wish for wish in guidance.states if wish.joint == joint and wish.by_name]
+        if any(_is_shut(wish) != _is_shut(last) for wish in wishes if wish.state.kind == last.state.kind == "open"):
+            found.append(_against(f"'{wishes[0].words}'", f"'{last.words}'", "last"))
+    return tuple(found)
+
+
+def _against(one: str, other: str, counts: str) -> Unread:
+    return Unread(words=f"{one} and {other}", why=f"the {counts} of them counts")
+
+
+def _apart(one: float, others: Sequence[float]) -> float | None:
+    return next((other for other in others if max(one, other) > APART * min(one, other)), None)
+
+
+def _is_shut(wish: AskedState) -> bool:
+    return wish.state.share == 0.0 and wish.state.measure is None and not wish.state.slightly
+
+
+def _foreign(sentence: str) -> str:
+    """What of a sentence is in letters that no table has, or all of it where it most likely is in a language that none
+    has; else nothing."""
+    letters = [match.start() for match in re.finditer(r"[^\W\d_]", sentence)]
+    strange = [at for at in letters if sentence[at].isalpha() and not _is_latin(sentence[at])]
+    if len(strange) >= FOREIGN or 2 * len(strange) > len(letters):
+        return shortened(sentence[strange[0] :].strip(), SHOWN)
+    words = [word for word in _WORDS.findall(sentence.lower()) if word not in UNITS and len(word) > 1]
+    looks = not ENGLISH & {*words} and (OTHER & {*words} or sum(not word.isascii() for word in words) > 1)
+    foreign = looks and len(words) >= FEWEST and sum(map(_is_known, words)) <= KNOWN_SHARE * len(words)
+    return shortened(sentence.strip(), SHOWN) if foreign else ""
+
+
+def _is_latin(letter: str) -> bool:
+    return unicodedata.name(letter, "").startswith("LATIN")
+
+
+def _is_known(word: str) -> bool:
+    bare = (word,), (singular(word),)
+    everything = (tables.words(), tables.nouns(), tables.size_words(), tables.material_words())
+    return bool(part_word(word)) or any(form in table for table in everything for form in bare)
+
+
+def _covered(guidance: Guidance) -> set[int]:
+    """The tokens of the statements from which something came."""
+    wishes: list[Wish] = [*guidance.states, *guidance.motions, *_used(guidance.size)]
+    return {wish.at + step for wish in wishes for step in range(len(wish.words.split()))}
+
+
+def _used(size: AskedSize) -> list[Wish]:
+    """The lengths that may be a size: the first of those that say of which edge, or beside a word of measuring."""
+    return [
+        length
+        for length in size.lengths
+        if length.following in LONGEST or length.following in EDGES or MEASURING & set(length.beside)
+    ]
