@@ -98,3 +98,29 @@ def test_the_mechanism_reads_mesh_boxes_and_turned_inertials(tmp_path: Path) -> 
     assert item.bodies["a"].inertia == pytest.approx(np.diag([2.0, 1.0, 3.0]))
     assert item.boxes["a"].min(axis=0) == pytest.approx([0.0, 0.0, -0.5])
     assert item.boxes["a"].max(axis=0) == pytest.approx([0.5, 1.0, 1.0])
+
+
+def test_of_a_hose_a_few_joints_are_moved_one_by_one_and_all_of_its_parts(tmp_path: Path) -> None:
+    """Twenty hinges one after the other, a lever at the end with a range of its own, and a door beside."""
+    links = [bare("base"), *(UrdfLink(f"piece_{n}") for n in range(20)), UrdfLink("lever"), UrdfLink("door")]
+    joints = [
+        UrdfJoint(f"bend_{n}", "revolute", f"piece_{n - 1}" if n else "base", f"piece_{n}", lower=-0.5, upper=0.5)
+        for n in range(20)
+    ]
+    joints += [UrdfJoint("lever", "revolute", "piece_19", "lever", lower=0.0, upper=1.5),
+               UrdfJoint("door", "revolute", "base", "door", lower=0.0, upper=1.0)]  # fmt: skip
+    item = subject(tmp_path, links, joints).item
+    asked = [joint.name for joint in item.asked]
+    assert set(asked) == {"bend_0", "bend_5", "bend_10", "bend_14", "bend_19", "lever", "door"}
+    assert len(item.joints) == 22
+    runs: list[tuple[str, ...]] = []
+
+    def run(names: Sequence[str]) -> dict[str, bool]:
+        runs.append(tuple(names))
+        return {name: name != "bend_5" or len(names) == 1 for name in names}
+
+    found = run_in_groups(item, asked, run, bool)
+    assert set(found) == set(asked) and all(found.values()), "what fails in company is run again"
+    assert set(runs[0]) == set(asked) - {"door"} and runs[1] == ("door",), "a chain moves as a whole"
+    short = subject(tmp_path, links[:8], joints[:7]).item
+    assert short.asked == short.joints

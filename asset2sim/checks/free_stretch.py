@@ -162,14 +162,14 @@ def cleared(
             best, others = longer, around
 
     while best.ends and len(tried) < MOST_CLEARED:
-        candidate = next((name for name in in_the_way(item, joint.name, best) if name not in tried), None)
+        candidate = next((n for n in in_the_way(item, joint.name, best) if n in free and n not in tried), None)
         if candidate is None:
             break
         tried.add(candidate)
         for position in free[candidate]:
             attempt({**others, candidate: position})
     # What stops it just behind the first is met only once that is away, though it gains next to nothing.
-    left = [name for name in dict.fromkeys(met) if name not in others][:MOST_TOGETHER]
+    left = [name for name in dict.fromkeys(met) if name in free and name not in others][:MOST_TOGETHER]
     for ends in itertools.product(*(free[name] for name in left)) if best.ends and len(left) > 1 else ():
         attempt({**others, **dict(zip(left, ends, strict=True))})
     return best, others

@@ -44,7 +44,7 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
     if not holding:
         return ()
     found = held(world, item.start, holding, settings, limits).values()
-    middles = middle_positions(item, holding)
+    middles = middle_positions(item, [joint for joint in item.asked if joint.holds])
     known = {joint.name: joint for joint in holding}
 
     def run(names: Sequence[str]) -> dict[str, Hold]:

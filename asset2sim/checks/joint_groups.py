@@ -15,7 +15,7 @@ import numpy as np
 
 from asset2sim.checks.mechanism import Mechanism, poses_at, span_of
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import apply, motion
+from asset2sim.physics.kinematics import apply, in_chains, motion
 from schemas.overlay import JointPhysics
 
 CLEARANCE_M = 1e-3
@@ -56,7 +56,7 @@ def apart_groups(item: Mechanism, samples: int) -> list[tuple[JointPhysics, ...]
     """
     poses = poses_at(item, item.start)
     groups: list[tuple[list[JointPhysics], set[str], list[tuple[Array, Array]]]] = []
-    for joint in item.joints:
+    for joint in item.asked:
         low, high = swept_box(item, joint, poses, samples)
         fitting = (
             group for group in groups if group[1].isdisjoint(item.moved[joint.name]) and apart(low, high, group[2])
@@ -99,9 +99,12 @@ def run_in_groups(
     run: Callable[[Sequence[str]], dict[str, Record]],
     good: Callable[[Record], bool],
 ) -> dict[str, Record]:
-    """Run a check on independent joints together; those whose record is not ``good`` again in halves, at last alone."""
+    """Run a check on independent joints together, and on all of a chain, which moves as a whole; those whose record is
+    not ``good`` again in halves, at last alone."""
     records: dict[str, Record] = {}
-    waiting = depth_groups(item, names)
+    chained, names = {*in_chains(item.tree)}, tuple(names)
+    whole = tuple(name for name in names if name in chained)
+    waiting = [whole] * bool(whole) + depth_groups(item, [name for name in names if name not in chained])
     for number in itertools.count():
         if not waiting:
             break

@@ -16,13 +16,18 @@ from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, subtree, with_mimics
+from asset2sim.physics.kinematics import TreeJoint, beyond, in_chains, link_to_root, subtree, with_mimics
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, Pull
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
 TURNS = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
 ROUND = np.stack([np.cos(TURNS), np.sin(TURNS), np.ones(48)], axis=1)
 """(48, 3) rim of a cylinder of radius 1 and half length 1."""
+
+
+FEW_OF_A_CHAIN = 5
+"""Joints of a chain of alike ones that are moved one by one, its first and last among them: a joint of a hose does as
+its neighbours do, and checks of all its 40 take minutes."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,23 @@ class Mechanism:
             if joint.mimic is not None:
                 found[joint.mimic.joint] = (*found.get(joint.mimic.joint, ()), joint)
         return found
+
+    @cached_property
+    def asked(self) -> tuple[JointPhysics, ...]:
+        """The joints that are moved one by one: all but those of chains, and of joints of one type and range that move
+        one after the other a few."""
+        chained, alike = in_chains(self.tree), dict[tuple[str, str], list[str]]()
+        for joint in self.joints:
+            if joint.name in chained:
+                lower, upper = span_of(joint)
+                alike.setdefault((joint.type, f"{upper - lower:.1e}"), []).append(joint.name)
+        passed_over = {
+            name
+            for names in alike.values()
+            for name in {*names}
+            - {names[i] for i in np.linspace(0, len(names) - 1, FEW_OF_A_CHAIN).round().astype(int)}
+        }
+        return tuple(joint for joint in self.joints if joint.name not in passed_over)
 
     def moves_apart(self, joint: str, a: str, b: str) -> bool:
         """Whether a joint, with what follows it, moves two links against each other."""

@@ -33,10 +33,10 @@ def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thre
     Left alone for ``nudge_s``, longer (up to ``release_s``) where the joint's own damping takes longer by design, or
     gravity or a spring moves it anyway.
     """
-    known = {joint.name: joint for joint in item.joints}
+    known = {joint.name: joint for joint in item.asked}
     poses = poses_at(item, item.start)
     given: dict[str, float] = {}
-    for joint in item.joints:
+    for joint in item.asked:
         pull = float(pull_on(item, joint.name, item.start, poses).at(joint.initial_position))
         given[joint.name] = patience(joint, moved_inertia(item, joint.name, poses), pull, settings)
 

@@ -51,7 +51,7 @@ def openings(
     the root is held, or settles on the world's plane for ``settle_s`` first."""
     poses = poses_at(item, item.start)
     found: dict[tuple[str, float], float | None] = {}
-    asked = [joint for joint in item.joints if names is None or joint.name in names]
+    asked = [joint for joint in item.asked if names is None or joint.name in names]
     for group in depth_groups(item, [joint.name for joint in asked]):
         joints = [joint for joint in item.joints if joint.name in group]
         for direction in (1.0, -1.0):

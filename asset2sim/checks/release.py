@@ -57,7 +57,7 @@ def releases(
     move within the stretch in which the sweep found them ``free``: an obstacle is the sweep's to report."""
     poses = poses_at(item, item.start)
     tasks: dict[str, ExpectedRelease] = {}
-    for joint in item.joints:
+    for joint in item.asked:
         task = expected(joint, pull_on(item, joint.name, item.start, poses), free.get(joint.name, span_of(joint)))
         if task is not None:
             tasks[joint.name] = task

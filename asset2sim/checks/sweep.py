@@ -88,7 +88,7 @@ def sweeps(
         found |= stretches(world, item, group, item.start, allowed, settings, limits)
     free = {name: (stretch.low, stretch.high) for name, stretch in found.items()}
     records = []
-    for joint in item.joints:
+    for joint in item.asked:
         stretch, others = found[joint.name], dict[str, float]()
         if stretch.ends:
             stretch, others = cleared(world, item, joint, stretch, free, allowed, settings, limits)

@@ -135,6 +135,23 @@ def beyond(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
     return tuple(moved)
 
 
+CHAIN_JOINTS = 8
+"""Joints one after the other from which on they are a chain or a hose: it is laid as a whole, and no hand turns one of
+its joints alone. Arms of robots and lamps have up to seven."""
+
+
+def in_chains(tree: Sequence[TreeJoint]) -> tuple[str, ...]:
+    """The joints that are part of at least ``CHAIN_JOINTS`` that move one after the other, parents first."""
+    paths: dict[str, tuple[str, ...]] = {}
+    chained: dict[str, None] = {}
+    for joint in tree:
+        moves = joint.type != "fixed" and joint.mimic is None
+        paths[joint.child] = paths.get(joint.parent, ()) + ((joint.name,) if moves else ())
+        if len(paths[joint.child]) >= CHAIN_JOINTS:
+            chained |= dict.fromkeys(paths[joint.child])
+    return tuple(chained)
+
+
 def subtree(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
     """The links that the named joint moves: those beyond it, and beyond the joints that follow it."""
     names = [joint, *(item.name for item in tree if item.mimic is not None and item.mimic.joint == joint)]

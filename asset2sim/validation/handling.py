@@ -12,7 +12,7 @@ from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import grip_on, round_about
-from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, beyond, in_chains, link_to_root
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
@@ -34,9 +34,6 @@ FELT_MARGIN = 1.25
 BORNE_SHARE = 0.2
 """Most of the force that tips or slides an object which its part's least effort may be: a spring whose end takes half
 of it starts at a fourth."""
-CHAIN_JOINTS = 8
-"""Joints one after the other from which on they are a chain or a hose: it is laid as a whole, and no hand turns one of
-its joints alone. Arms of robots and lamps have up to seven."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
 
@@ -162,7 +159,7 @@ def handlings(
     center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
     support = leaning_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
     joints = {joint.name: joint for joint in tree}
-    chained = in_chains(features)
+    chained = in_chains(tree)
     found: dict[str, Handling] = {}
     for name in positions:
         joint, hinge = features.joint(name), joints[name]
@@ -191,21 +188,6 @@ def handlings(
         kind = replace(kind, lever=grip.lever, tips_upward=up, tips_downward=down)
         found[name] = replace(kind, range=as_borne(kind))
     return found
-
-
-def in_chains(features: Features) -> set[str]:
-    """The joints that are part of at least ``CHAIN_JOINTS`` that move one after the other."""
-    above = {joint.child: joint for joint in features.joints}
-    chained = set[str]()
-    for link in above:
-        path, at = list[str](), link
-        while at in above and len(path) <= len(above):
-            if above[at].movable:
-                path.append(above[at].name)
-            at = above[at].parent
-        if len(path) >= CHAIN_JOINTS:
-            chained.update(path)
-    return chained
 
 
 def as_borne(kind: Handling) -> EffortRange:
