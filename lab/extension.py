@@ -10,7 +10,7 @@ COMMANDS = (
     ),
     Command(
         "judge-videos", "films of recorded interactions, scored by models side by side",
-        "lab.options.judged_options:JudgeVideosOptions", "lab.flows.judge_films:judge_films",
+        "lab.options.rating_options:JudgeVideosOptions", "lab.flows.judge_films:judge_films",
     ),
     Command(
         "ratings", "what people and judges made of variants, per method",
@@ -26,7 +26,7 @@ COMMANDS = (
     ),
     Command(
         "learn", "a robot learns to use refined objects: PPO, resumable",
-        "lab.options.learn_options:LearnOptions", "lab.flows.learn:learn",
+        "lab.options.trial_options:LearnOptions", "lab.flows.learn:learn",
     ),
 )  # fmt: skip
 REACHABLE = FurtherCheck(

@@ -16,7 +16,7 @@ from lab.judged.variant_folders import variant_folders
 from lab.learning.progress import Point
 from lab.learning.show_learning import described, draw_curves, learning_block
 from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_left, trainings_of
-from lab.options.learn_options import LearnOptions
+from lab.options.trial_options import LearnOptions
 from lab.pages.blocks import check_page, write_block
 from lab.schemas.ppo_settings import warp_settings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES

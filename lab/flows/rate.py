@@ -1,19 +1,54 @@
 """The commands that let people rate variants, and that print what they and judges made of them."""
 
 import sys
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
 from asset2sim.catalog.text import output
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
-from lab.judged.rating_plan import variants_of
-from lab.judged.rating_serve import open_rating
-from lab.judged.rating_stages import lasting
+from asset2sim.viewer.serve import open_server
+from lab.judged.rating_plan import Variant, variants_of
+from lab.judged.rating_stages import Durations, lasting
 from lab.judged.show_ratings import describe_ratings
 from lab.judged.variant_folders import variant_folders
 from lab.options.rating_options import RateOptions, RatingsOptions
-from schemas.settings import Settings
+from schemas.settings import EngineSettings, Settings
+from schemas.vocabulary import Engine
+
+if TYPE_CHECKING:
+    from lab.judged.rating_desk import RatingDesk
+
+TITLE = "Rating"
+"""Of the page: our own name is a method's."""
+
+
+@contextmanager
+def open_rating(
+    out: Path | str,
+    variants: Sequence[Variant],
+    *,
+    engine: Engine,
+    host: str,
+    port: int,
+    settings: EngineSettings,
+    durations: Durations,
+    seed: int,
+) -> Iterator["RatingDesk"]:
+    """The rating page of some variants, serving and simulating until the context ends; ratings are stored in OUT.
+    Raises UsageError where viser or the engine is not installed, and for an address that cannot be served on."""
+    with open_server(engine, host, port, TITLE) as server:
+        from lab.judged.rating_desk import RatingDesk
+
+        desk = RatingDesk(out, variants, server, engine, settings, durations, seed)
+        desk.start_thread()
+        try:
+            yield desk
+        finally:
+            desk.stop()
 
 
 def serve_rating(options: RateOptions, settings: Settings) -> None:

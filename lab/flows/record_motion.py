@@ -1,9 +1,13 @@
 """Recorded interactions of refined objects: the study of trials as a flow, its table, and its pages."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
+import pandas as pd
+from rich.console import RenderableType
+
 from asset2sim.catalog.own_files import latest_own
-from asset2sim.catalog.text import output
+from asset2sim.catalog.text import markdown_table, number_table, output, titled_table
 from asset2sim.experiments.study import require_one_done, run_study, telling
 from asset2sim.gym.arm.gripper import ROBOTIQ
 from asset2sim.gym.arm.robotiq import robotiq_file
@@ -12,10 +16,48 @@ from lab.judged.variant_folders import variant_folders
 from lab.options.trial_options import RecordMotionOptions
 from lab.pages.blocks import Pages
 from lab.schemas.tables_trials import TRIALS
-from lab.trials.show_trials import described, trials_block
+from lab.trials.figures import FAULTS, MethodTrials, method_figures, task_rows
 from lab.trials.study import STUDY, jobs_of
 from schemas.settings import Settings
 from schemas.table import Row
+
+HEADINGS = ("method", "tasks done", "score, of 5", "recorded", *FAULTS.values())
+
+
+def described(trials: pd.DataFrame) -> list[RenderableType]:
+    """A table of what became of each task, and one of the methods."""
+    figures = method_figures(trials)
+    table = titled_table("\nWhat became of each task")
+    for heading in ("task", *names(figures)):
+        table.add_column(heading, overflow="fold")
+    for task, cells in task_rows(trials):
+        table.add_row(task, *(cells.get((item.method, item.model), "") for item in figures))
+    return [table, number_table("Physical judge", HEADINGS, rows_of(figures), 1)]
+
+
+def trials_block(trials: pd.DataFrame) -> str:
+    """The same two tables as Markdown."""
+    figures = method_figures(trials)
+    methods = markdown_table(HEADINGS, rows_of(figures), range(1, len(HEADINGS)))
+    rows = [
+        (task, *(cells.get((item.method, item.model), "") for item in figures)) for task, cells in task_rows(trials)
+    ]
+    return f"{methods}\n\n{markdown_table(('task', *names(figures)), rows)}"
+
+
+def names(figures: Sequence[MethodTrials]) -> list[str]:
+    """The methods, with their models where several were asked."""
+    several = len({item.model for item in figures}) > 1
+    return [f"{item.method}, {item.model}" if several else item.method for item in figures]
+
+
+def rows_of(figures: Sequence[MethodTrials]) -> list[tuple[str, ...]]:
+    """A row per method."""
+    return [
+        (name, f"{item.done} of {item.tasks}", f"{item.score:.2f}", f"{item.recorded}", *map(str, item.faults))
+        for name, item in zip(names(figures), figures, strict=True)
+    ]
+
 
 BLOCK = "judged"
 """Name of the pages' block."""

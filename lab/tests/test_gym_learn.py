@@ -23,12 +23,11 @@ from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.environment import ObjectEnv
 from flows.command import refine, run_command, serve
 from lab.learning import study
-from lab.learning.learning_log import EXPERIMENT, IDENTITY
 from lab.learning.lesson import Lesson
 from lab.learning.ppo import environments, load_policy, new_model, without_noise
 from lab.learning.progress import PROGRESS, Point, TrainingProgress
 from lab.learning.rollouts import roll
-from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_of
+from lab.learning.study import EXPERIMENT, IDENTITY, Chosen, Training, check_libraries, learning_study, trainings_of
 from lab.learning.training import train
 from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES

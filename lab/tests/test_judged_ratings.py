@@ -9,8 +9,8 @@ from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.catalog.write import write_run
 from flows.command import run_command
 from lab.judged.published import published_ratings
+from lab.judged.show_ratings import RatedVariant, verdict_figures, verdicts_of
 from lab.judged.variant_folders import variant_folders
-from lab.judged.verdicts import RatedVariant, verdict_figures, verdicts_of
 from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode, Method

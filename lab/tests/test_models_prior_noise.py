@@ -12,9 +12,8 @@ from asset2sim.models.gateway.lite import load_litellm
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prior.answer import answer
 from asset2sim.models.prior.provider import next_answer
-from lab.noise.noise import MALFORMED, malformed, noisy, noisy_overlay
+from lab.noise.noise import MALFORMED, malformed, noisy, noisy_overlay, with_wrong_part
 from lab.noise.noise_level import NOISY_LABEL, Draws, Noise, NoiseLevel, draws_for, is_noisy, noise_of
-from lab.noise.noise_state import with_wrong_part
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
 from schemas.model_names import described, is_prior
 from schemas.overlay import Overlay

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-import lab.trials.reach
+import lab.trials.reach_stage
 from asset2sim.catalog.rows import asset_row
 from lab.schemas.reached import Reached
 from lab.trials.reach_stage import measure_reach
@@ -61,7 +61,7 @@ def test_what_has_no_joint_is_not_tried_and_says_so(tmp_path: Path) -> None:
 
 
 def test_an_arm_that_kills_its_process_costs_the_asset_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lab.trials.reach, "reach", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+    monkeypatch.setattr(lab.trials.reach_stage, "reach", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
     found = tried(tmp_path)
     assert found.further["reachable"] is None and "SIGKILL" in str(found.further["reachable_reason"])
 

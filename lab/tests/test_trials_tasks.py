@@ -6,10 +6,10 @@ import pandas as pd
 import pytest
 
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, is_near, joint_of, target_of, tasks_of
+from lab.flows.record_motion import trials_block
 from lab.options.trial_options import RecordMotionOptions
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.figures import FAULTS, method_figures, task_rows
-from lab.trials.show_trials import trials_block
 from lab.trials.study import motion_folder
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay
