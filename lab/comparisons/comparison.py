@@ -17,6 +17,7 @@ from lab.comparisons.markdown import (
     agreement_sentences,
     by_model,
     failure_table,
+    fewer_objects,
     figure_table,
     meaning_table,
     notes,
@@ -49,6 +50,8 @@ class Comparison:
     cost: list[Row]
     growth: list[Row]
     apart: tuple[dict[str, object], ...] = ()
+    shapes: tuple[str, ...] = ()
+    """Paragraphs on penetration on the same shapes, where it was measured."""
 
     @property
     def count(self) -> int:
@@ -110,9 +113,10 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
     """One model's tables and chart, by paragraph."""
     return [
         f"## {described(model)}",
-        notes(model, found.subset, found.count, found.engines),
+        notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects),
         "### Stability and semantics",
         stability_tables(found.stability, model),
+        *found.shapes,
         *meaning_section(found, model),
         "### How assets ended",
         failure_table(found.failures, found.success, model),
@@ -141,8 +145,9 @@ def page_block(found: Comparison, pictures: dict[str, str]) -> str:
     error levels of others are in the growth chart."""
     model = next(iter(by_model(found.stability)))
     parts = [
-        notes(model, found.subset, found.count, found.engines),
+        notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects),
         figure_table(found.stability, STABILITY, model),
+        *found.shapes,
         *meaning_section(found, model),
         f"![Outcomes of each method with {described(model)}]({pictures[model]})",
         figure_table(found.cost, COST, model),

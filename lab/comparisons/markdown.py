@@ -98,6 +98,14 @@ def notes(model: str, subset: str | None, objects: int, engines: str) -> str:
     )
 
 
+def fewer_objects(objects: pd.DataFrame) -> str:
+    """A sentence on methods that have fewer objects than were compared; "" where none has."""
+    count = objects["asset_id"].nunique()
+    own = objects.groupby("method")["asset_id"].nunique()
+    parts = [f"{NAMES[Method(str(method))]} {size}" for method, size in own.items() if size < count]
+    return f" Objects for which no expert chose anything are left out: {', '.join(parts)} of {count}." if parts else ""
+
+
 def by_model(rows: Sequence[Row]) -> Mapping[str, list[Row]]:
     """Model → its rows and those of methods without a model."""
     models = dict.fromkeys(str(row["model"]) for row in rows if row["model"] != NO_MODEL)

@@ -13,15 +13,22 @@ from schemas.model_names import JUDGE_PURPOSE
 from schemas.settings import Thresholds
 from schemas.vocabulary import PAPER_FAILURE_MODES, FailureMode
 
+NO_REFERENCE = "no_reference"
+"""Finding of an object for which no expert chose anything."""
+
 
 def read_objects(runs: Sequence[MethodRun], limits: Thresholds) -> pd.DataFrame:
     """The latest run of every folder, as rows of ``lab.schemas.tables_compare.OBJECTS``; numbers not measured are NaN.
-    Raises UsageError where a folder has no run."""
+    An object for which the human reference has no expert's choice is no row of that method. Raises UsageError where a
+    folder has no run."""
     return pd.concat([_objects(run, limits) for run in runs], ignore_index=True)
 
 
 def _objects(run: MethodRun, limits: Thresholds) -> pd.DataFrame:
-    assets, aligned, calls, expected = latest_rows(run.folder, "assets", "alignment", "model_calls", "expectations")
+    tables = "assets", "alignment", "model_calls", "expectations", "findings"
+    assets, aligned, calls, expected, findings = latest_rows(run.folder, *tables)
+    unchosen = findings.loc[findings["code"] == NO_REFERENCE, "asset_id"]
+    assets = assets[~assets["asset_id"].isin(unchosen)]
     columns = ["asset_id", "alignment", "judged", "scale_deviation", "reference_states_scale", "joint_deviation_rad"]
     merged = assets.merge(aligned[columns], on="asset_id", how="left")
     merged = merged.merge(_spent(calls), on="asset_id", how="left")

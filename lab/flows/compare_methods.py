@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 
 from asset2sim.catalog.text import output
 from asset2sim.experiments.isolation.children import warm_up
@@ -15,6 +16,7 @@ from lab.comparisons.first_table import FIRST, first_table
 from lab.comparisons.meaning import experts_apart
 from lab.comparisons.method_runs import CompareRequest, parse_request, planned_runs
 from lab.comparisons.object_rows import read_objects
+from lab.comparisons.shapes import shapes_section
 from lab.pages.blocks import check_page, write_block
 from schemas.asset import FoundAssets
 from schemas.errors import DONE, STOPPED, exit_code_of
@@ -49,6 +51,7 @@ def compare_methods(request: CompareRequest) -> int:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED
     compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines, experts_apart(runs))
+    compared = replace(compared, shapes=tuple(shapes_section(runs, base.engine)))
     report = write_comparison(request.out, runs, compared)
     if request.page is not None:
         write_page(request.page, request.out, compared)

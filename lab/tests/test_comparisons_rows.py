@@ -18,10 +18,17 @@ from lab.comparisons.comparison import compare, write_comparison, write_page
 from lab.comparisons.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from lab.comparisons.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
 from lab.comparisons.first_table import first_table
-from lab.comparisons.markdown import agreement_sentences, failure_table, figure_table, meaning_table, stability_tables
+from lab.comparisons.markdown import (
+    agreement_sentences,
+    failure_table,
+    fewer_objects,
+    figure_table,
+    meaning_table,
+    stability_tables,
+)
 from lab.comparisons.meaning import apart_table, experts_apart
 from lab.comparisons.method_runs import METHODS, NO_MODEL, MethodRun
-from lab.comparisons.object_rows import read_objects
+from lab.comparisons.object_rows import NO_REFERENCE, read_objects
 from lab.pages.blocks import markers
 from schemas.alignment import Expectation
 from schemas.asset import AssetRecord, AssetRef
@@ -282,6 +289,17 @@ def test_objects_are_read_from_the_latest_run_of_each_folder(tmp_path: Path) -> 
     assert rows["alignment"].tolist()[:2] == [0.75, 0.75] and rows["alignment"].isna()["3"]
     assert rows.loc["1", "scale_deviation"] == 0.25 and rows["scale_deviation"].isna()["2"]
     assert rows.loc["3", "paper_failure_mode"] == "no valid parameter estimate"
+
+
+def test_an_object_for_which_no_expert_chose_is_left_out_and_not_failed(tmp_path: Path) -> None:
+    run = MethodRun(Method.REFERENCE, NO_MODEL, tmp_path)
+    failures = [make_failure("2", FailureMode.NO_VALID_ESTIMATE, NO_REFERENCE), make_failure("3", FailureMode.DRIFT)]
+    records = [refined(Method.REFERENCE, record) for record in (make_record("1"), *failures)]
+    write_run(tmp_path, start_run(Settings(), "data"), records)
+    rows = read_objects([run], Thresholds())
+    assert rows["asset_id"].tolist() == ["1", "3"]
+    both = pd.concat([rows, pd.DataFrame([one(Method.DIRECT, name) for name in ("1", "2", "3")])])
+    assert fewer_objects(both).endswith("left out: human reference 2 of 3.") and fewer_objects(rows) == ""
 
 
 def expecting(record: AssetRecord, *wanted: Expectation) -> AssetRecord:

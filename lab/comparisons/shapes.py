@@ -1,0 +1,130 @@
+"""Penetration of every method's state on the same two shapes: the hulls as authored, and those that ours cut."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.baselines.declared_method import known_methods
+from asset2sim.catalog.read import latest_rows
+from asset2sim.catalog.text import NOTHING, markdown_table
+from asset2sim.engines.pybullet_object import phi_at
+from lab.comparisons.markdown import name_of
+from lab.comparisons.method_runs import MethodRun
+from lab.comparisons.proposers import STATE_STEPS
+from schemas.errors import AssetError
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import EngineSettings
+from schemas.vocabulary import Method
+
+SINGLE = {"103275": "stapler", "102703": "toilet"}
+"""The two of the paper's nine whose penetration it names."""
+OVERLAP_MM = 0.1
+"""Φ from which an object counts as overlapping, mm: a tenth of the verdict's bound."""
+ASKED = ("request", "authored")
+"""Steps of the trace that state where the search begins."""
+
+
+@dataclass(frozen=True)
+class ShapesRow:
+    """One object's Φ with one method's size and state, mm: on hulls as authored, and on those that ours left; NaN where
+    there are none."""
+
+    method: Method
+    model: str
+    asset_id: str
+    authored_mm: float
+    cut_mm: float
+
+
+def phi_on_shapes(runs: Sequence[MethodRun], settings: EngineSettings) -> list[ShapesRow]:
+    """A row for each refined object of each run. The shapes as authored are those of the first run that leaves hulls as
+    they are, the others those of our method's first; without both there are no rows."""
+    kept = [run.folder / "assets" for run in runs if not known_methods()[run.method].rules]
+    cut = [run.folder / "assets" for run in runs if run.method is Method.ASSET2SIM][:1]
+    found = []
+    for run in runs if kept and cut else ():
+        for file in sorted((run.folder / "assets").glob("*/overlay.json")):
+            own = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+            name = file.parent.name
+            authored = next((folder for folder in kept if (folder / name / "overlay.json").is_file()), kept[0])
+            phi = (phi_mm(own, folder / name, settings) for folder in (authored, cut[0]))
+            found.append(ShapesRow(run.method, run.label, name, *phi))
+    return found
+
+
+def phi_mm(own: PhysicsOverlay, shapes: Path, settings: EngineSettings) -> float:
+    """Φ, mm, of an object's size and state with the collision shapes of another folder, which is as large as its own
+    overlay says; NaN where that has none, or they cannot be loaded."""
+    file = shapes / "overlay.json"
+    if not file.is_file():
+        return float("nan")
+    other = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+    larger = own.scale / other.scale
+    slides = {joint.name for joint in other.all_joints if joint.type == "prismatic"}
+    positions = {name: at / larger if name in slides else at for name, at in own.initial_positions.items()}
+    try:
+        return 1e3 * larger * phi_at(shapes / URDF_NAME, positions, settings)
+    except AssetError:
+        return float("nan")
+
+
+def shapes_table(rows: Sequence[ShapesRow]) -> str:
+    """Markdown: for each method the mean Φ and the number of objects that overlap, before and after cutting, and the
+    stapler and the toilet of the paper's nine; "" without rows."""
+    lines = []
+    for who in dict.fromkeys((row.method, row.model) for row in rows):
+        own = [row for row in rows if (row.method, row.model) == who]
+        both = [row for row in own if np.isfinite([row.authored_mm, row.cut_mm]).all()]
+        single = {row.asset_id: f"{row.authored_mm:.2f}; {row.cut_mm:.2f}" for row in both}
+        lines.append(
+            [
+                name_of(*who),
+                str(len(both)),
+                *(
+                    cell
+                    for values in ([row.authored_mm for row in both], [row.cut_mm for row in both])
+                    for cell in (f"{np.mean(values):.2f}", str(sum(value > OVERLAP_MM for value in values)))
+                ),
+                *(single.get(asset_id, NOTHING) for asset_id in SINGLE),
+            ]
+            if both
+            else [name_of(*who), "0", *[NOTHING] * 6]
+        )
+    headings = ("method", "objects", "Φ mm, hulls as authored", "overlap", "Φ mm, hulls as ours cut them", "overlap")
+    return markdown_table((*headings, *SINGLE.values()), lines, right=range(1, 8)) if rows else ""
+
+
+def done_by(out: Path) -> str:
+    """One sentence on what brought Φ down in our method's run: hulls, the search for a state, or a model's steps."""
+    assets, findings, trace = latest_rows(out, "assets", "findings", "trace")
+    return done_sentence(len(assets), findings, trace)
+
+
+def done_sentence(count: int, findings: pd.DataFrame, trace: pd.DataFrame) -> str:
+    """The sentence of ``done_by`` from the tables of a run over so many objects."""
+    cut = findings[findings["code"] == "collision_cut"]
+    shares = [int(found[1]) for text in cut["message"] if (found := re.search(r"\((\d+)% of a hull\)", text))]
+    steps = trace[trace["accepted"] & (trace["phi_after_mm"] < trace["phi_before_mm"])]
+    searched = steps[steps["proposer"].isin(set(STATE_STEPS) - {"model", *ASKED})]
+    modelled = steps[steps["proposer"] == "model"]
+    return (
+        f"What brought Φ of ours down: of {count} objects hulls were cut on {cut['asset_id'].nunique()} (by up to "
+        f"{max(shares, default=0)} % of a hull), a step of the joints was accepted on "
+        f"{searched['asset_id'].nunique()}, a model's step on {modelled['asset_id'].nunique()}."
+    )
+
+
+def shapes_section(runs: Sequence[MethodRun], settings: EngineSettings) -> list[str]:
+    """Table and sentence, with what they are; nothing without our run and the objects as they came."""
+    rows = phi_on_shapes(runs, settings)
+    ours: Mapping[str, Path] = {run.method.value: run.folder for run in reversed(runs)}
+    said = (
+        "Φ of each method's size and state on the same shapes, in PyBullet; *overlap*: objects over "
+        f"{OVERLAP_MM:g} mm; stapler and toilet: before; after."
+    )
+    return [said, shapes_table(rows), done_by(ours[Method.ASSET2SIM.value])] if rows else []
