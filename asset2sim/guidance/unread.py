@@ -1,4 +1,4 @@
-"""What of a sentence nothing has read, and what in it contradicts itself: told to its user, who asked for it."""
+"""Words of a sentence that nothing has read, and those that contradict each other, as findings for its user."""
 
 import re
 import unicodedata
@@ -97,7 +97,7 @@ def _is_shut(wish: AskedState) -> bool:
 
 
 def _foreign(sentence: str) -> str:
-    """What of a sentence is in letters that no table has, or all of it where it most likely is in a language that none
+    """Parts of a sentence in letters that no table has, or all of it where it most likely is in a language that none
     has; else nothing."""
     letters = [match.start() for match in re.finditer(r"[^\W\d_]", sentence)]
     strange = [at for at in letters if sentence[at].isalpha() and not _is_latin(sentence[at])]

@@ -31,7 +31,7 @@ DRIVEN_SHARE = 0.8
 
 
 def without_robots(converted: Converted) -> Converted:
-    """What was read, without the robots that hang on its world, or on its root where that has no shape, beside
+    """The file as read, without the robots that hang on its world, or on its root where that has no shape, beside
     something else; a note on each. An object that is then alone and free hangs on nothing."""
     robot = converted.robot
     links = {str(link.get("name")): link for link in robot.findall("link")}

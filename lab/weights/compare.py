@@ -224,7 +224,7 @@ def weights_block(weighed: Sequence[Weighed]) -> str:
 
 
 def marks(reference: PublishedWeight) -> str:
-    """What follows a row's name: * for one that is held out, † for one without a published figure."""
+    """Mark behind a row's name: * for one that is held out, † for one without a published figure."""
     return (" *" if reference.held_out else "") + (" †" if reference.typical else "")
 
 

@@ -216,7 +216,7 @@ def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> No
 
 
 def write_biases(actuator: Element, item: ExportObject) -> None:
-    """What mechanisms exert on their joints, as actuators that no control moves."""
+    """Efforts of mechanisms on their joints, as actuators that no control moves."""
     for joint in item.joints:
         slope, none_at, least, most = joint.dynamics.bias
         if slope != 0.0:
