@@ -83,7 +83,7 @@ class JointProposal(Frozen):
     from half open, ``stops_within`` how far it glides (m at the final scale, or rad) when a hand lets it go at its
     usual speed, ``returns_s`` the time in which its spring brings it back from its far end; over 0.2 s it counts before
     the press too. Closed and back are a tenth of the way from it. ``damping_level`` is the user's word for damping,
-    which the paper's rule needs.
+    which the paper's rule needs. ``mechanism`` is what people would call it; None: as its part usually has it.
     """
 
     name: str
@@ -100,6 +100,7 @@ class JointProposal(Frozen):
     stops_within: Positive | None = None
     returns_s: Positive | None = None
     damping_level: Level | None = None
+    mechanism: MechanismName | None = None
 
 
 class SupportProposal(Frozen):

@@ -88,6 +88,13 @@ class PhysicsSettings(Frozen):
     """... where gravity's pull is at most this share of its largest: a handle near its balance, a lid past upright."""
     counterbalance_share: Fraction = 0.9
     """Share of an open door's weight that its springs carry, where such doors have springs: it must stay down."""
+    strut_share: Fraction = 0.95
+    """The same of a flap or lid that gravity shuts and that is too heavy for a hand, of its weight all the way."""
+    seal_n: Positive = 15.0
+    """Force at a door's edge with which its magnetic gasket lets go, N: refrigerators' typically do so at 10 to 20 N;
+    16 CFR 1750.5 allows 66.7 N from inside, IEC 60335-2-24 70 N."""
+    seal_travel_m: Positive = 8e-3
+    """Way of a door's edge over which its gasket pulls, m: gaskets have bellows of 8 to 12 mm."""
     default_coast_s: Positive = 0.1
     """Default time constant I_eff / damping, s (design.md: passes in two engines)."""
     default_friction_rad_s2: NonNegative = 1.0

@@ -6,13 +6,16 @@ from pathlib import Path
 import pytest
 
 from asset2sim.baselines.declared_method import known_methods
+from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
+from schemas.vocabulary import Source, Status, UpAxis
 from tasks.extract import extract_asset
 from tasks.job import AssetJob
+from tasks.pipeline import refine_asset
 from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
-from tests.assets import NO_VIEWS, joint, link, prior, robot, shape, written
+from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
 
 BODY = shape("0.04 0.04 0.2") + shape("0.15 0.025 0.025", xyz="0.06 0 0.09")
 STICK = shape("0.1 0.02 0.012", xyz="0.04 0 0.006")
@@ -27,10 +30,16 @@ def described(
     folder: Path, name: str, category: str, words: str, part: str, label: str, **hinge: str
 ) -> PhysicsOverlay:
     """The overlay of an object of a body (``hinge["body"]``) and one part, by the offline model and the rules."""
-    body, kind = hinge.pop("body"), hinge.pop("kind")
+    body, kind, up = hinge.pop("body"), hinge.pop("kind"), hinge.pop("up", None)
     made = robot(link("base", body), link("part", part), joint("turn", kind, "base", "part", **hinge))
     files = {"semantics.txt": f"base free body\npart hinge {label}\n"} if label else {}
-    ref = AssetRef(asset_id=name, path=str(written(folder / name, made, files)), category=category, prompt=words)
+    ref = AssetRef(
+        asset_id=name,
+        path=str(written(folder / name, made, files)),
+        category=category,
+        prompt=words,
+        up=UpAxis(up) if up else None,
+    )
     job, method = AssetJob(ref, folder / "out", NO_VIEWS, prior), known_methods()[NO_VIEWS.method]
     extracted = extract_asset(job, correct_joints=True)
     job = replace(job, guidance=extracted.guidance)
@@ -75,7 +84,11 @@ def test_wall_switches_take_what_rockers_take(tmp_path: Path, label: str) -> Non
     part = shape("0.008 0.03 0.05")
     made = only(described(tmp_path, "switch_3", "Switch", "A light switch.", part, label, body=PLATE, **hinge))
     assert made.effort_range is not None and made.effort_range.kind == "rocker or toggle" and made.holds
-    assert made.friction >= 0.5 * 2.8 * 0.02
+    assert made.mechanism == "bistable" and made.bias is not None
+    assert made.initial_position in (made.lower, made.upper), "on or off, not between"
+    for end in (made.lower, made.upper):
+        pressed = made.exerted(end or 0.0) * (1.0 if end == made.upper else -1.0)
+        assert 2.8 * 0.02 < pressed < 11.0 * 0.03 and pressed > 5.0 * made.friction, "it snaps to either"
 
 
 @pytest.mark.parametrize(
@@ -98,3 +111,97 @@ def test_other_parts_stay_or_return(
     made = only(described(tmp_path, "thing", category, words, part, label, body=BODY, xyz="0 0 0.12", **hinge))
     assert made.effort_range is not None and made.effort_range.kind == kind
     assert made.holds is holds and (made.stiffness > 0.0) is (category == "Toilet")
+
+
+FRIDGE = {"kind": "revolute", "axis": "0 0 1", "limit": "0 2", "xyz": "-0.33 -0.3 0.03"}
+FRIDGE_DOOR = shape("0.05 0.6 1.6", xyz="0 0.3 0")
+
+
+@pytest.mark.parametrize(("size", "least", "most"), [("0.6 0.6 1.7", 10.0, 20.0), ("0.6 0.6 1.65", 10.0, 20.0)])
+def test_a_refrigerator_has_a_seal_that_lets_go_as_they_do(
+    tmp_path: Path, size: str, least: float, most: float
+) -> None:
+    made = only(described(tmp_path, "a", "Refrigerator", "A fridge.", FRIDGE_DOOR, "door", body=shape(size), **FRIDGE))
+    assert made.mechanism == "seal" and made.bias is not None
+    assert least < -made.exerted(made.closed) / 0.6 < most, "N at its edge"
+    assert made.exerted(0.05) == 0.0, "and nothing once it is open by a few centimetres"
+
+
+def test_a_seal_never_tips_what_stands_light(tmp_path: Path) -> None:
+    small = shape("0.05 0.1 0.3", xyz="0 0.05 0")
+    hinge = {"kind": "revolute", "axis": "0 0 1", "limit": "0 2", "xyz": "-0.075 -0.05 0.01"}
+    words = "A toy fridge 0.3 m tall that weighs 0.5 kg."
+    made = only(described(tmp_path, "a", "Refrigerator", words, small, "door", body=shape("0.1 0.1 0.33"), **hinge))
+    assert made.bias is not None and -made.exerted(made.closed) < 0.5 * 0.5 * 9.81 * 0.1, "half of what tips it"
+
+
+HEAVY = {
+    "chest": (
+        "Box", "A wooden chest 1.2 m wide that weighs 60 kg, lid half open.", shape("0.5 1 0.45"),
+        shape("0.5 1 0.03", xyz="-0.25 0 0.015"), {"axis": "0 1 0", "limit": "0 1.9", "xyz": "0.25 0 0.226"},
+    ),
+    "flap": (
+        "StorageFurniture", "A wall cabinet 1.2 m wide with a flap that opens upwards, flap half open.",
+        shape("0.35 1.2 0.6"), shape("0.025 1.2 0.6", xyz="0 0 -0.3"),
+        {"axis": "0 1 0", "limit": "0 1.6", "xyz": "-0.19 0 0.3"},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HEAVY)
+def test_what_gravity_shuts_and_no_hand_would_lift_has_a_strut(tmp_path: Path, name: str) -> None:
+    category, words, body, part, hinge = HEAVY[name]
+    label = "rotation_lid" if name == "chest" else "rotation_door"
+    overlay = described(tmp_path, name, category, words, part, label, body=body, kind="revolute", up="z", **hinge)
+    made = only(overlay)
+    assert made.mechanism == "strut" and made.effort_range is not None
+    carried = made.exerted(made.initial_position)
+    assert carried * made.gravity_load < 0.0 and abs(carried) > 0.6 * abs(made.gravity_load)
+    lever = 0.5 if name == "chest" else 0.6
+    force = (abs(made.gravity_load + carried) + made.friction) / (lever * overlay.scale)
+    assert force < made.effort_range.most_n, "by hand"
+    assert made.friction > abs(made.gravity_load + carried), "and it stays"
+
+
+def test_a_model_may_name_a_mechanism(tmp_path: Path) -> None:
+    item = read(written(tmp_path, robot(
+        link("base", BODY), link("part", shape("0.03 0.02 0.008")),
+        joint("turn", "revolute", "base", "part", xyz="0 0 0.12", axis="0 1 0", limit="-0.2 0.2"),
+    )))  # fmt: skip
+    for mechanism, holds in (("bistable", True), ("friction", True), ("free", False)):
+        asked = JointProposal(name="turn", mechanism=mechanism)
+        overlay, _ = validate(item, Overlay(scale=1.0, joints=(asked,)), Source.MODEL, 0.5, NO_VIEWS.physics)
+        made = only(overlay)
+        assert (made.mechanism, made.holds) == (mechanism, holds) and (made.bias is not None) is (
+            mechanism == "bistable"
+        )
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("name", ["chest", "flap", "fridge", "switch"])
+def test_mechanisms_pass_every_check_in_every_engine(tmp_path: Path, name: str) -> None:
+    if name in HEAVY:
+        category, words, body, part, hinge = HEAVY[name]
+        hinge, label = {"kind": "revolute", **hinge}, "rotation_lid" if name == "chest" else "rotation_door"
+    elif name == "fridge":
+        category, words, body, part, hinge, label = (
+            "Refrigerator",
+            "A fridge.",
+            shape("0.6 0.6 1.7"),
+            FRIDGE_DOOR,
+            FRIDGE,
+            "door",
+        )
+    else:
+        category, words, body, part, label = "Switch", "A light switch, off.", PLATE, shape("0.008 0.03 0.05"), "switch"
+        hinge = {"kind": "revolute", "axis": "0 1 0", "limit": "-0.12 0.12", "xyz": "-0.008 0 0"}
+    kind = hinge["kind"]
+    made = robot(
+        link("base", body),
+        link("part", part),
+        joint("turn", kind, "base", "part", **{k: v for k, v in hinge.items() if k != "kind"}),
+    )
+    folder = written(tmp_path / name, made, {"semantics.txt": f"base free body\npart hinge {label}\n"})
+    ref = AssetRef(asset_id=name, path=str(folder), category=category, prompt=words, up=UpAxis.Z)
+    record = refine_asset(ref, tmp_path / "out", NO_VIEWS, prior)
+    assert record.status is Status.OK, record.reason

@@ -12,7 +12,7 @@ from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.kinematics import mimics_of, tree_of
 from asset2sim.physics.wall_material import wall_volume
 from asset2sim.validation.handling import handling
-from asset2sim.validation.joints import HELD_STATE
+from asset2sim.validation.holding import HELD_STATE
 from asset2sim.validation.validate import contact_friction
 from schemas.base import Inertia6
 from schemas.features import Features, JointFeatures, LinkFeatures

@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import cast
 
 from asset2sim.guidance.csv_rows import csv_rows
+from schemas.mechanism import MechanismName
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,14 @@ class PartContent:
 @dataclass(frozen=True)
 class PartMechanism:
     """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is
-    opened in use, from closed: no lid is by 270°. ``press_n``: with what its spring resists at the start and at the
-    end of its travel, N, at a hinged part's far edge."""
+    opened in use, from closed: no lid is by 270°. ``kind``: what people call it. ``press_n``: with what its spring
+    resists at the start and at the end of its travel, N, at a hinged part's far edge."""
 
     role: str
     coast_s: float
     spring_hz: float | None
     spring_rest: str
-    holds: bool
+    kind: MechanismName
     usual_rad: float
     press_n: tuple[float, float] | None
 
@@ -139,11 +141,9 @@ def sizes() -> dict[str, Size]:
 @lru_cache
 def materials() -> dict[str, Material]:
     """Name → material."""
+    keys = ("density_kg_m3", "wall_factor", "friction")
     return {
-        row["material"]: Material(
-            row["material"], float(row["density_kg_m3"]), float(row["wall_factor"]), float(row["friction"])
-        )
-        for row in csv_rows("materials")
+        row["material"]: Material(row["material"], *(float(row[key]) for key in keys)) for row in csv_rows("materials")
     }
 
 
@@ -292,7 +292,7 @@ def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
             coast_s=float(row["coast_s"]),
             spring_hz=float(row["spring_hz"]) if row["spring_hz"] else None,
             spring_rest=row["spring_rest"],
-            holds=row["holds"] == "yes",
+            kind=cast(MechanismName, row["mechanism"]),
             usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
             press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
         )

@@ -154,7 +154,7 @@ def _quoted(text: str) -> str:
 
 RULE_FIELDS = (
     "coast_s", "spring_hz", "press_start", "press_end", "closes_s", "stops_within", "returns_s", "damping_level",
-    "density_kg_m3", "hollow_factor", "wall_m", "contents",
+    "mechanism", "density_kg_m3", "hollow_factor", "wall_m", "contents",
 )  # fmt: skip
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 

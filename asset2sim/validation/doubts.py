@@ -15,7 +15,7 @@ from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.sizing import dimension, propose_scale
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.validation.asked_state import RequestedState, requested_states, share_of
-from asset2sim.validation.joints import HELD_STATE
+from asset2sim.validation.holding import HELD_STATE
 from asset2sim.validation.size import STATED_SHARE, size_bounds
 from asset2sim.validation.validate import contact_friction, validate
 from schemas.errors import AssetError

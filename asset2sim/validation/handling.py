@@ -18,11 +18,13 @@ from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_
 from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
 from schemas.finding import Notes
-from schemas.mechanism import EffortRange
+from schemas.mechanism import STAYS, EffortRange, MechanismName
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.support import SupportKind
 
+MOTIONS = {"prismatic": "slider", "continuous": "spin"}
+"""Type of a joint → its motion in the tables; the others are hinges."""
 UP = np.array([0.0, 0.0, 1.0])
 SAFE_SHARE = 0.9
 """Share of the force that tips or slides the object, or that a hand should need at most, that a part is made to take:
@@ -54,13 +56,14 @@ UNKNOWN_PART = MovedPart()
 @dataclass(frozen=True)
 class Handling:
     """How people handle one joint's part: the forces at its edge that its kind should take, whether it is left
-    ``anywhere``, whether springs carry its weight (``counterbalanced``), the ``lever`` of its edge (m; 1 for a slider),
-    and the forces there (N), to larger and to smaller positions, that tip over or slide the object: infinite where none
-    does, or where a hand holds it meanwhile."""
+    ``anywhere``, whether springs carry its weight (``counterbalanced``), what its mechanism is, the ``lever`` of its
+    edge (m; 1 for a slider), and the forces there (N), to larger and to smaller positions, that tip over or slide the
+    object: infinite where none does, or where a hand holds it meanwhile."""
 
     range: EffortRange
     anywhere: bool
     counterbalanced: bool
+    mechanism: MechanismName = "friction"
     lever: float = 1.0
     tips_upward: float = math.inf
     tips_downward: float = math.inf
@@ -101,7 +104,19 @@ def handling(
     stated = EffortRange(
         kind=row.kind, least_n=least, most_n=factor * row.most_n, source=row.source + said, braced=row.braced
     )
-    return Handling(stated, row.anywhere, row.counterbalanced)
+    usual = mechanism(named, features.category, MOTIONS.get(joint.type, "hinge")).kind
+    return Handling(stated, row.anywhere, row.counterbalanced, named_mechanism(usual, proposal))
+
+
+def named_mechanism(usual: MechanismName, proposal: JointProposal | None) -> MechanismName:
+    """The mechanism of a part that ``usual``ly has this one: as the proposal names it, or else as its terms tell."""
+    if proposal is None or proposal.mechanism is not None:
+        return usual if proposal is None or proposal.mechanism is None else proposal.mechanism
+    if is_sprung(proposal):
+        return "spring return"
+    if usual == "seal" or (proposal.holds in (None, usual in STAYS) and usual != "spring return"):
+        return usual
+    return "friction" if proposal.holds else "free"
 
 
 def stays_put(part: str, category: str, joint: JointFeatures, proposal: JointProposal | None) -> bool:
@@ -111,8 +126,9 @@ def stays_put(part: str, category: str, joint: JointFeatures, proposal: JointPro
         return True
     if proposal is not None and proposal.holds is not None:
         return proposal.holds
-    motion = {"prismatic": "slider", "continuous": "spin"}.get(joint.type, "hinge")
-    return mechanism(part, category, motion).holds
+    if proposal is not None and proposal.mechanism is not None:
+        return proposal.mechanism in STAYS
+    return mechanism(part, category, MOTIONS.get(joint.type, "hinge")).kind in STAYS
 
 
 def as_the_user_states(kind: Handling) -> Handling:

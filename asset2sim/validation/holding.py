@@ -10,9 +10,14 @@ from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import SAFE_SHARE, Handling
 from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
+from schemas.finding import Notes
+from schemas.mechanism import STAYS, Bias
+from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule
 
+HELD_STATE = 0.05
+"""Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 STOP_SHARE = 1e-3
 """Share of its range from a limit within which a joint rests on that stop."""
 LEFT_SHARES = (0.25, 0.75)
@@ -29,15 +34,17 @@ LEFT_SAMPLES = 17
 
 @dataclass(frozen=True)
 class Balance:
-    """A spring that carries a part's weight: ``stiffness`` (N·m/rad) and its relaxed position (rad)."""
+    """A spring that carries a part's weight: ``stiffness`` (N·m/rad) and its relaxed position (rad); or a strut."""
 
     stiffness: float = 0.0
     reference: float = 0.0
+    strut: Bias | None = None
 
     def at(self, positions: Array | float) -> Array:
         """(n,) its torque at these positions (rad), N·m."""
-        torque: Array = self.stiffness * (self.reference - np.asarray(positions, dtype=float))
-        return torque
+        places = np.asarray(positions, dtype=float)
+        torque: Array = self.stiffness * (self.reference - places)
+        return torque if self.strut is None else torque + np.vectorize(self.strut.at)(places)
 
 
 NO_BALANCE = Balance()
@@ -154,3 +161,23 @@ def leaves(start: Start, pull: Pull, largest_gravity: float) -> bool:
     in its way. ``largest_gravity`` (N·m or N) is gravity's largest pull on it in any direction."""
     load = float(pull.at(start.position))
     return abs(load) > BALANCED * largest_gravity and not on_stop(start, load)
+
+
+def must_hold(proposal: JointProposal, start: Start, pull: Pull, largest_gravity: float, notes: Notes) -> bool:
+    """Whether a joint must stay where it is placed: as proposed, also by its mechanism, else where it is asked to stand
+    open."""
+    if proposal.holds is not None:
+        return proposal.holds
+    if proposal.mechanism is not None and proposal.mechanism != "seal":
+        return proposal.mechanism in STAYS
+    holds = start.requested and is_open(start)
+    if holds and leaves(start, pull, largest_gravity):
+        name = start.range.joint.name
+        message = f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
+        notes.info("holds_implied", message, joint=name, value=start.position)
+    return holds
+
+
+def is_open(start: Start) -> bool:
+    """Whether the joint starts open: away from its closed end by more than ``HELD_STATE`` of its range."""
+    return abs(start.position - start.range.closed) > HELD_STATE * start.range.span

@@ -20,17 +20,19 @@ from asset2sim.validation.handling import (
 )
 from asset2sim.validation.holding import (
     NO_BALANCE,
+    Balance,
     Holding,
     counterbalance,
     felt_friction,
     friction_armature,
     holding,
-    leaves,
+    must_hold,
 )
 from asset2sim.validation.joint_coupling import bound_together
 from asset2sim.validation.joint_reports import report, report_holding, report_plain_spring
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
+from asset2sim.validation.mechanisms import SNAP_FRICTION, bias_armature, mechanism_bias, snaps, strut
 from asset2sim.validation.positions import Start, turned
 from schemas.features import Features
 from schemas.finding import Notes
@@ -70,8 +72,6 @@ def at_share(span: Range, share: float) -> float:
 
 UPRIGHT = 0.05
 """Share of gravity's largest pull below which a hinge counts as upright: within 3 degrees."""
-HELD_STATE = 0.05
-"""Share of its range beyond the closed end from which a requested state counts as open, and so must be held."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def one_joint(
     """One joint's physics, and where a spring brings it (rad or m)."""
     start, handled = inputs.starts[name], inputs.handled[name]
     proposal = inputs.proposals.get(name) or omitted(name, notes)
-    holds = must_hold(proposal, start, mechanics, notes)
+    holds = must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
     by_user = f"{name}.dynamics" in inputs.asked
     if by_user:
         handled = as_the_user_states(handled)
@@ -158,6 +158,7 @@ def one_joint(
         proposal, moved, start, handled, holds, Source.USER if by_user else inputs.source, settings, notes
     )
     stiffness, reference = terms.stiffness, terms.spring_reference
+    bias = held_by.balance.strut or mechanism_bias(start.range, handled, settings)
     if held_by.balance.stiffness > 0.0:
         stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
         rest = reference
@@ -188,9 +189,15 @@ def one_joint(
         least_inertia=moved.least,
         asked_position=start.asked,
         effort_range=handled.range,
-        armature=max(terms.armature, friction_armature(terms.friction.value, mechanics.least, span.span, settings)),
+        armature=max(
+            terms.armature,
+            friction_armature(terms.friction.value, mechanics.least, span.span, settings),
+            bias_armature(bias, mechanics.least, span.span, settings),
+        ),
         mimic=mimics_of(inputs.tree).get(name),
         exact=f"initial_joint_positions.{name}" in inputs.asked,
+        mechanism=handled.mechanism if bias is None else bias.kind,
+        bias=bias,
     )
     report_plain_spring(made, settings, notes)
     return made, rest
@@ -200,18 +207,6 @@ def omitted(name: str, notes: Notes) -> JointProposal:
     """The proposal for a joint that the overlay leaves out."""
     notes.info("joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name)
     return JointProposal(name=name)
-
-
-def must_hold(proposal: JointProposal, start: Start, mechanics: JointMechanics, notes: Notes) -> bool:
-    """Whether a joint must stay where it is placed: as proposed, else where it is asked to stand open."""
-    if proposal.holds is not None:
-        return proposal.holds
-    holds = start.requested and is_open(start)
-    if holds and leaves(start, mechanics.pull, mechanics.largest_gravity):
-        name = start.range.joint.name
-        message = f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
-        notes.info("holds_implied", message, joint=name, value=start.position)
-    return holds
 
 
 def spring_rest(proposal: JointProposal, start: Start, scale: float) -> float:
@@ -280,10 +275,14 @@ def held_where_left(
     stays = holds or (start.asked is not None and abs(pull.force) <= settings.free_hold_share * largest)
     if settings.dynamics is DynamicsRule.PAPER or (sprung and not holds):
         return Holding()
+    if snaps(start.range, kind):
+        return Holding(SNAP_FRICTION * kind.least_effort, SNAP_FRICTION * kind.least_effort)
+    lifted = None if sprung else strut(start.range, pull, kind, holds or stays, settings)
     if not (holds or stays):
         felt = felt_friction(kind, pull.force)
-        return Holding(felt, felt)
+        return Holding(felt, felt, NO_BALANCE if lifted is None else Balance(strut=lifted))
     balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, mechanics.least, settings)
+    balance = balance if lifted is None else Balance(strut=lifted)
     bump = settings.bump_share if holds else settings.free_bump_share
     if (
         not start.range.joint.prismatic
@@ -292,8 +291,3 @@ def held_where_left(
     ):
         bump = min(bump, settings.upright_bump_share)
     return holding(start, pull, largest, kind, balance, bump_share=bump, settings=settings)
-
-
-def is_open(start: Start) -> bool:
-    """Whether the joint starts open: away from its closed end by more than ``HELD_STATE`` of its range."""
-    return abs(start.position - start.range.closed) > HELD_STATE * start.range.span

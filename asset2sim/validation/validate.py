@@ -23,6 +23,7 @@ from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
+from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.positions import initial_positions
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from asset2sim.validation.trust import (
@@ -146,6 +147,7 @@ def complete(
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind
     )
+    starts = at_their_ends(starts, handled)
     inputs = JointInputs(
         features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed
     )

@@ -8,6 +8,7 @@ from asset2sim.guidance.parts import MovablePart
 from asset2sim.guidance.placing import high_end
 from asset2sim.guidance.tables import MotionWord
 from schemas.guidance import Guidance
+from schemas.mechanism import STAYS
 from schemas.overlay import JointProposal, Level
 
 SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
@@ -149,7 +150,10 @@ def propose_joints(
     by_joint = {part.joint.name: part for part in parts}
     feels = {
         name: QualitativeDynamics(
-            part.mechanism.coast_s, part.mechanism.spring_hz, part.mechanism.holds, press_n=part.mechanism.press_n
+            part.mechanism.coast_s,
+            part.mechanism.spring_hz,
+            part.mechanism.kind in STAYS,
+            press_n=part.mechanism.press_n,
         )
         for name, part in by_joint.items()
     }

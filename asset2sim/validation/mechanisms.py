@@ -1,0 +1,102 @@
+"""What mechanisms exert on joints besides springs: gaskets, rockers that snap, struts; and where such joints start."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from asset2sim.physics.mass_matrix import Pull
+from asset2sim.validation.handling import SAFE_SHARE, Handling
+from asset2sim.validation.limits import Range
+from asset2sim.validation.positions import Start
+from schemas.mechanism import Bias
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import DynamicsRule
+
+SNAP_FRICTION = 0.1
+"""Dry friction of a part that snaps, as a share of its kind's least effort: between its ends it must not stay."""
+WAY_SAMPLES = 17
+"""Positions of its range at which the load of a flap is taken."""
+
+
+def at_their_ends(starts: Mapping[str, Start], handled: Mapping[str, Handling]) -> dict[str, Start]:
+    """Joint → its start, those of bistable mechanisms at the end that is nearer, in doubt the closed one: none of them
+    stays between. What the user states as a number stays."""
+    return {
+        name: replace(start, position=nearer_end(start)) if snaps(start.range, handled[name]) else start
+        for name, start in starts.items()
+    }
+
+
+def snaps(span: Range, kind: Handling) -> bool:
+    """Whether a part snaps between the ends of its range."""
+    return kind.mechanism == "bistable" and span.lower is not None and span.upper is not None
+
+
+def nearer_end(start: Start) -> float:
+    """The end of its range that is nearer to where a joint starts, rad or m."""
+    span = start.range
+    far = abs(start.position - span.closed) > 0.501 * span.span
+    return span.open if far else span.closed
+
+
+def mechanism_bias(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
+    """What the mechanism of a part exerts on its joint, struts apart; None for most."""
+    if settings.dynamics is DynamicsRule.PAPER:
+        return None
+    if snaps(span, kind):
+        return snap(span, kind)
+    return seal(span, kind, settings) if kind.mechanism == "seal" else None
+
+
+def bias_armature(bias: Bias | None, least_inertia: float, travel: float, settings: PhysicsSettings) -> float:
+    """The armature (kg·m² or kg) with which a stop holds what a mechanism presses on it, as it does for springs."""
+    if bias is None:
+        return 0.0
+    most = max(bias.most, -bias.least)
+    return max(most * settings.coarse_timestep_s**2 / (settings.max_press_step * travel) - least_inertia, 0.0)
+
+
+def snap(span: Range, kind: Handling) -> Bias:
+    """What presses a rocker to the end that is nearer: none in the middle, the least effort of its kind at the ends."""
+    low, high = span.clamp(-np.inf), span.clamp(np.inf)
+    force = min(kind.least_effort, kind.most_upward, kind.most_downward)
+    return Bias(kind="bistable", slope=2.0 * force / (high - low), none_at=(low + high) / 2.0, least=-force, most=force)
+
+
+def seal(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
+    """What a magnetic gasket presses a door shut with, over the last millimetres; less on what it would tip over, none
+    where the range has no closed end."""
+    way = np.sign(span.open - span.closed)
+    if way == 0.0 or span.lower is None:
+        return None
+    tips = kind.tips_upward if way > 0.0 else kind.tips_downward
+    force = kind.lever * min(settings.seal_n, settings.press_margin * tips)
+    width = min(settings.seal_travel_m / kind.lever, 0.5 * span.span)
+    least, most = (-force, 0.0) if way > 0.0 else (0.0, force)
+    return Bias(kind="seal", slope=force / width, none_at=span.closed + way * width, least=least, most=most)
+
+
+def strut(span: Range, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
+    """What lifts a flap or lid that gravity shuts and that is too heavy for a hand, with the friction that would hold
+    it where it ``stays``; None for what a hand lifts. Linear over the range: as near as can be to the share of its
+    weight that struts carry, and of a part that may fall shut never more."""
+    if span.joint.prismatic or span.lower is None or span.open == span.closed or kind.anywhere:
+        return None
+    ways = np.linspace(0.0, 1.0, WAY_SAMPLES)
+    lifts = np.sign(span.open - span.closed)
+    shuts = -lifts * pull.at(span.closed + ways * (span.open - span.closed))
+    heaviest, hand = float(shuts.max()), SAFE_SHARE * kind.lever * kind.range.most_n
+    if heaviest * (1.0 + (settings.least_hold_margin if stays else 0.0)) <= hand:
+        return None
+    under = shuts > 0.0
+    rise, first = np.polyfit(ways[under], settings.strut_share * shuts[under], 1)
+    if not stays:
+        first -= max(float((first + rise * ways[under] - settings.counterbalance_share * shuts[under]).max()), 0.0)
+    if rise == 0.0:
+        return None
+    most = max(first, first + rise, 0.0)
+    least, most = (0.0, most) if lifts > 0.0 else (-most, 0.0)
+    slope = float(rise / abs(span.open - span.closed))
+    none_at = span.closed - float(first / rise) * (span.open - span.closed)
+    return Bias(kind="strut", slope=slope, none_at=none_at, least=least, most=most)
