@@ -90,9 +90,20 @@ def _usual(joint: Row) -> str:
     return f"; a {kind} takes {span}"
 
 
+MECHANISMS = {
+    "bistable": "snaps to the end that is nearer and is pressed there by",
+    "seal": "a gasket keeps it shut by up to",
+    "strut": "a strut lifts it by up to",
+}
+"""What exerts something besides a spring, in words."""
+
+
 def _hold(joint: Row) -> list[tuple[str, str]]:
     unit = "N" if joint["position_unit"] == "m" else "N·m"
     load, friction, spring = abs(float(joint["gravity_load"])), float(joint["friction"]), float(joint["stiffness"])
+    if joint.get("mechanism_effort"):
+        said = f"{MECHANISMS[str(joint['mechanism'])]} {number(float(joint['mechanism_effort']), unit)}"
+        return [("mechanism", f"{said}; its friction is {number(friction, unit)}")]
     if joint["holds"]:
         if load < 1e-9 * max(friction, 1e-9) or load == 0.0:
             return [("holds", f"stays where it is put: gravity does not pull it, friction is {number(friction, unit)}")]

@@ -159,7 +159,7 @@ def fallen(joint: JointPhysics, share: float) -> float | None:
     if joint.asked_position is None or joint.mimic is not None or joint.lower is None or joint.upper is None:
         return None
     at, span = joint.initial_position, joint.upper - joint.lower
-    force = joint.gravity_load + joint.stiffness * (joint.spring_reference - at)
+    force = joint.gravity_load + joint.exerted(at)
     if abs(force) <= joint.friction:
         return None
     end = joint.upper if force > 0.0 else joint.lower

@@ -277,7 +277,7 @@ def held_where_left(
         return Holding()
     if snaps(start.range, kind):
         return Holding(SNAP_FRICTION * kind.least_effort, SNAP_FRICTION * kind.least_effort)
-    lifted = None if sprung else strut(start.range, pull, kind, holds or stays, settings)
+    lifted = None if sprung else strut(start, pull, kind, holds or stays, settings)
     if not (holds or stays):
         felt = felt_friction(kind, pull.force)
         return Holding(felt, felt, NO_BALANCE if lifted is None else Balance(strut=lifted))

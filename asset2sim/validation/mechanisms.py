@@ -7,6 +7,7 @@ import numpy as np
 
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import SAFE_SHARE, Handling
+from asset2sim.validation.holding import on_stop
 from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
 from schemas.mechanism import Bias
@@ -77,19 +78,25 @@ def seal(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
     return Bias(kind="seal", slope=force / width, none_at=span.closed + way * width, least=least, most=most)
 
 
-def strut(span: Range, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
-    """What lifts a flap or lid that gravity shuts and that is too heavy for a hand, with the friction that would hold
-    it where it ``stays``; None for what a hand lifts. Linear over the range: as near as can be to the share of its
-    weight that struts carry, and of a part that may fall shut never more."""
+def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
+    """What lifts a flap or lid that gravity shuts and that is too heavy for a hand, somewhere or, where it ``stays`` as
+    it starts, with the friction that would hold it there; None for what a hand lifts. Linear over the range: as near as
+    can be to the share of its weight that struts carry, and of a part that may fall shut never more."""
+    span = start.range
     if span.joint.prismatic or span.lower is None or span.open == span.closed or kind.anywhere:
         return None
     ways = np.linspace(0.0, 1.0, WAY_SAMPLES)
     lifts = np.sign(span.open - span.closed)
     shuts = -lifts * pull.at(span.closed + ways * (span.open - span.closed))
-    heaviest, hand = float(shuts.max()), SAFE_SHARE * kind.lever * kind.range.most_n
-    if heaviest * (1.0 + (settings.least_hold_margin if stays else 0.0)) <= hand:
+    held = -lifts * float(pull.at(start.position)) if stays and not on_stop(start, -lifts) else 0.0
+    if (
+        max(float(shuts.max()), (1.0 + settings.least_hold_margin) * held)
+        <= SAFE_SHARE * kind.lever * kind.range.most_n
+    ):
         return None
     under = shuts > 0.0
+    if np.count_nonzero(under) < 2:
+        return None
     rise, first = np.polyfit(ways[under], settings.strut_share * shuts[under], 1)
     if not stays:
         first -= max(float((first + rise * ways[under] - settings.counterbalance_share * shuts[under]).max()), 0.0)
