@@ -7,8 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table
-from asset2sim.models.gateway.recorded import answer_files
-from lab.noise.noise_level import NOISY
+from asset2sim.models.gateway.recorded import answer_files, answer_names
 from schemas.model_names import REFINEMENT_PURPOSE, is_recorded, recorded_folder
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, Proposer, Status
@@ -38,10 +37,10 @@ class ProposerRun:
 
 
 def settings_with(base: Settings, model: str, proposer: Proposer | None) -> Settings:
-    """Settings of a run, checked in PyBullet, in which states are refined. Recorded answers have none for states; the
-    simulated fallible model gives these. Without a proposer, those of the quick run that finds out which objects
+    """Settings of a run, checked in PyBullet, in which states are refined; whoever is asked for sizes and states is
+    asked for steps, too. Without a proposer, those of the quick run that finds out which objects
     overlap at the start."""
-    chosen = {"model": model, "refinement_model": NOISY if is_recorded(model) else None}
+    chosen = {"model": model, "refinement_model": None}
     engine = EngineSettings(verify=(Engine.PYBULLET,), interact=proposer is not None)
     changes: dict[str, object] = {"model": base.model.model_copy(update=chosen), "engine": engine}
     if proposer is None:
@@ -57,6 +56,17 @@ def answered(model: str, asset_ids: Sequence[str]) -> list[str]:
         return list(asset_ids)
     files = set(answer_files(Path(recorded_folder(model))))
     return [name for name in asset_ids if f"{name}.json" in files]
+
+
+def proposers_of(model: str, asset_ids: Sequence[str]) -> tuple[Proposer, ...]:
+    """The proposers that a model can be: a recorded one proposes every step only where it answers that question about
+    every object, since nobody else may answer for it."""
+    if is_recorded(model):
+        files = set(answer_files(Path(recorded_folder(model))))
+        asked = [set(answer_names(asset_id, REFINEMENT_PURPOSE)) for asset_id in asset_ids]
+        if not all(names & files for names in asked):
+            return (Proposer.SEARCH,)
+    return tuple(Proposer)
 
 
 def overlapping_at_start(trace: pd.DataFrame, target_mm: float) -> list[str]:

@@ -28,7 +28,7 @@ from schemas.asset import FoundAssets
 from schemas.errors import DONE, UnknownChoiceError, UsageError, exit_code_of
 from schemas.location import Location
 from schemas.settings import EngineSettings, RunSettings, Settings, ViewSettings
-from schemas.vocabulary import Engine, Method, Proposer
+from schemas.vocabulary import Engine, Method
 
 PROGRAM = "python -m lab.flows.compare"
 NOISY_MODELS = ("prior/noisy", "prior/noisy@2")
@@ -191,9 +191,10 @@ def both_proposers(out: Path, data: Location, model: str, chosen: Sequence[str])
     if not ids:
         return []
     found = FoundAssets(load_dataset(data, None, tuple(ids), None))
-    refine_each(data, found, {folder / proposer.value: settings_with(proposer) for proposer in Proposer})
+    able = proposers.proposers_of(model, ids)
+    refine_each(data, found, {folder / proposer.value: settings_with(proposer) for proposer in able})
     tables = "assets", "joints", "trace", "model_calls", "findings"
-    return [proposers.ProposerRun(model, own, *latest_rows(folder / own.value, *tables)) for own in Proposer]
+    return [proposers.ProposerRun(model, own, *latest_rows(folder / own.value, *tables)) for own in able]
 
 
 COMPARISONS: Mapping[str, tuple[type[Options], Callable[..., str]]] = {

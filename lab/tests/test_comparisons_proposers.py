@@ -10,6 +10,7 @@ from lab.comparisons.proposers import (
     answered,
     distances,
     overlapping_at_start,
+    proposers_of,
     proposers_table,
     settings_with,
 )
@@ -62,13 +63,16 @@ def test_only_what_was_moved_has_a_distance() -> None:
     assert none.empty
 
 
-def test_a_recorded_model_is_run_on_what_it_answered_and_asks_a_simulated_one_for_states(tmp_path: Path) -> None:
+def test_a_recorded_model_is_run_on_what_it_answered_and_nobody_answers_for_it(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text("{}", encoding="utf-8")
     recorded = f"recorded/{tmp_path}"
     assert answered(recorded, ["a", "b"]) == ["a"] and answered("prior/noisy", ["a", "b"]) == ["a", "b"]
     settings = settings_with(Settings(), recorded, Proposer.MODEL)
     assert settings.search.proposer is Proposer.MODEL and settings.model.model == recorded
-    assert model_for(settings.model, REFINEMENT_PURPOSE) == "prior/noisy"
+    assert model_for(settings.model, REFINEMENT_PURPOSE) == recorded
+    assert proposers_of(recorded, ["a"]) == (Proposer.SEARCH,) and proposers_of("prior/noisy", ["a"]) == tuple(Proposer)
+    (tmp_path / f"a.{REFINEMENT_PURPOSE}.1.json").write_text("{}", encoding="utf-8")
+    assert proposers_of(recorded, ["a"]) == tuple(Proposer) and proposers_of(recorded, ["a", "b"]) == (Proposer.SEARCH,)
     quick = settings_with(Settings(), "prior/noisy@2", None)
     assert model_for(quick.model, REFINEMENT_PURPOSE) == "prior/noisy@2" and not quick.engine.interact
 
