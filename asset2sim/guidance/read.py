@@ -10,12 +10,13 @@ from asset2sim.guidance.parts import parts_of
 from asset2sim.guidance.sizing import asked_size
 from asset2sim.guidance.states import asked_states
 from asset2sim.guidance.supports import called_by, said_support
-from asset2sim.guidance.unread import contradictions, unread
+from asset2sim.guidance.unread import contradictions, in_english, unread
 from schemas.guidance import Guidance
 
 
 def read_guidance(words: str, info: ObjectInfo) -> Guidance:
     """The requests of the words for an object. Which parts they mean depends on its joints, labels and shape."""
+    words, strange = in_english(words)
     tokens = tokenize(words)
     category, category_from = identify(info, tokens)
     statements, parts = segments(tokens, category), parts_of(info, category)
@@ -33,5 +34,5 @@ def read_guidance(words: str, info: ObjectInfo) -> Guidance:
         free=any(statement.of("free") for statement in statements),
         unmet=unmet_numbers(words),
     )
-    told = {"unread": unread(words, statements, found), "contradictions": contradictions(plain(words), found)}
-    return found.model_copy(update=told)
+    left = (*strange, *unread(statements, found, strange))
+    return found.model_copy(update={"unread": left, "contradictions": contradictions(plain(words), found)})

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from asset2sim.guidance import tables
+from asset2sim.guidance.languages import LANGUAGES, translated
 from asset2sim.guidance.lexicon import UNITS, Segment, part_word, singular
 from asset2sim.guidance.sizing import EDGES, LONGEST, MEASURING
 from schemas.errors import shortened
@@ -41,19 +42,30 @@ _MASS = re.compile(r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b(?!\s
 _ENDS = re.compile(r"(?<=[.!?;。！？；।؟])\s*")
 
 
-def unread(words: str, statements: Sequence[Segment], guidance: Guidance) -> tuple[Unread, ...]:
-    """The sentences in letters or a language that is not read, and the amounts of which nothing came."""
-    found = [
-        Unread(words=said, why="rules and the offline prior read English alone")
-        for said in map(_foreign, _ENDS.split(words))
-        if said
-    ]
-    covered, strange = _covered(guidance), " ".join(item.words for item in found)
+def in_english(words: str) -> tuple[str, tuple[Unread, ...]]:
+    """The words, their sentences in other languages in English as far as ``languages.csv`` has them; and what of those
+    is not read."""
+    sentences, found = list[str](), list[Unread]()
+    for sentence in _ENDS.split(words):
+        said = _foreign(sentence)
+        there = translated(sentence) if said else None
+        sentences.append(sentence if there is None else there.english)
+        if said and there is None:
+            found.append(Unread(words=said, why=f"rules read English and, of size and state, {', '.join(LANGUAGES)}"))
+        elif there is not None and there.left:
+            left = shortened(", ".join(there.left), SHOWN)
+            found.append(Unread(words=left, why=f"of {there.language} only words of size and state are"))
+    return " ".join(sentences) if found or sentences != _ENDS.split(words) else words, tuple(found)
+
+
+def unread(statements: Sequence[Segment], guidance: Guidance, strange: Sequence[Unread]) -> tuple[Unread, ...]:
+    """The amounts of which nothing came, but those in what is ``strange``."""
+    found, covered, apart = list[Unread](), _covered(guidance), " ".join(item.words for item in strange)
     for statement in statements:
         for item in statement.of(*AMOUNTS):
             said = statement.tokens[item.start - statement.start : item.end - statement.start]
             read = item.start in covered or (item.kind == "mass" and guidance.mass is not None)
-            if not read and said[0] not in strange:
+            if not read and said[0] not in apart:
                 about = " ".join(statement.tokens)
                 found.append(Unread(words=" ".join(said), why=f"no rule reads it in '{shortened(about, SHOWN)}'"))
     return tuple(found)
