@@ -75,6 +75,16 @@ def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:
     assert final("", 30.0, "lengths of MJCF are metres")[0] < 0.1, "no microwave is so large"
 
 
+def test_a_kind_that_is_only_read_from_names_changes_no_size_in_metres() -> None:
+    told = {**thing("", asset_id="door_handle", size=0.22), "lengths": "lengths of SDF are metres"}
+    info = ObjectInfo.from_json(told)
+    guidance = read_guidance("", info)
+    assert guidance.category == "Door" and ask(told, "")["scale"] == 1.0, "a handle of a door is no door of 20 cm"
+    assert with_sensible_size(info, guidance, Overlay(scale=1.0), Notes()).scale == 1.0
+    stated = ObjectInfo.from_json({**told, "category": "Door"})
+    assert with_sensible_size(stated, read_guidance("", stated), Overlay(scale=1.0), Notes()).scale > 5.0
+
+
 def test_plausible_masses_stay_and_others_are_supplied(tmp_path: Path) -> None:
     light = Overlay(scale=1.0, links=tuple(LinkProposal(name=name, density_kg_m3=20.0) for name in ("box", "lid")))
     done, findings = complete(box_with_lid(tmp_path / "a", 3.0, 1.5), light)

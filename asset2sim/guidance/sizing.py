@@ -127,11 +127,13 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
 
 def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
     """Whether the authored size stays: its lengths are metres, no words ask for another size, and it is not far from
-    all things of its kind."""
+    all things of its kind, where that is stated: the handle of a door is called so, and no door."""
     authored = dimension(info, size)
     if not info.lengths or stated_scale(info, asked) is not None or size_word(asked)[0]:
         return False
-    return info.lengths == KEPT_AS_ASKED or size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
+    if info.lengths == KEPT_AS_ASKED or not info.category:
+        return True
+    return size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
 
 
 def dimension(info: ObjectInfo, size: Size) -> float:
