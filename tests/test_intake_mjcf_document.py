@@ -179,3 +179,21 @@ def test_what_stands_in_the_world_without_a_body_is_one_link(tmp_path: Path) -> 
     made = urdf_of_mjcf(written(tmp_path, f'{SOLID}<body name="goal" mocap="true">{SOLID}</body>'), tmp_path)
     assert [link.get("name") for link in made.robot.findall("link")] == ["base"]
     assert len(made.robot.findall("link/collision")) == 1 and "1 mocap bodies" in str(made.notes)
+
+
+@pytest.mark.parametrize(
+    ("geoms", "mass"),
+    [
+        ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1" mass=".5"/>', 2.5),
+        ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1" density="0"/>', 2.0),
+        ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1"/>', None),
+        ('<geom type="box" size=".1 .1 .1"/>', None),
+    ],
+    ids=["each", "a weightless one", "one at the density of water", "none"],
+)
+def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | None, tmp_path: Path) -> None:
+    file = tmp_path / "thing.xml"
+    file.write_text(f"<mujoco><worldbody><body>{geoms}</body></worldbody></mujoco>", encoding="utf-8")
+    (found,) = urdf_of_mjcf(file, tmp_path / "work").robot.findall("link")
+    stated = found.find("inertial/mass")
+    assert (None if stated is None else float(str(stated.get("value")))) == mass

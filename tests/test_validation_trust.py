@@ -37,11 +37,12 @@ def inertial(mass: float, size: tuple[float, float, float], factor: float = 1.0,
 
 def cabinet(
     folder: Path, door: str = "", drawer: str = "", *, weighed: bool = True, door_kg: float = 3.0,
-    factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False, keep: tuple[str, ...] | None = None,
+    drawer_kg: float = 1.5, factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False,
+    keep: tuple[str, ...] | None = None,
 ) -> Extraction:  # fmt: skip
     """A cabinet of 20 kg with a door on an upright hinge and a drawer, and what its file says of their joints."""
     said = [inertial(20.0, (0.4, 0.5, 0.6)), inertial(door_kg, (0.02, 0.48, 0.28), factor, at)]
-    said += [inertial(1.5, (0.3, 0.4, 0.2))]
+    said += [inertial(drawer_kg, (0.3, 0.4, 0.2))]
     shapes = [shape("0.4 0.5 0.6"), shape("0.02 0.48 0.28", xyz="0 0.24 0"), shape("0.3 0.4 0.2")]
     names = ("body", "door", "drawer")
     texts = (text if weighed else "" for text in said)
@@ -121,6 +122,23 @@ def test_a_spring_stays_with_its_rest(tmp_path: Path) -> None:
     assert hinge.initial_position == 0.0 and not hinge.holds
     asked = LIGHT.model_copy(update={"initial_joint_positions": {"door_hinge": 1.0}, "asked": ("door_hinge",)})
     assert of(done(item, asked), "door_hinge").stiffness == 0.0, "the user asks it to stand open"
+
+
+def test_a_spring_stiffer_than_its_part_bears_alone_has_an_armature(tmp_path: Path) -> None:
+    for drawer_kg, armature in ((1.5, False), (0.121, True)):
+        item = cabinet(tmp_path / "a", drawer='spring_stiffness="110"', drawer_kg=drawer_kg)
+        slide = of(done(item), "drawer_slide")
+        assert (slide.stiffness, slide.stiffness_source, slide.spring_reference) == (110.0, Source.AUTHORED, 0.0)
+        assert (slide.armature > 0.0) is armature
+
+
+def test_friction_that_holds_its_part_is_not_raised(tmp_path: Path) -> None:
+    proposal = LIGHT.model_copy(update={"joints": (LIGHT.joints[0], JointProposal(name="drawer_slide", holds=True))})
+    item = cabinet(tmp_path / "a", drawer='friction="1.5"')
+    assert of(done(item, proposal, keep_terms=False), "drawer_slide").friction > 3.0, "a bump asks for more"
+    overlay, findings = validate(item, proposal, Source.MODEL, 0.5, PhysicsSettings())
+    assert of(overlay, "drawer_slide").friction == 1.5
+    assert "drawer_slide" not in [found.joint for found in findings if found.code == "friction_bounded"]
 
 
 def test_centre_and_inertia_stay_or_go_alone(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ bounded by them.
 
 import math
 
-from asset2sim.physics.felt import felt_spring
+from asset2sim.physics.felt import FeltSpring, felt_spring
 from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.physics.terms import JointLoad, JointTerms, Term, UnmetWish
 from asset2sim.physics.timed import closing_brake, gliding_brake, largest_damping, relaxed_position, timed_return
@@ -35,13 +35,14 @@ def joint_terms(
     source: Source,
     authored_damping: float | None,
     settings: PhysicsSettings,
+    kept_spring: bool = False,
 ) -> JointTerms:
-    """Damping, friction and stiffness of one joint, by the rule that the settings name."""
+    """Damping, friction and stiffness of one joint, by the rule that the settings name. A spring that is its file's own
+    (``kept_spring``) has an armature where its part does not bear it alone."""
     if settings.dynamics is DynamicsRule.PAPER:
         return paper_terms(proposal, prismatic=moved.prismatic, holds=holds, rest=moved.rest, source=source)
     felt = felt_spring(proposal, moved, source, settings)
-    stiffness = spring(proposal, moved, source, settings) if felt is None else felt.stiffness
-    heavy = 0.0 if felt is None else felt.armature
+    stiffness, heavy = borne_spring(felt, proposal, moved, source, settings, kept_spring)
     damping = damper(proposal, moved, stiffness.value, source, authored_damping, settings, heavy)
     friction = dry_friction(proposal, moved, holds, stiffness.value, source, settings)
     if felt is not None:
@@ -68,7 +69,28 @@ def joint_terms(
         # Real springs are preloaded against their stop: without it a key sags by g / ω² under its own weight. Where
         # nothing stops the part, the spring carries just its weight at rest.
         reference = float(relaxed_position(moved, stiffness.value, margin if moved.stopped else 1.0))
-    return JointTerms(damping, friction, stiffness, reference, unmet)
+    return JointTerms(damping, friction, stiffness, reference, unmet, heavy)
+
+
+def borne_spring(
+    felt: FeltSpring | None,
+    proposal: JointProposal,
+    moved: JointLoad,
+    source: Source,
+    settings: PhysicsSettings,
+    kept: bool,
+) -> tuple[Term, float]:
+    """The spring of a joint, and the armature (kg·m² or kg) with which the time step bears one that is ``felt``, or
+    ``kept`` as its file has it: softer where that would exceed ``max_armature_ratio``."""
+    if felt is not None:
+        return felt.stiffness, felt.armature
+    bounded = spring(proposal, moved, source, settings)
+    if not kept or bounded.replaced is None or bounded.value == 0.0:
+        return bounded, 0.0
+    needed = bounded.replaced * settings.coarse_timestep_s**2 / settings.max_stiffness_step
+    share = min(1.0, (1.0 + settings.max_armature_ratio) * moved.least / needed)
+    term = Term(share * bounded.replaced, Source.RULE, bounded.replaced)
+    return Term(bounded.replaced, source) if share == 1.0 else term, max(0.0, share * needed - moved.least)
 
 
 def timed_spring(

@@ -79,7 +79,8 @@ class JointInputs:
     """Inputs of joint physics, at the final scale: the kinematic ``tree`` and its ``bodies``, where joints
     start, what is proposed for them, how people handle their parts, the paths that the user states (``asked``), and who
     proposes the rest (``source``). On a held base joints move what they move on it; what bounds damping and stiffness
-    stays that of a free one, which is less, since the base may be freed."""
+    stays that of a free one, which is less, since the base may be freed. ``sprung`` joints have their file's
+    own springs."""
 
     features: Features
     tree: Sequence[TreeJoint]
@@ -91,6 +92,7 @@ class JointInputs:
     scale: float
     source: Source
     base_held: bool = False
+    sprung: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -154,9 +156,8 @@ def one_joint(
     held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
     rest = spring_rest(proposal, start, inputs.scale)
     moved = joint_load(start, mechanics, rest, held_by.friction, handled.lever)
-    terms = felt_terms(
-        proposal, moved, start, handled, holds, Source.USER if by_user else inputs.source, settings, notes
-    )
+    by, own = Source.USER if by_user else inputs.source, name in inputs.sprung
+    terms = felt_terms(proposal, moved, start, handled, holds, by, settings, notes, own)
     stiffness, reference = terms.stiffness, terms.spring_reference
     bias = held_by.balance.strut or mechanism_bias(start.range, handled, settings)
     if held_by.balance.stiffness > 0.0:
@@ -245,14 +246,16 @@ def felt_terms(
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
+    kept_spring: bool = False,
 ) -> JointTerms:
     """Damping, friction and stiffness, with a press that a hand feels where the proposal's spring has none."""
+    stated = start.range.joint.damping
     terms_of = partial(
-        joint_terms, moved=moved, holds=holds, authored_damping=start.range.joint.damping, settings=settings
+        joint_terms, moved=moved, holds=holds, authored_damping=stated, settings=settings, kept_spring=kept_spring
     )
     proposal = bounded_press(proposal, kind, moved.far, settings, notes)
     terms = terms_of(proposal, source=source)
-    if source is Source.USER or settings.dynamics is DynamicsRule.PAPER:
+    if source is Source.USER or kept_spring or settings.dynamics is DynamicsRule.PAPER:
         return terms
     felt = felt_press(proposal, kind, terms, moved, notes)
     if felt is None:

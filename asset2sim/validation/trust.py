@@ -13,8 +13,10 @@ from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.dynamics import WEAKEST_HZ
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.validation.handling import Handling
+from asset2sim.validation.holding import felt_friction
 from schemas.authored import Authored, Belief, wanted
 from schemas.features import Features, LinkFeatures, LinkInertial
+from schemas.finding import Finding
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Keep, Quantity, Source, Trust
@@ -245,21 +247,37 @@ def with_limits(opinion: Opinion, done: PhysicsOverlay, metric: str) -> Opinion:
     return opinion
 
 
-def with_authored_sources(done: PhysicsOverlay, opinion: Opinion, stated: Mapping[str, Dynamics]) -> PhysicsOverlay:
+def with_authored_sources(
+    done: PhysicsOverlay,
+    opinion: Opinion,
+    stated: Mapping[str, Dynamics],
+    handled: Mapping[str, Handling],
+    settings: PhysicsSettings,
+) -> PhysicsOverlay:
     """The overlay with the source ``authored`` beside each believed term of a joint that no rule changed, and a kept
-    spring relaxed where its file has it."""
+    spring relaxed where its file has it. Friction that holds its part, and that a hand feels, is not raised for what
+    else may bump it: the checks say whether that is needed."""
 
     def sourced(joint: JointPhysics) -> JointPhysics:
         update: dict[str, object] = {}
         for quantity in opinion.kept(joint.name) & TERMS.keys():
-            term = TERMS[quantity]
+            term, value = TERMS[quantity], float(getattr(stated[joint.name], TERMS[quantity]))
             if getattr(joint, f"{term}_source") is Source.USER:
                 continue
-            if math.isclose(getattr(joint, term), getattr(stated[joint.name], term), rel_tol=1e-9):
-                update[f"{term}_source"] = Source.AUTHORED
+            load = abs(joint.gravity_load + joint.stiffness * (joint.spring_reference - joint.initial_position))
+            least = max(settings.least_hold_margin * load * joint.holds, felt_friction(handled[joint.name], load))
+            enough = quantity is Quantity.FRICTION and least <= value < joint.friction
+            if enough or math.isclose(getattr(joint, term), value, rel_tol=1e-9):
+                update |= {term: value, f"{term}_source": Source.AUTHORED}
                 if quantity is Quantity.SPRINGS:
                     update["spring_reference"] = stated[joint.name].spring_reference
         return joint.model_copy(update=update)
 
     kinds = {kind: tuple(map(sourced, getattr(done, kind))) for kind in ("joints", "followers")}
     return done.model_copy(update=kinds)
+
+
+def without_bounds_of(done: PhysicsOverlay, findings: Sequence[Finding]) -> list[Finding]:
+    """The findings without those on friction that was to be raised and stays as its file has it."""
+    kept = {joint.name for joint in done.all_joints if joint.friction_source is Source.AUTHORED}
+    return [item for item in findings if item.code != "friction_bounded" or item.joint not in kept]

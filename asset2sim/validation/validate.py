@@ -33,6 +33,7 @@ from asset2sim.validation.trust import (
     with_authored_sources,
     with_kept_terms,
     with_limits,
+    without_bounds_of,
 )
 from schemas.authored import KEPT_AS_ASKED
 from schemas.finding import Finding, Notes
@@ -40,7 +41,7 @@ from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.support import Support
-from schemas.vocabulary import DynamicsRule, Source
+from schemas.vocabulary import DynamicsRule, Quantity, Source
 
 ROOM_OF_METRES = 20.0
 """Factor by which an object whose file is in metres may be larger or smaller than household objects: halls, worlds."""
@@ -87,8 +88,9 @@ def validate(
         kept = with_kept_terms(overlay, opinion, stated, done.all_joints)
         if kept != overlay:
             told = Notes()
-            done, _ = complete(unmoved, kept, support, told)
-            done = with_authored_sources(done, opinion, stated)
+            done, handled = complete(unmoved, kept, support, told)
+            done = with_authored_sources(done, opinion, stated, handled, settings)
+            told.findings = without_bounds_of(done, told.findings)
     if opinion.found or features.metric:
         done = done.model_copy(update={"authored": with_limits(opinion, done, features.metric).grouped()})
     notes.findings.extend(told.findings)
@@ -148,8 +150,9 @@ def complete(
         known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind
     )
     starts = at_their_ends(starts, handled)
+    sprung = frozenset(name for name in starts if Quantity.SPRINGS in given.opinion.kept(name))
     inputs = JointInputs(
-        features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed
+        features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed, sprung=sprung
     )
     joints = joint_physics(inputs, settings, notes)
     done = PhysicsOverlay(

@@ -185,7 +185,7 @@ class _Model:
         link = add(robot, "link", name=name)
         body_to_link = np.eye(4)
         body_to_link[:3, 3] = -anchor
-        if self.spec.bodies[body].explicitinertial:
+        if self.weighed(body):
             self.add_mass(link, body, body_to_link)
         for geom in self.geoms(body):
             self.add_geom(link, geom, body_to_link)
@@ -193,10 +193,15 @@ class _Model:
             if m.body_parentid[other] == body:
                 self.add_body(robot, other, name, body_to_link)
 
+    def weighed(self, body: int) -> bool:
+        """Whether a body's mass is stated: by itself, or by each of its geoms that weighs anything (else it is NaN)."""
+        (low, high), own = self.spec.compiler.inertiagrouprange, self.spec.bodies[body]
+        counted = [geom for geom in own.geoms if low <= geom.group <= high and geom.density > 0.0 and geom.mass != 0.0]
+        return bool(own.explicitinertial or (counted and np.isfinite([geom.mass for geom in counted]).all()))
+
     def add_mass(self, link: Element, body: int, body_to_link: Array) -> None:
         """A body's stated inertial; one that MuJoCo makes of geoms at the density of water is left out."""
-        m = self.model
-        x, y, z = (float(value) for value in m.body_inertia[body])
+        m, (x, y, z) = self.model, map(float, self.model.body_inertia[body])
         pose = body_to_link @ pose_of(m.body_ipos[body], m.body_iquat[body])
         add_inertial(link, float(m.body_mass[body]), pose, (x, 0.0, 0.0, y, 0.0, z))
 
