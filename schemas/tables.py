@@ -38,6 +38,7 @@ _ASSETS: tuple[Column, ...] = (
     ("support_mount", TEXT, "", "What a fixed object is fixed to: floor, wall, counter, ceiling, built_in"),
     ("support_source", TEXT, "", "Where that was read"),
     ("support_confidence", REAL, "1", "0 to 1: how sure it is of that"),
+    ("doubtful", TEXT, "", "What of it is a guess that a person should look at: codes of findings; null for nothing"),
     ("contact_friction", REAL, "1", "Coulomb coefficient of every contact"),
     ("n_links", COUNT, "1", "Links, the root included"),
     ("n_joints", COUNT, "1", "Movable joints"),

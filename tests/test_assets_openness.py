@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.meshes.openness import JointEnds, joint_ends, profile
 from asset2sim.physics.arrays import Array
@@ -131,3 +132,22 @@ def test_what_a_door_carries_moves_with_it() -> None:
     knob = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.02))
     _, _, gaps = profile([door, handle], "body", {"body": BODY, "part": np.zeros((0, 3)), "knob": knob}, door, 0.0, 0.8)
     np.testing.assert_allclose(gaps, np.hypot(np.linspace(0.0, 0.8, 9), 1.01 - 0.25))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("start", [0.0, 4.5])
+def test_a_lid_that_may_hang_behind_its_bin_is_closed_where_it_covers_it(sign: float, start: float) -> None:
+    """Hanging down behind, it makes the object hardly larger than lying on top; ``start`` is where it is drawn."""
+    bin_ = corners((-0.2, -0.2, 0.0), (0.2, 0.2, 0.6))
+    lid = corners((-0.2, -0.4, 0.0), (0.2, 0.0, 0.02))
+    turned = Rotation.from_rotvec([-start, 0.0, 0.0]).apply(lid)
+    joint = facing("revolute", (-1, 0, 0), sign, (0, 0.2, 0.6))
+    found = ends(joint, turned, *span(sign, -start, 4.5 - start), body=bin_)
+    assert found.closed == pytest.approx(-sign * start) and found.confidence >= 0.3
+
+
+@pytest.mark.parametrize("limits", [(-1.5, 1.5), (-16.0, 16.0)])
+def test_a_handle_that_lies_on_either_side_and_a_reel_stay_guesses(limits: tuple[float, float]) -> None:
+    hoop = corners((-0.2, -0.01, 0.0), (0.2, 0.01, 0.2))
+    joint = facing("revolute", (-1, 0, 0), 1.0, (0, 0, 0.5))
+    assert ends(joint, hoop, *limits).confidence < 0.3

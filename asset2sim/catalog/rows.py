@@ -18,6 +18,9 @@ from schemas.summary import AssetSummary
 from schemas.table import Row
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 
+GUESSES = frozenset(("closed_end_guessed", "closed_end_unsure", "support_guessed", "up_doubtful"))
+"""Findings that say that something is a guess, which a look at the object settles."""
+
 
 def asset_rows(run: RunRow, record: AssetRecord) -> dict[str, list[Row]]:
     """Table name → an asset's rows, for every table but ``runs``."""
@@ -73,6 +76,7 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "refine_steps": len(record.trace),
         "refine_accepted": sum(step.accepted for step in record.trace),
         "phi_evaluations": sum(step.evaluations for step in record.trace),
+        "doubtful": ", ".join(dict.fromkeys(item.code for item in record.findings if item.code in GUESSES)) or None,
         "errors": severities[Severity.ERROR],
         "warnings": severities[Severity.WARNING],
         **{f"seconds_{stage.value}": record.seconds.get(stage.value) for stage in Stage},

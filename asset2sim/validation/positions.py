@@ -4,7 +4,10 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
+from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.tables import mechanism
 from asset2sim.validation.limits import Range
+from schemas.features import Features
 from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -94,3 +97,28 @@ def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Ra
     )
     notes.warn("position_clamped", message, joint=name, value=wanted, limit=clamped)
     return span, clamped
+
+
+def note_guessed_ends(
+    features: Features, starts: Mapping[str, Start], asked: Collection[str], sure: float, notes: Notes
+) -> None:
+    """A warning for every door, lid or drawer (handles lie to either side) of which its shape does not say, to the
+    confidence ``sure``, which end is closed: what is asked counts from a guess, unless it is ``asked`` as a number."""
+    for name, start in starts.items():
+        joint = start.range.joint
+        part = part_name(features.link(joint.child).label, name, joint.child)
+        motion = "slider" if joint.prismatic else "hinge"
+        plain = (
+            joint.type != "continuous"
+            and joint.mimic is None
+            and mechanism(part, features.category, motion).role == "main"
+        )
+        stated = f"initial_joint_positions.{name}" in asked
+        if not plain or stated or joint.openness_confidence >= sure:
+            continue
+        message = (
+            f"joint '{name}' ({part}): which end is closed is a guess ({joint.openness_confidence:.2g} sure): taken is "
+            f"{start.range.closed:.4g}, and {start.range.open:.4g} open; look, and state its position in overrides.csv "
+            "or in words where that is wrong"
+        )
+        notes.warn("closed_end_guessed", message, joint=name, value=joint.openness_confidence, limit=sure)

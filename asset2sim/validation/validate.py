@@ -24,7 +24,7 @@ from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
-from asset2sim.validation.positions import initial_positions
+from asset2sim.validation.positions import initial_positions, note_guessed_ends
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from asset2sim.validation.trust import (
     Opinion,
@@ -138,6 +138,7 @@ def complete(
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
     starts = follow(features, starts, scale, notes)
+    note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}

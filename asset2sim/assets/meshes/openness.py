@@ -5,6 +5,7 @@ does not tell the ends apart (a button inside its panel, a screen folded flat ei
 the moving part is to the rest of the object.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -60,6 +61,19 @@ SURE = 0.15
 BLIND = 0.004
 """Difference below which geometry does not decide; the closed end is then the one nearer the authored zero."""
 
+GUESSED = 0.3
+"""Confidence below which an end is a guess, and what either would mean is looked at: a lid that covers, or hangs."""
+LEVEL = 0.3
+"""|axis · z| up to which a hinge is level, as a lid's is."""
+COVERS = 0.5
+"""Share of a part, seen from above, by which it covers the rest more at one end for it to be a lid closed there."""
+LID_SHARE = 0.15
+"""Area of a part, seen from above, over that of the rest, from which it may be a lid or one of its flaps."""
+ON_TOP = 0.75
+"""Height of its middle over the rest's, from which a part is on top of it."""
+COVERING_CONFIDENCE = 0.5
+"""Confidence in an end at which a lid covers the rest, where compactness does not tell."""
+
 
 def joint_ends(
     tree: Sequence[TreeJoint],
@@ -86,7 +100,45 @@ def joint_ends(
         closed = float(positions[inner])
         far = upper if upper - closed >= closed - lower else lower
         return JointEnds(closed, far, 0.5)
+    if difference < GUESSED * SURE:
+        lid = covered_end(tree, root, points, joint, (lower, upper))
+        if lid is not None:
+            return JointEnds(lid, upper if lid == lower else lower, COVERING_CONFIDENCE)
     if difference < BLIND:
         return JointEnds(nearest_zero, other, 0.0)
     closed, opened = (lower, upper) if cost[0] < cost[-1] else (upper, lower)
     return JointEnds(closed, opened, min(difference / SURE, 1.0))
+
+
+def covered_end(
+    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
+) -> float | None:
+    """The end of a level hinge's range at which its part lies on top of the rest, as a lid does, by ``COVERS`` of the
+    part more than at the other; None where neither does. Seen from above along the hinge, z being up in the root."""
+    rest = link_to_root(tree, root, {})
+    axis = (rest[joint.parent] @ joint.child_to_parent)[:3, :3] @ joint.axis
+    if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or abs(ends[1] - ends[0]) >= 2.0 * math.pi:
+        return None
+    moved = set(subtree(tree, joint.name))
+    across = np.array([axis[:2], [-axis[1], axis[0]]]) / float(np.linalg.norm(axis[:2]))
+    still = [apply(rest[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
+    if not still:
+        return None
+    body = np.vstack(still)
+    shares, heights, areas = [], [], []
+    for end in ends:
+        poses = link_to_root(tree, root, {joint.name: end})
+        clouds = [apply(poses[name], points[name]) for name in moved if len(points.get(name, ()))]
+        if not clouds:
+            return None
+        part = np.vstack(clouds)
+        below, above = part[:, :2] @ across.T, body[:, :2] @ across.T
+        both = np.minimum(below.max(axis=0), above.max(axis=0)) - np.maximum(below.min(axis=0), above.min(axis=0))
+        shares.append(float(np.prod(np.maximum(both, 0.0))))
+        areas.append(float(np.prod(np.ptp(below, axis=0))))
+        heights.append((float(part[:, 2].mean()) - float(body[:, 2].min())) / max(float(np.ptp(body[:, 2])), 1e-9))
+    most, least = max(areas), LID_SHARE * float(np.prod(np.ptp(body[:, :2] @ across.T, axis=0)))
+    if most <= least or abs(shares[0] - shares[1]) < COVERS * most:
+        return None
+    top = int(shares[1] > shares[0])
+    return ends[top] if heights[top] >= ON_TOP else None
