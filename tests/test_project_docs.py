@@ -65,6 +65,14 @@ def test_the_pictures_that_the_readme_shows_are_there_and_small() -> None:
             assert 0 < (folder / picture).stat().st_size < 1_000_000
 
 
+@pytest.mark.parametrize("name", ["README", *PAGES])
+def test_every_page_with_figures_of_the_simulated_model_says_that_it_is_one(name: str) -> None:
+    """From a page alone a reader can say which figure is a simulation."""
+    text = README if name == "README" else PAGES[name]
+    if "prior/noisy" in text and name not in ("dictionary.md", "settings.md"):
+        assert "simulation of a fallible model" in " ".join(text.split()), name
+
+
 def test_the_readme_is_short_and_its_links_are_there() -> None:
     assert len(README.split()) < 900
     links = re.findall(r"(?<!!)\[[^\]]+\]\(([^)]+)\)", README)

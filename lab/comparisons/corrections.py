@@ -7,7 +7,7 @@ import pandas as pd
 from asset2sim.catalog.text import NOTHING, markdown_table
 from schemas.alignment import NOTHING as NOTHING_ASKED
 from schemas.alignment import SIZE
-from schemas.model_names import is_recorded
+from schemas.model_names import described, is_recorded
 from schemas.settings import DoubtSettings, Settings
 from schemas.vocabulary import Correction, Status
 
@@ -34,7 +34,7 @@ def ways_of(base: Settings, model: str) -> dict[str, Settings]:
 def corrections_table(runs: Mapping[tuple[str, str], tuple[pd.DataFrame, pd.DataFrame]]) -> str:
     """A Markdown table with a row for each (model, way) → (assets, expectations)."""
     headings = ["model", "correct", "objects", "ok", "sizes", "joints at the start", "joints at rest", "calls an asset"]
-    return markdown_table(headings, [[*name, *figures(*found)] for name, found in runs.items()])
+    return markdown_table(headings, [[described(model), way, *figures(*found)] for (model, way), found in runs.items()])
 
 
 def figures(assets: pd.DataFrame, expected: pd.DataFrame) -> list[str]:

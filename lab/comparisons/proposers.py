@@ -8,7 +8,7 @@ import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.models.gateway.recorded import answer_files, answer_names
-from schemas.model_names import REFINEMENT_PURPOSE, is_recorded, recorded_folder
+from schemas.model_names import REFINEMENT_PURPOSE, described, is_recorded, recorded_folder
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, Proposer, Status
 
@@ -87,7 +87,7 @@ def proposers_table(runs: Sequence[ProposerRun]) -> str:
         for proposer in Proposer:
             own = [run for run in runs if (run.model, run.proposer) == (model, proposer)]
             if own:
-                rows.append([model, f"`{proposer.value}`", *figures(own)])
+                rows.append([described(model), f"`{proposer.value}`", *figures(own)])
     return markdown_table(list(HEADINGS), rows, range(2, len(HEADINGS)))
 
 

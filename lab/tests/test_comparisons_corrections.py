@@ -3,6 +3,7 @@
 import pandas as pd
 
 from lab.comparisons.corrections import AGAIN, SAMPLED, corrections_table, ways_of
+from schemas.model_names import described
 from schemas.settings import Settings
 from schemas.vocabulary import Correction
 
@@ -22,7 +23,7 @@ def test_sizes_and_joints_are_counted_as_expected() -> None:
     )
     (row,) = corrections_table({("prior/noisy", "units"): (assets, expected)}).splitlines()[2:]
     cells = [cell.strip() for cell in row.strip("|").split("|")]
-    assert cells == ["prior/noisy", "units", "2", "1", "1 of 2", "2 of 2", "1 of 2", "1.50"]
+    assert cells == [described("prior/noisy"), "units", "2", "1", "1 of 2", "2 of 2", "1 of 2", "1.50"]
 
 
 def test_each_way_is_what_its_name_says() -> None:

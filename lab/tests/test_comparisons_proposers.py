@@ -15,7 +15,7 @@ from lab.comparisons.proposers import (
     settings_with,
 )
 from lab.pages.blocks import markers
-from schemas.model_names import REFINEMENT_PURPOSE, model_for
+from schemas.model_names import REFINEMENT_PURPOSE, described, model_for
 from schemas.settings import Settings
 from schemas.vocabulary import Proposer
 from tests.assets import ROOT
@@ -52,8 +52,8 @@ def test_every_figure_is_a_mean_over_objects_with_the_largest_beside() -> None:
     lines = [[cell.strip() for cell in line.strip("|").split("|")] for line in proposers_table([run]).splitlines()]
     assert lines[0] == list(HEADINGS) and len(lines) == 3
     assert lines[2] == [
-        "prior/noisy", "`model`", "2", "1.00 (2)", "1.00 (2)", "6.0 (10)", "2.02 (4.0)", "0.025 (0.05)", "0.200 (0.20)",
-        "10.0 (10)", "1 of 2",
+        described("prior/noisy"), "`model`", "2", "1.00 (2)", "1.00 (2)", "6.0 (10)", "2.02 (4.0)",
+        "0.025 (0.05)", "0.200 (0.20)", "10.0 (10)", "1 of 2",
     ]  # fmt: skip
 
 
