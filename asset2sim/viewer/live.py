@@ -1,12 +1,21 @@
-"""A loop that carries out commands, simulates in real time and draws, at a steady rate."""
+"""A live page: commands of its visitors, carried out in the one thread that simulates in real time and draws."""
 
 import math
+import queue
+import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from threading import Event
+from types import TracebackType
+from typing import Self, TypeVar
 
-from asset2sim.viewer.commands import Commands
+import viser
+
+from asset2sim.physics.arrays import Array
+from asset2sim.viewer.drawn_objects import DrawnObjects
 from asset2sim.viewer.session import ViewerSession
+
+Answer = TypeVar("Answer")
 
 FRAME_S = 1.0 / 30.0
 """Time between two pictures, s."""
@@ -16,21 +25,117 @@ CHUNK = 4
 """Steps between two looks at the clock."""
 
 
-def run_live(
-    commands: Commands, ended: Event, frame: Callable[[float, float], float], failed: Callable[[Exception], None]
-) -> None:
-    """Until ``ended``: carry out what has come, then ``frame`` with the time that is to be simulated (s) and the time
-    at which the picture began; it returns what of the former is left. ``failed`` hears of each error."""
-    before, late = time.perf_counter(), 0.0
-    while not ended.is_set():
-        commands.obey(failed)
-        began = time.perf_counter()
-        late, before = late + began - before, began
-        try:
-            late = frame(late, began)
-        except Exception as error:  # whatever an engine or a page does, the loop goes on
-            failed(error)
-        ended.wait(max(0.0, began + FRAME_S - time.perf_counter()))
+class Commands:
+    """A queue of commands, carried out in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._waiting: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+
+    def put(self, command: Callable[[], object]) -> None:
+        """Have a command carried out."""
+        self._waiting.put(command)
+
+    def ask(self, question: Callable[[], Answer], timeout_s: float = 60.0) -> Answer:
+        """The answer to a question that is asked in the other thread. Raises what it raises, and queue.Empty where
+        there is none in time."""
+        answer: queue.SimpleQueue[tuple[list[Answer], Exception | None]] = queue.SimpleQueue()
+
+        def reply() -> None:
+            try:
+                answer.put(([question()], None))
+            except Exception as error:
+                answer.put(([], error))
+
+        self.put(reply)
+        found, error = answer.get(timeout=timeout_s)
+        if error is not None:
+            raise error
+        return found[0]
+
+    def obey(self, failed: Callable[[Exception], None]) -> None:
+        """Carry out what has come; ``failed`` hears of each that raised."""
+        while True:
+            try:
+                command = self._waiting.get_nowait()
+            except queue.Empty:
+                return
+            try:
+                command()
+            except Exception as error:
+                failed(error)
+
+
+class LivePage(ABC):
+    """One page on one server; in a ``with`` block its thread runs. What the page wants becomes commands; all else is of
+    that thread."""
+
+    def __init__(self, server: viser.ViserServer, name: str) -> None:
+        self.server, self.commands, self.ended = server, Commands(), threading.Event()
+        self.session: ViewerSession | None = None
+        self.stage = DrawnObjects(server, self.grabbed)
+        server.on_client_connect(lambda client: self.commands.put(lambda: self.stage.look(client)))
+        self.thread = threading.Thread(target=self._run, name=f"asset2sim-{name}", daemon=True)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def __enter__(self) -> Self:
+        self.commands.put(self.show_first)
+        self.thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.ended.set()
+        self.thread.join()
+
+    def wait(self) -> None:
+        """Until the thread has ended."""
+        # Waiting without an end would not hear Ctrl-C on every system.
+        while not self.ended.wait(1.0):
+            pass
+
+    @abstractmethod
+    def grabbed(self, side: str, phase: str, link: str, held: Array, target: Array) -> None:
+        """A part is dragged on the page: see ``Grabbed``."""
+
+    # The simulation's thread.
+
+    @abstractmethod
+    def show_first(self) -> None:
+        """Show what the page begins with."""
+
+    @abstractmethod
+    def show_frame(self, late: float, began: float) -> float:
+        """Simulate ``late`` seconds, as far as there is time in the picture that began then, and draw; what is left of
+        less than a step, s."""
+
+    @abstractmethod
+    def failed(self, error: Exception) -> None:
+        """Hear of a command or a picture that failed."""
+
+    def close(self) -> None:
+        """Let go of what is simulated and drawn."""
+        self.stage.clear()
+        if self.session is not None:
+            self.session.__exit__(None, None, None)
+            self.session = None
+
+    def _run(self) -> None:
+        before, late = time.perf_counter(), 0.0
+        while not self.ended.is_set():
+            self.commands.obey(self.failed)
+            began = time.perf_counter()
+            late, before = late + began - before, began
+            try:
+                late = self.show_frame(late, began)
+            except Exception as error:  # whatever an engine or a page does, the loop goes on
+                self.failed(error)
+            self.ended.wait(max(0.0, began + FRAME_S - time.perf_counter()))
+        self.close()
 
 
 def step_for(session: ViewerSession, seconds: float, timestep_s: float, began: float) -> tuple[int, int]:

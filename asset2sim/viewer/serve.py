@@ -30,12 +30,8 @@ def open_viewer(
     with open_server(engine, host, port, "asset2sim") as server:
         from asset2sim.viewer.viewer import Viewer
 
-        viewer = Viewer(out, server, asset_id, engine, settings)
-        viewer.start()
-        try:
+        with Viewer(out, server, asset_id, engine, settings) as viewer:
             yield viewer
-        finally:
-            viewer.stop()
 
 
 @contextmanager

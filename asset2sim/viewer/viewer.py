@@ -2,7 +2,6 @@
 
 import logging
 import math
-import threading
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,9 +11,7 @@ import viser
 from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.reviews import Review
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.commands import Commands
-from asset2sim.viewer.drawn_objects import DrawnObjects
-from asset2sim.viewer.live import run_live, step_for
+from asset2sim.viewer.live import LivePage, step_for
 from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
 from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line
 from asset2sim.viewer.trial_load import why_not
@@ -31,14 +28,15 @@ READ_S = 0.2
 logger = logging.getLogger(__name__)
 
 
-class Viewer:
-    """One OUT on one server. What the page wants becomes commands; all else is of the simulation's thread."""
+class Viewer(LivePage):
+    """One OUT on one server."""
 
     def __init__(
         self, out: Path | str, server: viser.ViserServer, asset_id: str | None, engine: Engine, settings: EngineSettings
     ) -> None:
         """Raises UsageError where OUT has no catalog, or no such asset."""
-        self.out, self.server, self.settings = out, server, settings
+        super().__init__(server, "viewer")
+        self.out, self.settings = out, settings
         self.stops = stops_of(out)
         if not self.stops:
             raise UsageError(f"{out}: its catalog has no asset; refine a dataset into it first")
@@ -47,38 +45,11 @@ class Viewer:
             raise UnknownChoiceError("asset", asset_id, self.by_id)
         self.said = reviews_of(out, self.stops)
         self.reviews = OwnFile(out, REVIEWS)
-        self.commands = Commands()
-        self.session: ViewerSession | None = None
-        self.stage = DrawnObjects(server, self.grabbed)
         self.problems: list[str] = []
         self.now: Stop = self.by_id[asset_id] if asset_id is not None else self.stops[0]
         self.pace, self.read_at = 1.0, 0.0
-        self.ended = threading.Event()
         self.panel = Panel(server, self, engine, len(self.stops))
         self.panel.theme()
-        server.on_client_connect(self._connected)
-        self.thread = threading.Thread(target=self._run, name="asset2sim-viewer", daemon=True)
-
-    @property
-    def address(self) -> str:
-        """Where the page is."""
-        return f"http://{self.server.get_host()}:{self.server.get_port()}"
-
-    def start(self) -> None:
-        """Open the first asset and simulate, in a thread."""
-        self.go(self.now.asset_id)
-        self.thread.start()
-
-    def wait(self) -> None:
-        """Until it is stopped."""
-        # Waiting without an end would not hear Ctrl-C on every system.
-        while not self.ended.wait(1.0):
-            pass
-
-    def stop(self) -> None:
-        """End the thread."""
-        self.ended.set()
-        self.thread.join()
 
     # What the page wants.
 
@@ -144,7 +115,7 @@ class Viewer:
             self.commands.put(lambda: self._review(stop, verdict, note, who))
 
     def grabbed(self, side: str, phase: str, link: str, held: Array, target: Array) -> None:
-        """A part is dragged on the page: see ``Grabbed``."""
+        """See ``LivePage``."""
 
         def done() -> None:
             if phase == "start":
@@ -157,12 +128,12 @@ class Viewer:
 
     # The simulation's thread.
 
-    def _run(self) -> None:
-        run_live(self.commands, self.ended, self._frame, self._failed)
-        self._close()
+    def show_first(self) -> None:
+        """Open the first asset."""
+        self._open(self.now)
 
-    def _frame(self, late: float, began: float) -> float:
-        """Simulate ``late`` seconds, as far as there is time, and draw; what is left of less than a step, s."""
+    def show_frame(self, late: float, began: float) -> float:
+        """See ``LivePage``."""
         late = self._advance(late, began)
         if self.session is not None:
             self.stage.move(self.session)
@@ -171,7 +142,7 @@ class Viewer:
             self._read()
         return late
 
-    def _failed(self, error: Exception) -> None:
+    def failed(self, error: Exception) -> None:
         """Show the error in a line on the page; one that is not the user's mistake goes into the log in full, once."""
         line = one_line(error)
         if not isinstance(error, Asset2SimError) and line not in self.problems:
@@ -200,7 +171,7 @@ class Viewer:
         self._tell(self.problems)
 
     def _open(self, stop: Stop) -> None:
-        self._close()
+        self.close()
         self.now, self.problems = stop, []
         found: dict[str, ViewedObject | str] = {REFINED: self._subject(lambda: refined_of(self.out, stop))}
         refined = found[REFINED]
@@ -233,9 +204,6 @@ class Viewer:
             return make()
         except Exception as error:  # a failed asset may fail here in as many ways
             return one_line(error)
-
-    def _connected(self, client: viser.ClientHandle) -> None:
-        self.commands.put(lambda: self.stage.look(client))
 
     def _walk(self, by: int) -> None:
         stops = self._chosen()
@@ -272,9 +240,3 @@ class Viewer:
         self.problems = problems
         inner = {} if self.session is None else self.session.problems
         self.panel.tell([*problems, *(f"{name}: {line}" for name, line in inner.items())])
-
-    def _close(self) -> None:
-        self.stage.clear()
-        if self.session is not None:
-            self.session.__exit__(None, None, None)
-            self.session = None

@@ -43,12 +43,8 @@ def open_rating(
     with open_server(engine, host, port, TITLE) as server:
         from lab.judged.rating_desk import RatingDesk
 
-        desk = RatingDesk(out, variants, server, engine, settings, durations, seed)
-        desk.start_thread()
-        try:
+        with RatingDesk(out, variants, server, engine, settings, durations, seed) as desk:
             yield desk
-        finally:
-            desk.stop()
 
 
 def serve_rating(options: RateOptions, settings: Settings) -> None:

@@ -1,7 +1,6 @@
 """The desk at which people rate: a thread that simulates an anonymous variant, leads through its stages, and stores."""
 
 import logging
-import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,9 +9,7 @@ import viser
 
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.commands import Commands
-from asset2sim.viewer.drawn_objects import DrawnObjects
-from asset2sim.viewer.live import run_live, step_for
+from asset2sim.viewer.live import LivePage, step_for
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.session import REFINED, ViewerSession
 from asset2sim.viewer.viewed_object import ViewedObject
@@ -34,9 +31,9 @@ the viewer's, would hide that a drawer weighs half a ton."""
 logger = logging.getLogger(__name__)
 
 
-class RatingDesk:
-    """The variants of one study on one server, for one rater after the other. What the page wants becomes commands; all
-    else is of the simulation's thread. Errors go into the log: they may name folders, and the page must not."""
+class RatingDesk(LivePage):
+    """The variants of one study on one server, for one rater after the other. Errors go into the log: they may name
+    folders, and the page must not."""
 
     def __init__(
         self,
@@ -48,42 +45,17 @@ class RatingDesk:
         durations: Durations,
         seed: int,
     ) -> None:
-        self.out, self.variants, self.server = out, variants, server
+        super().__init__(server, "rating")
+        self.out, self.variants = out, variants
         self.engine, self.settings, self.durations, self.seed = engine, settings, durations, seed
         self.ratings, self.keys = OwnFile(out, RATINGS), OwnFile(out, RATING_KEYS)
-        self.commands, self.ended = Commands(), threading.Event()
-        self.stage = DrawnObjects(server, self.grabbed)
         self.surroundings = Surroundings(server)
         self.page = RatingPage(server, self)
-        self.session: ViewerSession | None = None
         self.plan: RatingPlan | None = None
         self.left: list[Shown] = []
         self.given: list[float] = []
         self.seconds, self.running, self.began = 0.0, False, 0.0
         self.touched_s = 0.0
-        server.on_client_connect(self._connected)
-        self.thread = threading.Thread(target=self._run, name="asset2sim-rating", daemon=True)
-
-    @property
-    def address(self) -> str:
-        """Where the page is."""
-        return f"http://{self.server.get_host()}:{self.server.get_port()}"
-
-    def start_thread(self) -> None:
-        """Show the page's first screen, and simulate in a thread."""
-        self.commands.put(self.page.ask_who)
-        self.thread.start()
-
-    def wait(self) -> None:
-        """Until it is stopped."""
-        # Waiting without an end would not hear Ctrl-C on every system.
-        while not self.ended.wait(1.0):
-            pass
-
-    def stop(self) -> None:
-        """End the thread."""
-        self.ended.set()
-        self.thread.join()
 
     def begin(self, rater: str) -> None:
         """See ``RaterWishes``."""
@@ -147,11 +119,12 @@ class RatingDesk:
         """Whether less than a step and a half is left on the clock: sums of steps are not exact."""
         return self._whole - self.seconds < 1.5 * self.settings.timestep_s
 
-    def _run(self) -> None:
-        run_live(self.commands, self.ended, self._frame, self._failed)
-        self._close()
+    def show_first(self) -> None:
+        """Ask who rates."""
+        self.page.ask_who()
 
-    def _frame(self, late: float, began: float) -> float:
+    def show_frame(self, late: float, began: float) -> float:
+        """See ``LivePage``."""
         left = self._advance(late, began) if self.running and late < 1.0 else 0.0
         if self.session is not None:
             self.stage.move(self.session)
@@ -176,7 +149,8 @@ class RatingDesk:
             self.page.wait(True)
         return left
 
-    def _failed(self, error: Exception) -> None:
+    def failed(self, error: Exception) -> None:
+        """See ``LivePage``."""
         logger.error("the rating page goes on", exc_info=error)
         self.page.tell(AGAIN)
 
@@ -196,13 +170,13 @@ class RatingDesk:
         self._open()
 
     def _leave(self) -> None:
-        self._close()
+        self.close()
         self.plan, self.left = None, []
         self.page.ask_who()
 
     def _open(self) -> None:
         """Show the next variant that is not rated, at rest."""
-        self._close()
+        self.close()
         assert self.plan is not None, "there is a rater"
         if not self.left:
             self.page.thank(len(self.plan.shown))
@@ -288,13 +262,8 @@ class RatingDesk:
         self.left.pop(0)
         self._open()
 
-    def _connected(self, client: viser.ClientHandle) -> None:
-        self.commands.put(lambda: self.stage.look(client))
-
-    def _close(self) -> None:
-        self.stage.clear()
+    def close(self) -> None:
+        """See ``LivePage``."""
+        super().close()
         self.surroundings.hide()
         self.running = False
-        if self.session is not None:
-            self.session.__exit__(None, None, None)
-            self.session = None
