@@ -4,11 +4,12 @@ Written here since no package for it is kept on PyPI: ROS's converter, sdformat_
 """
 
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
@@ -25,7 +26,9 @@ from asset2sim.intake.formats.format import (
     add_origin,
     settle_free,
     unconvertible,
+    write_obj,
 )
+from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
@@ -39,8 +42,6 @@ SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "lengt
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", "universal", "ball")
 TURNS = ("1 0 0", "0 1 0", "0 0 1")
 """Axes of the hinges that stand for a ball joint."""
-VERSIONED = re.compile(r"(.*?)[-_](1[._]\d+)\.sdf$")
-"""A file's name that says for which version of SDF it is, as Gazebo's models have it."""
 FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
 
 
@@ -49,19 +50,25 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     for what is no SDF, and for joints and nesting that a URDF does not have."""
     document, recovered = parse_xml(file, "SDF")
     models, worlds = document.findall("model"), document.findall("world")
+    files: list[Path] = []
     if not models and len(worlds) == 1:
+        files, missing = included(worlds[0], file, reach)
         models = [model for model in worlds[0].findall("model") if is_object(model)]
-        included = [str(item.findtext("uri") or "").strip() for item in worlds[0].findall("include")]
-        if included and models:
-            recovered = (*recovered, f"what it includes is left out ({', '.join(included)}): {FLATTEN}")
+        if missing and models:
+            recovered = (*recovered, f"what it includes is left out ({', '.join(missing)}): {FLATTEN}")
         if len(models) > 1:
             whole = etree.Element("model", name=str(worlds[0].get("name") or file.stem))
             whole.extend(models)
-            return _Model(file, whole, _version(document), recovered).converted()
+            return replace(_Model(file, work, whole, version_of(document), recovered).converted(), files=tuple(files))
     if document.tag != "sdf" or len(models) != 1:
         problem = f"an SDF file of one <model> is needed; it has {len(models)} in <{document.tag}>; {FLATTEN}"
         raise unconvertible(file, "sdf_models", problem)
-    return _Model(file, models[0], _version(document), recovered).converted()
+    inner, missing = included(models[0], file, reach)
+    if missing:
+        problem = f"its <include> '{missing[0]}' is not there: keep that model's folder beside its own, or {FLATTEN}"
+        raise unconvertible(file, "sdf_nested", problem)
+    made = _Model(file, work, models[0], version_of(document), recovered).converted()
+    return replace(made, files=(*files, *inner))
 
 
 def is_object(model: Element) -> bool:
@@ -70,18 +77,11 @@ def is_object(model: Element) -> bool:
     return not shapes or bool(shapes - {"plane", "heightmap"})
 
 
-def _version(document: Element) -> tuple[int, ...]:
-    text = str(document.get("version", "1.7"))
-    return tuple(int(word) for word in text.split(".") if word.isdigit())
-
-
 class _Model:
     """One model being converted. Poses are (4, 4) in the model's frame."""
 
-    def __init__(self, file: Path, model: Element, version: tuple[int, ...], notes: Sequence[str]) -> None:
-        self.file, self.model, self.version = file, model, version
-        if next(model.iter("include"), None) is not None:
-            raise self.refused("sdf_nested", f"its model holds <include>; {FLATTEN}")
+    def __init__(self, file: Path, work: Path, model: Element, version: tuple[int, ...], notes: Sequence[str]) -> None:
+        self.file, self.work, self.model, self.version = file, work, model, version
         inner = model.findall("model")
         self.inner = [(str(item.get("name")), self.text(item, "static") in ("1", "true")) for item in inner]
         self.is_world = bool(self.inner) and not model.findall("link") and not model.findall("joint")
@@ -192,7 +192,7 @@ class _Model:
         """A visual or collision; planes are left out, and so is what a URDF has no shape for."""
         found = item.find("geometry")
         shape = None if found is None else next((node for node in found if isinstance(node.tag, str)), None)
-        if shape is None or shape.tag not in (*SHAPES, "mesh"):
+        if shape is None or shape.tag not in (*SHAPES, "mesh", "ellipsoid", "cone"):
             if shape is not None and shape.tag != "empty":
                 self.notes.append(f"link '{link.get('name')}': its <{shape.tag}> is left out")
             return
@@ -204,12 +204,23 @@ class _Model:
                 self.notes.append(f"link '{link.get('name')}': its mesh is taken whole, not its <submesh>")
             scale = self.numbers(shape, "scale", "1 1 1")
             add(geometry, "mesh", filename=self.text(shape, "uri"), scale=words(scale))
+        elif shape.tag in ("ellipsoid", "cone"):
+            add(geometry, "mesh", filename=self.made(shape, f"{link.get('name')}_{item.tag}_{item.get('name')}"))
         else:
             values = {key: words(self.numbers(shape, key, "1")) for key in SHAPES[str(shape.tag)]}
             add(geometry, str(shape.tag), **values)
         color = self.text(item, "material/diffuse")
         if item.tag == "visual" and color:
             add(add(element, "material", name=f"{link.get('name')}_{item.get('name')}"), "color", rgba=color)
+
+    def made(self, shape: Element, name: str) -> str:
+        """The file of a mesh of an ellipsoid or a cone, which stands along z about its middle."""
+        if shape.tag == "ellipsoid":
+            solid = trimesh.creation.icosphere(3).apply_scale(self.numbers(shape, "radii", "1 1 1"))
+        else:
+            radius, length = (self.numbers(shape, key, "1")[0] for key in ("radius", "length"))
+            solid = trimesh.creation.cone(radius, length).apply_translation([0.0, 0.0, -length / 2.0])
+        return write_obj(self.work, name, solid.vertices, solid.faces)
 
     def add_joint(self, robot: Element, joint: Element) -> None:
         """A joint, or the chain of hinges that stands for one of several axes. One that fixes a link to the world only
@@ -301,16 +312,5 @@ class _Model:
         return direction
 
 
-def newest(texts: Mapping[str, str]) -> list[str]:
-    """Of files of one model in several versions of SDF (``door-1_4.sdf``) the newest; other files as they are."""
-    found: dict[str, tuple[tuple[int, ...], str]] = {}
-    for name in texts:
-        versioned = VERSIONED.match(name)
-        base, version = versioned.groups() if versioned else (name.removesuffix(".sdf"), "9")
-        number = tuple(int(word) for word in re.findall(r"\d+", version))
-        found[base] = max(found.get(base, ((), "")), (number, name))
-    return [name for _, name in found.values()]
-
-
-FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf", of_several=newest)
+FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf", of_several=newest, further=(".world",))
 """The name of Gazebo's files is preferred."""

@@ -3,6 +3,8 @@
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.intake.formats.sdf_includes import FRAMED_AXES
+
 KINDS = ("link", "joint", "frame")
 SEPARATOR = "__"
 """Between the names of a model and of what it holds, in place of SDF's ``::``, which file names do not bear."""
@@ -23,9 +25,22 @@ def flatten(model: Element, version: tuple[int, ...]) -> None:
                 _connect(item, name, version)
             model.append(item)
         model.remove(inner)
+        if inner.get("merge"):
+            _unprefixed(model, name)
     for joint in model.findall("joint"):
         for end in (*joint.findall("parent"), *joint.findall("child")):
             end.text = str(end.text or "").strip().replace("::", SEPARATOR)
+
+
+def _unprefixed(model: Element, name: str) -> None:
+    """Take the prefix off the names of what was merged, and wherever they are referred to."""
+    start = _joined(name, "")
+    for element in model.iter(etree.Element):
+        for key, value in element.attrib.items():
+            if str(value).startswith(start) and value != _joined(name, "model"):
+                element.set(key, str(value)[len(start) :])
+        if element.tag in ("parent", "child") and str(element.text).strip().startswith(start):
+            element.text = str(element.text).strip()[len(start) :]
 
 
 def _joined(model: str, name: str) -> str:
@@ -59,7 +74,7 @@ def _connect(joint: Element, model: str, version: tuple[int, ...]) -> None:
         end.text = link if link == "world" else _joined(model, link)
     for axis in (*joint.findall("axis"), *joint.findall("axis2")):
         direction = axis.find("xyz")
-        in_model = (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true") or version <= (1, 4)
+        in_model = (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true") or version <= FRAMED_AXES
         if direction is not None and (direction.get("expressed_in") or in_model):
             direction.set("expressed_in", _frame_in(model, str(direction.get("expressed_in") or "")))
         for mimic in axis.findall("mimic"):
