@@ -36,6 +36,7 @@ def codes(words: str) -> list[str]:
         ("小箱子，門半開、抽屜打开，宽度４０公分，重量5千克", "50 % open", "fully open"),
         ("Caja pequeña con la puerta medio abierta y el cajón cerrado, 40 cm de ancho, 5 kg.", "50 % open", "closed"),
         ("Una caja pequeña, puerta entreabierta. Pesa 5 kilos, de 40 centímetros de ancho.", "slightly open", None),
+        ("把小盒子的门打开一半，抽屉拉开。宽40厘米，5公斤", "50 % open", "fully open"),
         ("Une petite boîte, la porte à moitié ouverte, le tiroir fermé, 40 cm de large, 5 kg.", "50 % open", "closed"),
         ("एक छोटा डिब्बा, दरवाज़ा आधा खुला और दराज़ बंद, 40 सेमी चौड़ा, 5 किग्रा", "50 % open", "closed"),
         ("صندوق صغير، الباب نصف مفتوح والدرج مغلق، عرضه ٤٠ سم، 5 كغم", "50 % open", "closed"),
@@ -53,6 +54,13 @@ def test_sizes_and_states_are_read_in_the_languages_that_are_spoken_most(
     assert [word.words for word in found.size.words] == ["small"]
     assert [(length.metres, length.following) for length in found.size.lengths] == [(0.4, "wide")]
     assert not found.unread
+
+
+def test_words_that_have_another_in_them_are_not_that_one() -> None:
+    """A kettle ("open water") with a switch ("open close"): of it the door alone is spoken of."""
+    found = guidance_of("带开关的开水壶，门打开30度", BOX)
+    assert [wish.joint for wish in found.states] == ["hinge"] and found.states[0].state.measure is not None
+    assert [item.words for item in found.unread] == ["开关, 开水, 壶"]
 
 
 @pytest.mark.parametrize(("code", "language"), zip(("es", "fr", "zh_Hans", "hi", "ar", "bn"), LANGUAGES, strict=True))
@@ -79,7 +87,7 @@ def test_a_sentence_in_another_language_is_said_once_with_its_words(words: str) 
         ("A box with its handle 40 cm wide.", "'40 cm' in the prompt is not read"),
         ("A box with a 3 cm knob, its door half open.", "'3 cm' in the prompt"),
         ("A box, 20 x 30 x 40 cm.", "'40 cm' in the prompt"),
-        ("A box with its door half open. 带轮子，盖子半开。", "'轮子' in the prompt is not read: of chinese only"),
+        ("A box with its door half open. 带轮子，盖子半开。", "'轮子' in the prompt is not read: of Chinese only"),
     ],
 )
 def test_an_amount_of_which_nothing_comes_is_said(words: str, said: str) -> None:

@@ -14,6 +14,8 @@ LEAST_SHARE = 0.5
 PREFIXES = {"arabic": ("و", "")}
 """Words that are written as one with the next, of the languages that have such."""
 _UNSPACED = "chinese"
+_ANOTHER = "?"
+"""Stands for a word that has one of the table in it and means something else."""
 _NOT = "not"
 """Says no of what stands before or after it, by the language: a sentence that has it is not put into English."""
 _POINTS = str.maketrans("，。；：！？、،؛؟।（）％٪", ",.;:!?,,;?.()%%")
@@ -74,6 +76,9 @@ def _translated(text: str, language: str) -> tuple[float, Translation]:
         meant = table.get(found["word"] or "", "")
         if meant == _NOT:
             return 0.0, Translation("", language)
+        if meant == _ANOTHER:
+            left.append(found["word"])
+            meant = ""
         english += [table.get(found[1], ""), meant] if language in PREFIXES else [meant]
         known += sum(character.isalpha() for character in found.group())
         end = found.end()

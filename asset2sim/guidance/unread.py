@@ -51,10 +51,15 @@ def in_english(words: str) -> tuple[str, tuple[Unread, ...]]:
         there = translated(sentence) if said else None
         sentences.append(sentence if there is None else there.english)
         if said and there is None:
-            found.append(Unread(words=said, why=f"rules read English and, of size and state, {', '.join(LANGUAGES)}"))
+            found.append(
+                Unread(
+                    words=said,
+                    why=f"rules read English and, of size and state, {', '.join(map(str.capitalize, LANGUAGES))}",
+                )
+            )
         elif there is not None and there.left:
             left = shortened(", ".join(there.left), SHOWN)
-            found.append(Unread(words=left, why=f"of {there.language} only words of size and state are"))
+            found.append(Unread(words=left, why=f"of {there.language.capitalize()} only words of size and state are"))
     return " ".join(sentences) if found or sentences != _ENDS.split(words) else words, tuple(found)
 
 
