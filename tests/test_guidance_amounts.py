@@ -3,7 +3,7 @@
 import pytest
 
 from asset2sim.checks.alignment.user_request import read_request
-from asset2sim.guidance.amounts import asked_mass, plain, unmet_numbers
+from asset2sim.guidance.amounts import asked_masses, plain, unmet_numbers
 from asset2sim.guidance.lexicon import tokenize
 from tests import prior_objects as known
 from tests.factories import guidance_of, make_features
@@ -58,8 +58,20 @@ def test_other_numbers_keep_their_meaning(words: str, meant: str) -> None:
 
 def test_masses_are_read_with_their_units() -> None:
     said = ("10 lbs", "1,5 kg", "1,000 kg", "250 g", "-3 kg", "heavy")
-    found = [asked_mass(words) for words in said]
-    assert [mass and mass.mass_kg for mass in found] == [4.5359237, 1.5, 1000.0, 0.25, None, None]
+    found = [[mass.mass_kg for mass in asked_masses(words)] for words in said]
+    assert found == [[4.5359237], [1.5], [1000.0], [0.25], [], []]
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["A washing machine with 8 kg capacity, {}.", "A cart, max load 50 kg, {}.", "A {} box that holds up to 3 kg.",
+     "A {} jar with 1 kg of tea.", "A shelf that carries 20 kg, {}."],
+)  # fmt: skip
+def test_what_an_object_holds_is_not_its_mass(words: str) -> None:
+    assert asked_masses(words.format("")) == ()
+    assert [mass.mass_kg for mass in asked_masses(words.format("2 kg"))] == [2.0]
+    (told,) = guidance_of(words.format(""), make_features("1")).unread
+    assert "kg" in told.words
 
 
 def test_no_rule_sees_a_number_that_cannot_be_met() -> None:

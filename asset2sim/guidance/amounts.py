@@ -47,7 +47,13 @@ _OPENS = re.compile(r"\bopen(?:ed)?(?:\s+(?:by|to|at))?\s*$")
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:,\d{3})+")
 _NUMBER = re.compile(rf"\d+(?:[.,]\d+)?|{_THOUSANDS.pattern}")
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-_MASS = re.compile(r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b")
+_MASS = re.compile(
+    r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b(?!\s+(?:of\b|(?:max\w*\s+)?(?:capacity|load|payload)))"
+)
+_HOLDS = re.compile(
+    r"\b(?:capacity|load|payload|hold(?:s|ing)?|carr(?:y|ies|ying)|bears?|supports?|takes?)(?:\s+(?:of|is|up|to|at|most|about))*"
+    r"\s*:?\s*$"
+)
 
 
 def plain(guidance: str) -> str:
@@ -61,13 +67,15 @@ def unmet_numbers(guidance: str) -> tuple[UnmetNumber, ...]:
     return _read(guidance)[1]
 
 
-def asked_mass(guidance: str) -> AskedMass | None:
-    """The mass that the guidance states, kg; None without one."""
-    found = _MASS.search(plain(guidance))
-    if found is None or float(found.group(1)) <= 0.0:
-        return None
-    kilograms = float(found.group(1)) * (1.0 if found.group(2).startswith("k") else 1e-3)
-    return AskedMass(words=found.group(), mass_kg=kilograms)
+def asked_masses(guidance: str) -> tuple[AskedMass, ...]:
+    """The masses that the guidance states of the object, kg, the first of which counts; not those of what it holds or
+    carries ("8 kg capacity", "1 kg of tea")."""
+    text = plain(guidance)
+    return tuple(
+        AskedMass(words=found.group(), mass_kg=float(found.group(1)) * (1.0 if found.group(2)[0] == "k" else 1e-3))
+        for found in _MASS.finditer(text)
+        if float(found.group(1)) > 0.0 and not _HOLDS.search(text[: found.start()])
+    )
 
 
 @lru_cache(maxsize=64)

@@ -1,6 +1,6 @@
 """The one reading of a user's sentence."""
 
-from asset2sim.guidance.amounts import asked_mass, plain, unmet_numbers
+from asset2sim.guidance.amounts import asked_masses, unmet_numbers
 from asset2sim.guidance.category import identify
 from asset2sim.guidance.lexicon import segments, tokenize
 from asset2sim.guidance.materials import asked_materials, asked_weights
@@ -17,7 +17,7 @@ from schemas.guidance import Guidance
 def read_guidance(words: str, info: ObjectInfo) -> Guidance:
     """The requests of the words for an object. Which parts they mean depends on its joints, labels and shape."""
     words, strange = in_english(words)
-    tokens = tokenize(words)
+    tokens, masses = tokenize(words), asked_masses(words)
     category, category_from = identify(info, tokens)
     statements, parts = segments(tokens, category), parts_of(info, category)
     found = Guidance(
@@ -25,7 +25,7 @@ def read_guidance(words: str, info: ObjectInfo) -> Guidance:
         category_from=category_from,
         called=called_by(tokens),
         size=asked_size(words, tokens, statements),
-        mass=asked_mass(words),
+        mass=next(iter(masses), None),
         states=asked_states(info, parts, statements),
         motions=asked_motions(info, parts, statements),
         materials=asked_materials(parts, statements),
@@ -34,5 +34,5 @@ def read_guidance(words: str, info: ObjectInfo) -> Guidance:
         free=any(statement.of("free") for statement in statements),
         unmet=unmet_numbers(words),
     )
-    left = (*strange, *unread(statements, found, strange))
-    return found.model_copy(update={"unread": left, "contradictions": contradictions(plain(words), found)})
+    left = (*strange, *unread(statements, found, masses, strange))
+    return found.model_copy(update={"unread": left, "contradictions": contradictions(masses, found)})

@@ -10,7 +10,7 @@ from asset2sim.guidance.languages import LANGUAGES, translated
 from asset2sim.guidance.lexicon import UNITS, Segment, part_word, singular
 from asset2sim.guidance.sizing import EDGES, LONGEST, MEASURING
 from schemas.errors import shortened
-from schemas.guidance import AskedSize, AskedState, Guidance, Unread, Wish
+from schemas.guidance import AskedMass, AskedSize, AskedState, Guidance, Unread, Wish
 
 AMOUNTS = ("length", "angle", "share", "mass", "time")
 """Kinds of phrases that are a number with its unit."""
@@ -38,7 +38,6 @@ SHOWN = 80
 APART = 1.1
 """Ratio from which two numbers for one thing contradict each other: nobody weighs to better than a tenth."""
 _WORDS = re.compile(r"[^\W\d_]+")
-_MASS = re.compile(r"(\d++(?:\.\d++)?+)\s*(kg|kilograms?|kilos?|g|grams?)\b(?!\s+of\b)")
 _ENDS = re.compile(r"(?<=[.!?;。！？；।؟])\s*")
 
 
@@ -63,25 +62,27 @@ def in_english(words: str) -> tuple[str, tuple[Unread, ...]]:
     return " ".join(sentences) if found or sentences != _ENDS.split(words) else words, tuple(found)
 
 
-def unread(statements: Sequence[Segment], guidance: Guidance, strange: Sequence[Unread]) -> tuple[Unread, ...]:
-    """The amounts of which nothing came, but those in what is ``strange``."""
+def unread(
+    statements: Sequence[Segment], guidance: Guidance, masses: Sequence[AskedMass], strange: Sequence[Unread]
+) -> tuple[Unread, ...]:
+    """The amounts of which nothing came, but the ``masses`` of the object and what is in ``strange`` words."""
     found, covered, apart = list[Unread](), _covered(guidance), " ".join(item.words for item in strange)
+    weights = {mass.mass_kg for mass in masses}
     for statement in statements:
         for item in statement.of(*AMOUNTS):
             said = statement.tokens[item.start - statement.start : item.end - statement.start]
-            read = item.start in covered or (item.kind == "mass" and guidance.mass is not None)
+            read = item.start in covered or (item.kind == "mass" and item.number in weights)
             if not read and said[0] not in apart:
                 about = " ".join(statement.tokens)
                 found.append(Unread(words=" ".join(said), why=f"no rule reads it in '{shortened(about, SHOWN)}'"))
     return tuple(found)
 
 
-def contradictions(text: str, guidance: Guidance) -> tuple[Unread, ...]:
-    """Two masses, two lengths of one edge, two sizes in words, and two states of one part; with which of them counts.
-    ``text`` is the sentence in plain units."""
-    masses = [float(number) * (1.0 if unit.startswith("k") else 1e-3) for number, unit in _MASS.findall(text)]
+def contradictions(masses: Sequence[AskedMass], guidance: Guidance) -> tuple[Unread, ...]:
+    """Two ``masses`` of the object, two lengths of one edge, two sizes in words, and two states of one part; with which
+    of them counts."""
     found = list[Unread]()
-    if guidance.mass is not None and (other := _apart(guidance.mass.mass_kg, masses)):
+    if guidance.mass is not None and (other := _apart(guidance.mass.mass_kg, [mass.mass_kg for mass in masses])):
         found.append(_against(f"{guidance.mass.mass_kg:g} kg", f"{other:g} kg", "first"))
     edges: dict[str, list[float]] = {}
     for length in guidance.size.lengths:
