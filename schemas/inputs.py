@@ -27,7 +27,8 @@ class InputSettings(Frozen):
 
     keep: KeepWords = (Keep.PLAUSIBLE.value,)
     """Which authored numbers stay where no words of the user's ask otherwise: plausible, all, nothing, or the names of
-    quantities that stay as they are: size, mass, centre, inertia, damping, friction, springs, limits."""
+    quantities that stay as they are: size, mass, centre, inertia, damping, friction, springs, limits,
+    shapes."""
     allow_outside: bool = False
     """Whether files outside the dataset's folder are read: meshes, textures and what a file includes, named by paths
     that leave it or by symbolic links."""

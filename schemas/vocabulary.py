@@ -242,6 +242,7 @@ class Quantity(StrEnum):
     FRICTION = "friction"
     SPRINGS = "springs"
     LIMITS = "limits"
+    SHAPES = "shapes"
 
 
 class Trust(StrEnum):

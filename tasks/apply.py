@@ -7,8 +7,9 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import URDF_NAME, write_folder
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE
 from asset2sim.refinement.refine import RefinementJob, ShapedFolder, shape_folder
+from schemas.authored import wanted
 from schemas.overlay import Overlay, PhysicsOverlay
-from schemas.vocabulary import CollisionMode
+from schemas.vocabulary import CollisionMode, Keep, Quantity
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -32,14 +33,18 @@ def apply_overlay(
 ) -> Applied:
     """The overlay written into ``folder``; without one, the asset's own URDF.
 
-    Our rules make collision shapes of their own. A baseline keeps the authored ones; references to missing meshes are
-    still dropped, since no engine loads a file with one. Raises AssetError where the files cannot be written.
+    Our rules make collision shapes of their own, unless those of the file are to be kept. A baseline keeps the
+    authored ones; references to missing meshes are still dropped, since no engine loads a file with one. Raises
+    AssetError where the files cannot be written.
     """
     if folder is None:
         return Applied(urdf=extraction.urdf)
     if not rules or proposal is None:
         written = write_folder(extraction, overlay, {}, folder, job.settings.physics, CollisionMode.KEEP)
         return Applied(urdf=written.urdf)
-    cache, guidance = job.out / PIECE_CACHE, job.ref.prompt
-    refinement = RefinementJob(extraction, proposal, overlay, job.source, folder, cache, job.settings, guidance)
+    cache, guidance, settings = job.out / PIECE_CACHE, job.ref.prompt, job.settings
+    if wanted(extraction.features.keep, Quantity.SHAPES) is Keep.ALL:
+        collision = settings.collision.model_copy(update={"mode": CollisionMode.KEEP})
+        settings = settings.model_copy(update={"collision": collision})
+    refinement = RefinementJob(extraction, proposal, overlay, job.source, folder, cache, settings, guidance)
     return Applied(urdf=folder / URDF_NAME, to_refine=(refinement, shape_folder(refinement)))

@@ -20,8 +20,10 @@ from schemas.inputs import InputSettings
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings, Settings
 from schemas.verdict import Failure
-from schemas.vocabulary import Engine, FailureMode, Quantity, Source, Trust
-from tests.assets import joint, link, robot, shape, written
+from schemas.vocabulary import CollisionMode, Engine, FailureMode, Quantity, Source, Trust
+from tasks.apply import apply_overlay
+from tasks.job import AssetJob
+from tests.assets import NO_VIEWS, joint, link, prior, robot, shape, written
 
 MASS_FACTOR = 1.05
 """Factor within which a believed mass stays what its file says, whatever else is done to the object."""
@@ -238,3 +240,16 @@ def test_a_row_of_the_manifest_goes_before_the_run(tmp_path: Path) -> None:
         load_dataset(tmp_path / "data", None, (), None)
     with pytest.raises(ValueError, match="beside others"):
         keep_words("nothing mass")
+
+
+def test_shapes_stay_where_they_are_named(tmp_path: Path) -> None:
+    def mode(*keep: str) -> CollisionMode:
+        item = cabinet(tmp_path / "a", keep=keep or None)
+        ref = AssetRef(asset_id="a", path=str(item.folder), keep=keep or None)
+        job = AssetJob(ref, tmp_path / "out", NO_VIEWS, prior)
+        applied = apply_overlay(job, item, LIGHT, done(item), tmp_path / "made", rules=True)
+        assert applied.to_refine is not None
+        return applied.to_refine[0].settings.collision.mode
+
+    assert mode("plausible", "shapes") is mode("all") is CollisionMode.KEEP
+    assert mode() is NO_VIEWS.collision.mode is not CollisionMode.KEEP

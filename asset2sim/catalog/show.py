@@ -68,8 +68,16 @@ def _overlay(asset: FrameRow) -> RenderableType:
     return Text(
         f"\nscale {number(asset['scale'])} ({asset['scale_source']}) · size {size} m · "
         f"mass {number(asset['mass_kg'], 'kg')} · contact friction {number(asset['contact_friction'])} · "
-        f"{asset['n_links']} links · {asset['n_joints']} movable joints{_support(asset)}"
+        f"{asset['n_links']} links · {asset['n_joints']} movable joints{_support(asset)}{_kept(asset)}"
     )
+
+
+def _kept(asset: FrameRow) -> str:
+    """Line on what became of the numbers of a file in metres; "" for others, and in runs of older versions."""
+    if not isinstance(asset.get("authored_json"), str):
+        return ""
+    kept, mended, supplied = (f"{asset[name]:.0f} {name}" for name in ("kept", "mended", "supplied"))
+    return f"\nof its file's numbers {kept}, {mended}; {supplied}"
 
 
 def _support(asset: FrameRow) -> str:
