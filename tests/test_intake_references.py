@@ -348,8 +348,10 @@ def test_what_a_moved_urdf_lacks_is_named_as_its_file_has_it(tmp_path: Path) -> 
     (folder / "mobility.urdf").write_text((folder / "mobility.urdf").read_text().replace("</link>", f"{more}</link>"))
     item = extract(ref)
     said = {finding.message for finding in item.findings if finding.code == "missing_mesh"}
-    assert len(said) == 2 and all("asset2sim-source" not in text and "outside" not in text for text in said)
-    assert any("'own.obj' is" in text for text in said) and told(item).link == "body"
+    assert len(said) == 1 and all("asset2sim-source" not in text and "outside" not in text for text in said)
+    assert told(item).link == "body"
+    spelt = [finding.message for finding in item.findings if finding.code == "spelt_otherwise"]
+    assert len(spelt) == 1 and "'OWN.obj' is read from" in spelt[0] and "own.obj'" in spelt[0]
 
 
 def test_a_reach_follows_links_and_survives_circles(tmp_path: Path) -> None:

@@ -46,6 +46,14 @@ def confine(robot: Element, file: Path, reach: AllowedFolders, work: Path) -> Co
         if inside is not None:
             found.moved |= find_mesh(reference, file.parent) != inside
             found.names[reference] = str(inside.resolve())
+            stated = zip(reversed(PurePosixPath(path_in(reference)).parts), reversed(inside.parts), strict=False)
+            if any(name != other and name.casefold() == other.casefold() for name, other in stated):
+                message = (
+                    f"'{reference}' is read from '{inside.parent.name}/{inside.name}': mend the case of its letters"
+                )
+                found.findings.append(
+                    Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code="spelt_otherwise", message=message)
+                )
             if etree.QName(element).localname == "mesh":
                 leave_materials(element, reference, inside, reach, work, found)
         elif outside is not None:

@@ -99,7 +99,7 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
         raise not_xml(error) from error
     except (etree.XMLSyntaxError, UnicodeError) as error:
         text = path.read_bytes().lstrip()
-        text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", text)
+        text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", in_utf8(text))
         text = re.sub(rb"<!--.*?-->", lambda comment: b"\n" * comment.group().count(b"\n"), text, flags=re.DOTALL)
         recovering, root = etree.XMLParser(remove_comments=False, recover=True), None
         with suppress(etree.XMLSyntaxError):  # there is nothing in it that could be recovered
@@ -107,6 +107,17 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
         if root is None or {entry.type_name for entry in recovering.error_log} - HARMLESS:
             raise not_xml(error) from error
         return root, (f"{' '.join(str(error).split())[:120]}; passed over",)
+
+
+def in_utf8(text: bytes) -> bytes:
+    """An XML text that declares its encoding by a name that only Python knows, as latin-1, in UTF-8; any other as it
+    is."""
+    declared = re.match(rb"<\?xml[^>]*?(\s+encoding\s*=\s*[\"']([\w.:-]+)[\"'])", text)
+    if declared is None:
+        return text
+    with suppress(LookupError, UnicodeError):
+        return (text[: declared.start(1)] + text[declared.end(1) :]).decode(declared[2].decode()).encode()
+    return text
 
 
 def textures_of(robot: Element) -> list[Element]:

@@ -80,13 +80,16 @@ class Refused:
 def find_within(reference: str, folder: Path, reach: AllowedFolders) -> tuple[Path | None, Path | None]:
     """The file that a reference in ``folder`` means, as ``find_mesh`` has it but within ``reach``, with a named
     package's file first; None where there is none, and then the file outside that it would be, if that is there."""
-    outside = None
-    for candidate in _candidates(reference, folder, reach):
+    outside, candidates = None, [*_candidates(reference, folder, reach)]
+    for candidate in candidates:
         if not is_file(candidate):
             continue
         if reach.allows(candidate):
             return candidate, None
         outside = outside or candidate
+    if outside is None:
+        spelt = (_spelt_otherwise(candidate, reach) for candidate in candidates)
+        return next((path for path in spelt if path is not None and is_file(path)), None), None
     return None, outside
 
 
@@ -142,7 +145,7 @@ def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
     except (FileNotFoundError, NotADirectoryError):
         if path.is_symlink():
             return f"is a link to {os.readlink(path)}, which is not there: restore that file, or replace the link by it"
-        return _spelt_otherwise(path) if reach.allows(path.parent) else None
+        return None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         return f"cannot be opened ({reason}): rename it, or give the user that runs this the right to read it"
@@ -153,13 +156,18 @@ def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
     return None
 
 
-def _spelt_otherwise(path: Path) -> str | None:
+def _spelt_otherwise(path: Path, reach: AllowedFolders) -> Path | None:
+    """What lies within reach where a path would, if letters were small and large alike, as on other systems; None where
+    nothing does, or several things."""
+    if path.exists() or path.parent == path:
+        return path if reach.allows(path) else None
+    folder = _spelt_otherwise(path.parent, reach)
     try:
-        names = os.listdir(path.parent)
+        names = [] if folder is None else os.listdir(folder)
     except OSError:
         return None
-    other = next((name for name in names if name.casefold() == path.name.casefold()), None)
-    return None if other is None else f"is not there, but '{other}' is: mend the case of its letters, restore the file"
+    alike = [name for name in names if name.casefold() == path.name.casefold()]
+    return None if folder is None or len(alike) != 1 or not reach.allows(folder / alike[0]) else folder / alike[0]
 
 
 def find_mesh(reference: str, folder: Path) -> Path | None:
