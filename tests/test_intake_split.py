@@ -161,6 +161,7 @@ def test_of_what_is_one_object_or_no_tree_nothing_is_cut(tmp_path: Path) -> None
         assert ref.part is None and ref.asset_id == name
 
 
+@pytest.mark.system
 def test_objects_that_nothing_holds_are_refused_by_the_option_s_name(tmp_path: Path) -> None:
     for name, text in (
         ("k.xml", MJCF.replace('<body name="room">', '<body name="room"><freejoint/>')),
