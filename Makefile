@@ -109,7 +109,7 @@ ui: $(INSTALLED) ## the report, Prefect's and MLflow's pages, until interrupted
 	@$(BIN)/python -m flows.command ui --out "$(OUT)" $(ARGS)
 
 samples: $(INSTALLED) ## make data/raw anew, byte for byte
-	@$(BIN)/python -m lab.samples.sample_dataset
+	@$(BIN)/python -m tests.samples.sample_dataset
 
 judge: $(INSTALLED) .venv-judge/.installed ## an independent checker, simcheck, over OUT
 	@$(BIN)/python -m lab.simcheck.checker "$(OUT)" $(if $(JOBS),--jobs "$(JOBS)")

@@ -13,9 +13,9 @@ from asset2sim.checks.known_checks import failure_guide
 from flows.schedule import nightly_schedule
 from lab.pages import reference
 from lab.pages.blocks import markers, with_block
-from lab.samples.bad_assets import bad_assets
 from schemas.vocabulary import FailureMode
 from tests.assets import ROOT
+from tests.samples.bad_assets import bad_assets
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from asset2sim.render import VIEW_NAMES
-from lab.samples.bad_assets import bad_assets
 from schemas.asset import AssetRecord, AssetRef
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
@@ -16,6 +15,7 @@ from schemas.settings import Settings, ViewSettings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, RAW, fingerprint, prior, sample, saying
+from tests.samples.bad_assets import bad_assets
 
 pytestmark = pytest.mark.system
 

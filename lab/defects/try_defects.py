@@ -20,12 +20,13 @@ from lab.defects.defect_results import (
     raw_symptoms,
 )
 from lab.defects.planting import Defect, RefinedAsset
-from lab.samples.sample_dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import MethodSettings, Settings, ViewSettings
 from schemas.vocabulary import Method, Status
 
+SAMPLES = Path(__file__).parents[2] / "data" / "raw"
+"""The checkout's sample dataset, which holds the clean objects."""
 SETTINGS = Settings(views=ViewSettings(write=False), methods=MethodSettings(raw_asked=True))
 """The default settings, without pictures; what was refined is asked to stay as it is."""
 
@@ -66,13 +67,9 @@ class DefectBench:
         return self.refine(ref, folder, Method.RAW).record
 
 
-def samples(out: Path, wanted: Iterable[str]) -> list[AssetRef]:
-    """The sample objects of these ids, written under ``out``; without prompts, so that they start closed."""
-    for name, data in sample_files().items():
-        path = out / "samples" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-    found = load_dataset(out / "samples", None, tuple(sorted(wanted)), None)
+def samples(wanted: Iterable[str]) -> list[AssetRef]:
+    """The checkout's sample objects of these ids; without prompts, so that they start closed."""
+    found = load_dataset(SAMPLES, None, tuple(sorted(wanted)), None)
     return [ref.model_copy(update={"prompt": None}) for ref in found]
 
 
@@ -133,7 +130,7 @@ def try_defects(
     wanted = {defect.target.asset_id for defect in defects}
     clean: dict[str, CleanObject] = {}
     with ThreadPoolExecutor(bench.settings.run.workers) as pool:
-        for item in pool.map(lambda ref: clean_object(ref, bench), samples(bench.out, wanted)):
+        for item in pool.map(lambda ref: clean_object(ref, bench), samples(wanted)):
             clean[item.ref.asset_id] = item
             tell(f"{item.ref.asset_id}: {item.problem or 'clean'}")
         tried = [defect for defect in defects if not clean[defect.target.asset_id].problem]

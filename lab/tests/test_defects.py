@@ -46,7 +46,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RefinedAsset]:
     """Every object of the bench, refined once."""
     out = tmp_path_factory.mktemp("clean")
     wanted = {defect.target.asset_id for defect in DEFECTS}
-    records = {ref.asset_id: refine_asset(ref, out, QUICK, prior) for ref in samples(out, wanted)}
+    records = {ref.asset_id: refine_asset(ref, out, QUICK, prior) for ref in samples(wanted)}
     return {name: RefinedAsset(out / "assets" / name, record) for name, record in records.items()}
 
 
@@ -115,7 +115,7 @@ def test_overlaps_and_sizes_are_taken_from_the_record(clean: dict[str, RefinedAs
 def box(tmp_path_factory: pytest.TempPathFactory) -> tuple[CleanObject, DefectBench]:
     """The wooden box as the bench prepares it."""
     out = tmp_path_factory.mktemp("bench")
-    (ref,) = samples(out, ["box_wooden"])
+    (ref,) = samples(["box_wooden"])
     bench = DefectBench(out, QUICK, PIPELINE)
     return clean_object(ref, bench), bench
 
@@ -138,10 +138,12 @@ def test_a_defect_from_plant_to_row(box: tuple[CleanObject, DefectBench], name: 
 
 
 def test_what_is_not_clean_is_left_out(tmp_path: Path) -> None:
-    (ref,) = samples(tmp_path, ["box_wooden"])
+    (ref,) = samples(["box_wooden"])
+    copy = shutil.copytree(ref.path, tmp_path / "data" / "box_wooden")
+    ref = ref.model_copy(update={"path": str(copy), "root": str(copy.parent)})
     with edited(Path(ref.path)) as robot:
         part(named(robot, "joint", "joint_0"), "axis").set("xyz", "0 0 0")
-    found = clean_object(ref, DefectBench(tmp_path, QUICK, PIPELINE))
+    found = clean_object(ref, DefectBench(tmp_path / "out", QUICK, PIPELINE))
     assert "no direction" in found.problem and found.again is None
 
 

@@ -20,13 +20,13 @@ from random import Random
 from asset2sim.baselines.ours import by_rules
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.asset_attempt import attempt_in_child
-from lab.samples.sample_dataset import sample_files
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.request import ModelAnswer, ModelAsk, ModelRequest
 from schemas.settings import EngineSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, FailureMode, Severity, Stage
 from tests.hostile.urdf_mutations import mutant
+from tests.samples.sample_dataset import sample_files
 
 VALIDATED = "tests.hostile.mutated_urdfs:validated"
 REFINED = "tasks.pipeline:refine_asset"

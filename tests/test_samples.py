@@ -18,13 +18,13 @@ import pytest
 import trimesh
 from PIL import Image
 
-from lab.samples.bad_assets import bad_assets
-from lab.samples.blueprint import Blueprint
-from lab.samples.layout import number_text
-from lab.samples.sample_dataset import blueprints, sample_files, write_samples
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode
 from tests.assets import RAW, ROOT
+from tests.samples.bad_assets import bad_assets
+from tests.samples.blueprint import Blueprint
+from tests.samples.layout import number_text
+from tests.samples.sample_dataset import blueprints, sample_files, write_samples
 
 pytestmark = pytest.mark.system
 
@@ -97,14 +97,14 @@ def test_generator_writes_what_is_checked_in(tmp_path: Path) -> None:
     written = write_samples(tmp_path / "raw")
     assert written == [row["asset_id"] for row in manifest()]
     fresh, kept = tree(tmp_path / "raw"), tree(RAW)
-    assert sorted(fresh) == sorted(kept), "run `python -m lab.samples.sample_dataset`"
+    assert sorted(fresh) == sorted(kept), "run `python -m tests.samples.sample_dataset`"
     assert [name for name in kept if fresh[name] != kept[name]] == []
 
 
 def test_bytes_do_not_depend_on_the_environment(tmp_path: Path) -> None:
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     env = {**os.environ, "PYTHONPATH": path, "PYTHONHASHSEED": "7", "LC_ALL": "C", "TZ": "Asia/Kolkata"}
-    command = [sys.executable, "-m", "lab.samples.sample_dataset", str(tmp_path / "out")]
+    command = [sys.executable, "-m", "tests.samples.sample_dataset", str(tmp_path / "out")]
     done = subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "assets written" in done.stdout
     assert tree(tmp_path / "out") == tree(RAW)

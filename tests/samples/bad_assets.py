@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lab.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces, slider
-from lab.samples.layout import asset_files
-from lab.samples.objects.boxes import BRASS, box_body, box_lid
-from lab.samples.objects.devices import laptop
-from lab.samples.objects.furniture import drawer
-from lab.samples.shapes import Mesh, block, shell
 from schemas.vocabulary import FailureMode
+from tests.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces, slider
+from tests.samples.layout import asset_files
+from tests.samples.objects.boxes import BRASS, box_body, box_lid
+from tests.samples.objects.devices import laptop
+from tests.samples.objects.furniture import drawer
+from tests.samples.shapes import Mesh, block, shell
 
 Files = dict[str, bytes]
 CARD = Finish((0.72, 0.56, 0.38))

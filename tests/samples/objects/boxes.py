@@ -2,8 +2,8 @@
 
 import math
 
-from lab.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces
-from lab.samples.shapes import Mesh, block, disc, loft, ring, shell
+from tests.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces
+from tests.samples.shapes import Mesh, block, disc, loft, ring, shell
 
 WOOD = Finish((0.68, 0.48, 0.28), texture="wood")
 DARK_WOOD = Finish((0.36, 0.2, 0.1))

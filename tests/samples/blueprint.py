@@ -5,7 +5,7 @@ import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from lab.samples.shapes import Mesh, Point, textured
+from tests.samples.shapes import Mesh, Point, textured
 
 Colour = tuple[float, float, float]
 

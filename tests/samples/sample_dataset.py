@@ -1,5 +1,5 @@
 """The sample dataset: its assets, their files, and writing them to disk, to data/raw unless told otherwise:
-``python -m lab.samples.sample_dataset [OUT]``."""
+``python -m tests.samples.sample_dataset [OUT]``."""
 
 import csv
 import io
@@ -14,11 +14,11 @@ from pydantic_settings import CliPositionalArg
 
 from asset2sim.intake.dataset import MANIFEST
 from asset2sim.runs.command_line import Options, parse
-from lab.samples.bad_assets import bad_assets
-from lab.samples.blueprint import Blueprint
-from lab.samples.layout import asset_files
-from lab.samples.objects import bags, boxes, devices, furniture, tools, vessels
 from schemas.errors import UsageError
+from tests.samples.bad_assets import bad_assets
+from tests.samples.blueprint import Blueprint
+from tests.samples.layout import asset_files
+from tests.samples.objects import bags, boxes, devices, furniture, tools, vessels
 
 SAMPLES: tuple[Callable[[], Blueprint], ...] = (
     tools.stapler,
@@ -120,7 +120,7 @@ class SampleOptions(Options):
 def main(words: Sequence[str]) -> int:
     """Write the samples; exit code 2 where the folder named holds something else."""
     try:
-        out = parse(SampleOptions, words, "python -m lab.samples.sample_dataset").out
+        out = parse(SampleOptions, words, "python -m tests.samples.sample_dataset").out
         written = write_samples(out)
     except UsageError as error:
         sys.stderr.write(f"{error}\n")

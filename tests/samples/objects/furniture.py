@@ -1,7 +1,7 @@
 """Furniture: a desk cabinet with two drawers, a sideboard with a door and a drawer, and a folding chair."""
 
-from lab.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces, slider
-from lab.samples.shapes import Mesh, block, shell, tube
+from tests.samples.blueprint import GAP, Blueprint, Finish, Link, NamedMesh, hinge, pieces, slider
+from tests.samples.shapes import Mesh, block, shell, tube
 
 WOOD = Finish((0.68, 0.48, 0.28), texture="wood")
 BIRCH = Finish((0.82, 0.7, 0.52))

@@ -1,7 +1,7 @@
 """Scissors and a stapler."""
 
-from lab.samples.blueprint import Blueprint, Finish, Link, NamedMesh, hinge, pieces
-from lab.samples.shapes import Mesh, block, disc, loft, ring
+from tests.samples.blueprint import Blueprint, Finish, Link, NamedMesh, hinge, pieces
+from tests.samples.shapes import Mesh, block, disc, loft, ring
 
 RED = Finish((0.72, 0.1, 0.12))
 STEEL = Finish((0.72, 0.73, 0.75))

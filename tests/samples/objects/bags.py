@@ -2,8 +2,8 @@
 
 import math
 
-from lab.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces
-from lab.samples.shapes import Mesh, Point, block, loft, shell, tube
+from tests.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces
+from tests.samples.shapes import Mesh, Point, block, loft, shell, tube
 
 LEATHER = Finish((0.55, 0.2, 0.16))
 BLACK = Finish((0.1, 0.1, 0.11))

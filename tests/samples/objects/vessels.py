@@ -2,8 +2,8 @@
 
 import math
 
-from lab.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces
-from lab.samples.shapes import block, disc, loft, ring, shell, tube
+from tests.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces
+from tests.samples.shapes import block, disc, loft, ring, shell, tube
 
 STEEL = Finish((0.68, 0.7, 0.72))
 BLACK = Finish((0.12, 0.12, 0.13))

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from lab.samples.blueprint import TEXTURES, Blueprint, Finish, JointSpec, Link
-from lab.samples.shapes import Mesh, Point
+from tests.samples.blueprint import TEXTURES, Blueprint, Finish, JointSpec, Link
+from tests.samples.shapes import Mesh, Point
 
 DIGITS = 6
 

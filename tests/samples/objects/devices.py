@@ -1,7 +1,7 @@
 """Electric devices: a microwave, a laptop and a keyboard."""
 
-from lab.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces, slider, turntable
-from lab.samples.shapes import Mesh, block, disc, frustum, shell
+from tests.samples.blueprint import GAP, Blueprint, Finish, Link, hinge, pieces, slider, turntable
+from tests.samples.shapes import Mesh, block, disc, frustum, shell
 
 WHITE = Finish((0.88, 0.88, 0.86))
 GREY = Finish((0.45, 0.46, 0.48))
