@@ -26,7 +26,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope
 comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -161,6 +161,10 @@ recorded: $(INSTALLED) ## a scripted arm does a task with each object of OUT; AR
 
 figures: $(INSTALLED) ## every measured block of docs/ that is older than what it measures, hours; ONLY=first,weights; SHARED (../shared)
 	@$(BIN)/python -m lab.pages.figures "$(or $(SHARED),../shared)" "$(OUT)/figures" $(ONLY)
+
+shapes: $(INSTALLED) ## a table of docs/measured.md: Φ of methods on the same shapes, the paper's nine, into OUT; SHARED (../shared)
+	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
+		--methods reference,ivw,direct,asset2sim --no-interaction --shapes docs/measured.md
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m lab.flows.bench_defects "$(OUT)"

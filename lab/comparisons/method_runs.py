@@ -100,6 +100,7 @@ class CompareRequest(Frozen):
     settings: Settings = Settings()
     page: Path | None = None
     first: Path | None = None
+    shapes: Path | None = None
 
     @property
     def engines(self) -> str:
@@ -124,6 +125,7 @@ class CompareOptions(Selection, FileOptions):
     judge_model: NAME | None = Field(None, description="a vision model that scores every asset against its prompt")
     page: FILE | None = Field(None, description="write the tables and charts between this file's markers")
     first: FILE | None = Field(None, description="write one table over all methods and models between this file's")
+    shapes: FILE | None = Field(None, description="write Φ of every method on the same shapes between this file's")
 
 
 def parse_request(words: Sequence[str]) -> CompareRequest:
@@ -145,6 +147,7 @@ def parse_request(words: Sequence[str]) -> CompareRequest:
         settings=settings_for_run(options.settings, stated, below),
         page=options.page,
         first=options.first,
+        shapes=options.shapes,
     )
 
 

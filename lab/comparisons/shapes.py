@@ -1,7 +1,7 @@
 """Penetration of every method's state on the same two shapes: the hulls as authored, and those that ours cut."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,13 +16,16 @@ from asset2sim.engines.pybullet_object import phi_at
 from lab.comparisons.markdown import name_of
 from lab.comparisons.method_runs import MethodRun
 from lab.comparisons.proposers import STATE_STEPS
-from schemas.errors import AssetError
+from schemas.errors import AssetError, UsageError
+from schemas.model_names import described
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Method
 
 SINGLE = {"103275": "stapler", "102703": "toilet"}
 """The two of the paper's nine whose penetration it names."""
+SHAPES = "shapes"
+"""Name of the page's block."""
 OVERLAP_MM = 0.1
 """Φ from which an object counts as overlapping, mm: a tenth of the verdict's bound."""
 ASKED = ("request", "authored")
@@ -119,12 +122,21 @@ def done_sentence(count: int, findings: pd.DataFrame, trace: pd.DataFrame) -> st
     )
 
 
-def shapes_section(runs: Sequence[MethodRun], settings: EngineSettings) -> list[str]:
-    """Table and sentence, with what they are; nothing without our run and the objects as they came."""
+def shapes_section(runs: Sequence[MethodRun], settings: EngineSettings) -> tuple[str, ...]:
+    """Table and sentence, with what they are; nothing without our run and one that leaves hulls as they are."""
     rows = phi_on_shapes(runs, settings)
-    ours: Mapping[str, Path] = {run.method.value: run.folder for run in reversed(runs)}
+    if not rows:
+        return ()
+    ours = next(run for run in runs if run.method is Method.ASSET2SIM)
     said = (
-        "Φ of each method's size and state on the same shapes, in PyBullet; *overlap*: objects over "
-        f"{OVERLAP_MM:g} mm; stapler and toilet: before; after."
+        f"Model: {described(ours.label)}. Φ of each method's size and state on the same shapes, in PyBullet; *overlap* "
+        f"counts objects over {OVERLAP_MM:g} mm; stapler and toilet of the paper's nine: before; after."
     )
-    return [said, shapes_table(rows), done_by(ours[Method.ASSET2SIM.value])] if rows else []
+    return said, shapes_table(rows), done_by(ours.folder)
+
+
+def shapes_block(paragraphs: Sequence[str]) -> str:
+    """The page's block. Raises UsageError without our run and one that leaves hulls as they are."""
+    if not paragraphs:
+        raise UsageError("Φ on the same shapes needs asset2sim, and direct, ivw, agent or reference, among --methods")
+    return "\n\n".join(paragraphs)

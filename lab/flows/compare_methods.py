@@ -16,7 +16,7 @@ from lab.comparisons.first_table import FIRST, first_table
 from lab.comparisons.meaning import experts_apart
 from lab.comparisons.method_runs import CompareRequest, parse_request, planned_runs
 from lab.comparisons.object_rows import read_objects
-from lab.comparisons.shapes import shapes_section
+from lab.comparisons.shapes import SHAPES, shapes_block, shapes_section
 from lab.pages.blocks import check_page, write_block
 from schemas.asset import FoundAssets
 from schemas.errors import DONE, STOPPED, exit_code_of
@@ -33,6 +33,8 @@ def compare_methods(request: CompareRequest) -> int:
         check_page(request.page, BLOCK)
     if request.first is not None:
         check_page(request.first, FIRST)
+    if request.shapes is not None:
+        check_page(request.shapes, SHAPES)
     found = FoundAssets(load_dataset(request.data, *chosen))
     for run in runs:
         check_run(found, request.data, run.folder, run.settings(base))
@@ -51,12 +53,14 @@ def compare_methods(request: CompareRequest) -> int:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED
     compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines, experts_apart(runs))
-    compared = replace(compared, shapes=tuple(shapes_section(runs, base.engine)))
+    compared = replace(compared, shapes=shapes_section(runs, base.engine))
     report = write_comparison(request.out, runs, compared)
     if request.page is not None:
         write_page(request.page, request.out, compared)
     if request.first is not None:
         write_block(request.first, FIRST, first_table(compared.objects, request.subset, request.engines))
+    if request.shapes is not None:
+        write_block(request.shapes, SHAPES, shapes_block(compared.shapes))
     console.print(f"tables and charts: {report}", markup=False)
     return DONE
 

@@ -32,6 +32,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "corrections DATA={shared}/partnet_mobility OUT={out}/corrections "
             'ARGS="--subset paper9 --models recorded/{shared}/vlm_answers,prior/noisy,prior/noisy@2"',
         ),
+        "shapes": ("shapes SHARED={shared} OUT={out}/shapes",),
         "judged": (NINE, 'recorded OUT={out}/nine ARGS="--page docs/trials.md"'),
         "probe": (NINE, 'probe OUT={out}/nine ARGS="--page docs/probes.md"'),
         "learn": (

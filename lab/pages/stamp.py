@@ -26,6 +26,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "proposers": ("lab/comparisons",), "corrections": ("lab/comparisons",), "origins": ("lab/comparisons",),
         "first": ("lab/comparisons", "lab/methods", "lab/noise"),
         "compare": ("lab/comparisons", "lab/methods", "lab/noise"),
+        "shapes": ("lab/comparisons", "lab/methods", "lab/noise"),
         "judged": ("lab/trials", "lab/methods", "lab/noise", "asset2sim/gym"),
         "learn": ("lab/learning", "lab/methods", "lab/noise", "asset2sim/gym"),
         "probe": ("lab/probes", "lab/methods", "lab/noise", "asset2sim/gym"),
