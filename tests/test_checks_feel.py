@@ -3,7 +3,10 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import pytest
+from lxml import etree
 
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
@@ -89,8 +92,37 @@ def test_a_light_button_keeps_its_spring_and_its_urdf_has_one_that_plain_use_bea
     at_rest = made.stiffness * (made.initial_position - made.spring_reference)
     assert at_rest == pytest.approx(1.0, rel=0.1) and made.armature > 0.0
     assert all(item.passed for item in found(Engine.PYBULLET, urdf, overlay, MODE))
+    assert rests_in_plain_mujoco(urdf), "at MuJoCo's own soft limits"
     text = urdf.read_text(encoding="utf-8")
     urdf.write_text(text.replace("spring_stiffness", "lighter").replace("geared_stiffness", "spring_stiffness"))
     assert not all(item.passed for item in found(Engine.PYBULLET, urdf, overlay, MODE)), (
         "the whole spring, without its armature"
     )
+    assert not rests_in_plain_mujoco(urdf)
+
+
+def rests_in_plain_mujoco(urdf: Path) -> bool:
+    """Whether parts that springs bring back rest at their limits after a second at 240 Hz, each spring set as a
+    torque, limits as MuJoCo has them."""
+    root = etree.parse(str(urdf)).getroot()
+    for shape in (*root.iterfind(".//visual"), *root.iterfind(".//collision")):
+        shape.getparent().remove(shape)
+    options = {"fusestatic": "false", "balanceinertia": "false"}
+    etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", options)
+    model = mujoco.MjModel.from_xml_string(etree.tostring(root).decode())
+    model.opt.timestep = 1.0 / 240.0
+    data, joints = (
+        mujoco.MjData(model),
+        [model.joint(str(item.get("name"))) for item in root.iterfind("joint[dynamics]")],
+    )
+    terms = [[float(item.get(key, 0.0)) for key in ("spring_stiffness", "spring_reference")]
+             for item in root.iterfind("joint/dynamics")]  # fmt: skip
+    for item, (_, rest) in zip(joints, terms, strict=True):
+        data.qpos[item.qposadr] = max(item.range, key=lambda end, rest=rest: abs(end - rest))
+    for _ in range(240):
+        for item, (stiffness, rest) in zip(joints, terms, strict=True):
+            data.qfrc_applied[item.dofadr] = stiffness * (rest - data.qpos[item.qposadr])
+        mujoco.mj_step(model, data)
+    beyond = [max(np.array([i.range[0], -i.range[1]]) + data.qpos[i.qposadr] * [-1.0, 1.0]) for i in joints]
+    spans = [item.range[1] - item.range[0] for item in joints]
+    return bool(np.abs(data.qvel).max() < 1e-3 and np.all(np.array(beyond) < 0.5 * np.array(spans)))

@@ -177,6 +177,17 @@ def test_a_model_may_name_a_mechanism(tmp_path: Path) -> None:
         )
 
 
+def test_a_rocker_starts_where_a_search_has_placed_it(tmp_path: Path) -> None:
+    item = read(written(tmp_path, robot(
+        link("base", BODY), link("part", shape("0.03 0.02 0.008")),
+        joint("turn", "revolute", "base", "part", xyz="0 0 0.12", axis="0 1 0", limit="-0.2 0.2"),
+    )))  # fmt: skip
+    snaps = Overlay(scale=1.0, joints=(JointProposal(name="turn", mechanism="bistable"),))
+    for placed, start in (({}, (-0.2, 0.2)), ({"turn": 0.19}, (0.19,))):
+        overlay, _ = validate(item, snaps, Source.MODEL, 0.5, NO_VIEWS.physics, placed=placed)
+        assert only(overlay).initial_position in start
+
+
 @pytest.mark.system
 @pytest.mark.parametrize("name", ["chest", "flap", "fridge", "switch"])
 def test_mechanisms_pass_every_check_in_every_engine(tmp_path: Path, name: str) -> None:

@@ -1,6 +1,6 @@
 """What mechanisms exert on joints besides springs: gaskets, rockers that snap, struts; and where such joints start."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -20,13 +20,13 @@ WAY_SAMPLES = 17
 """Positions of its range at which the load of a flap is taken."""
 
 
-def at_their_ends(starts: Mapping[str, Start], handled: Mapping[str, Handling]) -> dict[str, Start]:
+def at_their_ends(
+    starts: Mapping[str, Start], handled: Mapping[str, Handling], kept: Collection[str]
+) -> dict[str, Start]:
     """Joint → its start, those of bistable mechanisms at the end that is nearer, in doubt the closed one: none of them
-    stays between. What the user states as a number stays."""
-    return {
-        name: replace(start, position=nearer_end(start)) if snaps(start.range, handled[name]) else start
-        for name, start in starts.items()
-    }
+    stays between. Those that the user states as a number, or that a search has placed (``kept``), stay."""
+    moved = {name for name, start in starts.items() if name not in kept and snaps(start.range, handled[name])}
+    return {n: replace(start, position=nearer_end(start)) if n in moved else start for n, start in starts.items()}
 
 
 def snaps(span: Range, kind: Handling) -> bool:

@@ -150,7 +150,8 @@ def complete(
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind
     )
-    starts = at_their_ends(starts, handled)
+    exact = {name for name in starts if f"initial_joint_positions.{name}" in asked}
+    starts = at_their_ends(starts, handled, exact | given.placed.keys())
     sprung = frozenset(name for name in starts if Quantity.SPRINGS in given.opinion.kept(name))
     inputs = JointInputs(
         features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed, sprung=sprung
