@@ -118,7 +118,7 @@ def rests_in_plain_mujoco(urdf: Path) -> bool:
     terms = [[float(item.get(key, 0.0)) for key in ("spring_stiffness", "spring_reference")]
              for item in root.iterfind("joint/dynamics")]  # fmt: skip
     for item, (_, rest) in zip(joints, terms, strict=True):
-        data.qpos[item.qposadr] = max(item.range, key=lambda end, rest=rest: abs(end - rest))
+        data.qpos[item.qposadr] = item.range[int(np.argmax(np.abs(item.range - rest)))]
     for _ in range(240):
         for item, (stiffness, rest) in zip(joints, terms, strict=True):
             data.qfrc_applied[item.dofadr] = stiffness * (rest - data.qpos[item.qposadr])
