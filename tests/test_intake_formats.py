@@ -132,6 +132,41 @@ def test_a_mistake_in_an_included_xacro_names_that_file(tmp_path: Path) -> None:
     assert "cabinet.urdf.xacro: in parts.xacro, line " in str(refused(folder))
 
 
+MACRO = """<robot name="set" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:macro name="board" params="name size:='0.3 0.2 0.1'"><link name="${name}"><visual><geometry>
+<box size="${size}"/></geometry></visual></link></xacro:macro>
+<xacro:macro name="cabinet" params="PARAMS"><xacro:board name="${prefix}body"/><xacro:board name="${prefix}door"/>
+<joint name="${prefix}hinge" type="revolute"><xacro:insert_block name="origin"/><parent link="${prefix}body"/>
+<child link="${prefix}door"/><limit lower="0" upper="${reach}"/></joint></xacro:macro>MORE</robot>"""
+
+
+def test_a_xacro_that_only_defines_a_macro_is_one_instance_of_it(tmp_path: Path) -> None:
+    text = MACRO.replace("PARAMS", "prefix *origin reach:=1.5").replace("MORE", "")
+    (tmp_path / "cabinet.xacro").write_text(text)
+    found = read(tmp_path)
+    assert found.features.root == "body" and found.features.joint("hinge").upper == 1.5
+    assert any("only defines the macro cabinet (prefix" in finding.message for finding in found.findings)
+    hung = '<joint name="stands" type="fixed"><parent link="${parent}"/><child link="body"/></joint>'
+    text = MACRO.replace("PARAMS", "parent prefix:='' *origin reach:=1").replace("<joint", f"{hung}<joint", 1)
+    (tmp_path / "cabinet.xacro").write_text(text.replace("MORE", ""))
+    assert read(tmp_path).features.root == "world"
+
+
+@pytest.mark.parametrize(
+    ("params", "more"),
+    [
+        ("prefix *origin reach", ""),
+        ("prefix *origin *lid reach:=1", ""),
+        ("prefix *origin reach:=1", '<xacro:macro name="shelf" params="depth"><link name="s"/></xacro:macro>'),
+    ],
+)
+def test_macros_that_need_an_argument_or_a_choice_are_listed(tmp_path: Path, params: str, more: str) -> None:
+    (tmp_path / "cabinet.xacro").write_text(MACRO.replace("PARAMS", params).replace("MORE", more))
+    error = refused(tmp_path)
+    assert error.code == "xacro_macros" and f"cabinet ({params})" in str(error) and "<xacro:cabinet" in str(error)
+    assert ("shelf (depth)" in str(error)) == bool(more)
+
+
 def test_a_package_is_found_by_folder_manifest_or_place(tmp_path: Path) -> None:
     inner = tmp_path / "thing" / "urdf"
     inner.mkdir(parents=True)

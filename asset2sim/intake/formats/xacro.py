@@ -18,6 +18,10 @@ from schemas.errors import AssetError
 
 PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")
 """Folders of a ROS package in which its xacro files lie."""
+HANGS_ON = "world"
+GUESSED = {"parent": HANGS_ON, "parent_link": HANGS_ON, "name": "object",
+           **dict.fromkeys(("prefix", "ns", "namespace", "tf_prefix"), "")}  # fmt: skip
+"""Arguments of macros without a default that can be guessed: what an object hangs on, how its names begin."""
 
 
 def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
@@ -27,11 +31,65 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
     with _packages_beside(file, substitution_args, reach), _only_within(reach, xacro):
         try:
             document = xacro.process_file(str(file.resolve()))
+            made = instance_of(file, xacro) if not document.getElementsByTagName("link") else None
+            document = document if made is None else made[0]
+        except AssetError:
+            raise
         except Exception as error:  # xacro evaluates Python: an expression may raise anything
             raise _located(error, file, [Path(name) for name in (xacro.filestack or [str(file)])]) from error
     robot = etree.fromstring(document.toxml().encode())
     includes = tuple(Path(name) for name in dict.fromkeys(xacro.all_includes) if Path(name).is_file())
-    return Converted(robot, includes, ("its arguments have their defaults",))
+    notes = ("its arguments have their defaults", *(() if made is None else made[1:]))
+    return Converted(robot, includes, notes)
+
+
+def instance_of(file: Path, module: Any) -> tuple[Any, str] | None:
+    """The document of a xacro file that only defines a macro, with the one instance of it whose arguments can be
+    guessed, and a note; None where it defines none. Raises AssetError (unreadable_asset), which lists the macros, where
+    there are several that no other uses, or arguments that cannot be guessed."""
+    root = etree.parse(str(file)).getroot()
+    macros = {str(item.get("name")): item for item in root.iter(etree.Element) if is_named(item, "macro")}
+    used = {str(etree.QName(item).localname) for item in root.iter(etree.Element)}
+    whole = [name for name in macros if name.removeprefix("xacro:") not in used]
+    if not whole:
+        return None
+    listed = "; ".join(f"{name} ({macros[name].get('params') or 'no arguments'})" for name in whole)
+    values: dict[str, str] = {}
+    blocks = list[str]()
+    for word in re.findall(r"[^\s:=]+(?::?=(?:'[^']*'|\S*))?", str(macros[whole[0]].get("params", ""))):
+        name, default = re.split(r":?=", word, maxsplit=1) if "=" in word else (word, None)
+        if name.startswith("*"):
+            blocks.append(name)
+        elif default is None and name not in GUESSED:
+            blocks.append("?")
+        elif default is None:
+            values[name] = GUESSED[name]
+    if len(whole) > 1 or any(block not in ("*origin", "*pose") for block in blocks):
+        name = whole[0].removeprefix("xacro:")
+        problem = (
+            f"it has no link, only macros: {listed}; add an instance of one, as <xacro:{name} …/>, or name its URDF"
+        )
+        raise unconvertible(file, "xacro_macros", problem)
+    module.init_stacks(str(file.resolve()))
+    document = module.parse(None, str(file.resolve()))
+    instance = document.createElement(f"xacro:{whole[0].removeprefix('xacro:')}")
+    for name, value in values.items():
+        instance.setAttribute(name, value)
+    for _ in blocks:
+        instance.appendChild(document.createElement("origin"))
+    document.documentElement.appendChild(instance)
+    module.process_doc(document)
+    if any(item.getAttribute("link") == HANGS_ON for item in document.getElementsByTagName("parent")):
+        link = document.createElement("link")
+        link.setAttribute("name", HANGS_ON)
+        document.documentElement.appendChild(link)
+    return document, f"it only defines the macro {listed}, of which one instance is made"
+
+
+def is_named(element: Any, name: str) -> bool:
+    """Whether an element is xacro's of this name."""
+    tag = etree.QName(element)
+    return tag.localname == name and str(tag.namespace).endswith("xacro")
 
 
 @contextmanager
