@@ -9,6 +9,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.catalog.kept import counted, kept_columns, totals
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.origin import extract
+from asset2sim.models.object_facts import object_facts
 from asset2sim.refinement.context import Log, RefinementContext
 from asset2sim.refinement.dynamics.supply import with_supplied_terms
 from asset2sim.report.object_page import kept
@@ -253,3 +254,13 @@ def test_shapes_stay_where_they_are_named(tmp_path: Path) -> None:
 
     assert mode("plausible", "shapes") is mode("all") is CollisionMode.KEEP
     assert mode() is NO_VIEWS.collision.mode is not CollisionMode.KEEP
+
+
+def test_a_model_is_told_what_a_file_in_metres_says_of_its_joints(tmp_path: Path) -> None:
+    def told(*, weighed: bool) -> list[object]:
+        facts = object_facts(cabinet(tmp_path / "a", 'damping="0.8"', weighed=weighed).features)
+        joints = facts["joints"]
+        assert isinstance(joints, list)
+        return [item.get("file_states") for item in joints]
+
+    assert told(weighed=True) == [{"damping": 0.8}, None] and told(weighed=False) == [None, None]

@@ -20,7 +20,7 @@ def object_facts(features: Features) -> dict[str, object]:
         "size_m": features.rest_size,
         "size_closed_m": features.closed_size,
         "links": [_link(link, features.link_centers.get(link.name)) for link in features.links],
-        "joints": [_joint(joint) for joint in features.joints],
+        "joints": [_joint(joint) | (_stated(joint) if features.metric else {}) for joint in features.joints],
     }
 
 
@@ -78,3 +78,9 @@ def _joint(joint: JointFeatures) -> dict[str, object]:
         "open": joint.open,
         "open_confidence": joint.openness_confidence,
     }
+
+
+def _stated(joint: JointFeatures) -> dict[str, object]:
+    """Damping and friction as a file in metres states them: they stay where a hand bears them."""
+    stated = {name: value for name in ("damping", "friction") if (value := getattr(joint, name))}
+    return {"file_states": stated} if stated else {}
