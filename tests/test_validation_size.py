@@ -11,6 +11,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
+from asset2sim.guidance.sizing import fitted_edges
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size
 from schemas.finding import Notes
@@ -161,3 +162,30 @@ def test_a_scale_that_no_words_ask_for_is_not_the_users(guidance: str, is_the_us
     moved = with_sensible_size(info, read_guidance(guidance, info), Overlay(scale=1e9, asked=("scale", "door")), notes)
     assert moved.scale < 10.0 and [item.code for item in notes.findings] == ["size_unlikely"]
     assert ("scale" in moved.asked) == is_the_users and "door" in moved.asked
+
+
+@pytest.mark.parametrize("times", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize(
+    ("edges", "kind", "tallest"),
+    [
+        ((0.58, 0.25, 0.87), "base unit", 0.87),  # a narrow one, deeper than it is wide
+        ((0.58, 1.20, 0.87), "base unit", 0.87),
+        ((0.33, 0.60, 0.72), "wall unit", 0.72),
+        ((0.40, 0.90, 1.80), "tall cupboard", 1.80),
+        ((0.45, 1.60, 0.75), "sideboard", 0.75),
+    ],
+)
+def test_a_cupboard_is_sized_by_its_three_edges(
+    edges: tuple[float, float, float], kind: str, tallest: float, times: float
+) -> None:
+    """Real ones (makers' dimensions), drawn at any scale: by the longest edge alone they were 0.9 m."""
+    depth, width, height = (times * edge for edge in edges)
+    found = fitted_edges((depth, width, height), "StorageFurniture")
+    assert found is not None and found.kind == kind
+    assert found.scale * height == pytest.approx(tallest, rel=0.15) and 0.02 < found.sigma < 0.3
+
+
+def test_edges_that_disagree_make_a_size_less_sure_and_other_categories_have_none() -> None:
+    usual, odd = (fitted_edges(edges, "Window") for edges in ((0.08, 0.85, 1.3), (0.9, 3.0, 0.7)))
+    assert usual is not None and odd is not None and odd.sigma > 1.5 * usual.sigma
+    assert fitted_edges((0.1, 0.1, 0.1), "Bottle") is None and fitted_edges((0.0, 1.0, 1.0), "Window") is None

@@ -21,6 +21,8 @@ METRIC_SLACK = 5.0
 """Factor by which an object whose file is in metres may be outside the table's range: toys, and models for a robot."""
 DEEPEST = 4.0 / 3.0
 """Depth over width from which a kitchen appliance (0.55 to 0.68 m deep at 0.6 m, EN 1116) has its front along y."""
+SIDEWAYS = 6.0
+"""−2 ln of the share of objects whose front is not towards x, in ROS and in PartNet-Mobility the front: one in 20."""
 TABLETOP_M = 0.36
 """Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
 one, the upper end of the paper's 0.10 to 0.20 m."""
@@ -108,7 +110,9 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
     if keeps_size(info, size, asked):
         return Scale(1.0, real, authored, f"scale 1: {info.lengths}")
     phrase, factor = size_word(asked)
-    target = size.typical_m * factor
+    fit = fitted_edges(info.size_closed_m, size.category)
+    usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
+    target = usual * factor
     if authored <= 0.0:
         return Scale(1.0, real, size.typical_m, "scale 1: the object has no size to compare")
     if real and size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK:
@@ -121,8 +125,43 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
         return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
     value = min(max(target / authored, LEAST_SCALE), MOST_SCALE)
     word = f", '{phrase}' × {factor:g}" if phrase else ""
-    note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{word}, authored {authored:.3g} m"
+    by = "" if fit is None else f", of the edges of a {fit.kind} (± {fit.sigma:.0%})"
+    note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{by}{word}, authored {authored:.3g} m"
     return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The ``scale`` at which an object is likeliest of its ``kind``, and the scale's relative ``sigma``."""
+
+    scale: float
+    sigma: float
+    kind: str
+
+
+def fitted_edges(size_m: Vector, category: str) -> Fit | None:
+    """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category;
+    None where the table has no proportions of it. The front is towards x, unless the other fits far better.
+
+    The maximum of a normal likelihood of the edges' logarithms: their mean, each weighed by 1 / σ². Its σ grows with
+    how far the edges disagree.
+    """
+    if min(size_m) <= 0.0:
+        return None
+    fits = []
+    for known in tables.proportions().get(category, ()):
+        weights = [spread**-2 for spread in known.spread]
+        for depth, width, rare in ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS)):
+            edges = zip(known.usual_m, (depth, width, size_m[2]), strict=True)
+            wanted = [math.log(usual / edge) for usual, edge in edges]
+            mean = sum(w * x for w, x in zip(weights, wanted, strict=True)) / sum(weights)
+            misfit = sum(w * (x - mean) ** 2 for w, x in zip(weights, wanted, strict=True))
+            # Three edges determine one scale: two are left to tell how well they agree.
+            sigma = math.sqrt(max(misfit / 2.0, 1.0) / sum(weights))
+            # Less likely is what fits worse, and what is so broad that it fits anything.
+            unlikely = misfit + 2.0 * sum(map(math.log, known.spread)) + math.log(sum(weights)) + rare
+            fits.append((unlikely, Fit(math.exp(mean), sigma, known.kind)))
+    return min(fits, key=lambda item: item[0])[1] if fits else None
 
 
 def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:

@@ -31,6 +31,15 @@ class Size:
 
 
 @dataclass(frozen=True)
+class Proportions:
+    """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm)."""
+
+    kind: str
+    usual_m: tuple[float, float, float]
+    spread: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Material:
     """Density, the thickness of its walls relative to moulded plastic, and the Coulomb coefficient on a table."""
 
@@ -175,6 +184,17 @@ def words() -> dict[Phrase, Word]:
 def material_words() -> dict[str, str]:
     """A word of the guidance → material."""
     return {row["word"]: row["material"] for row in csv_rows("material_words")}
+
+
+@lru_cache
+def proportions() -> dict[str, tuple[Proportions, ...]]:
+    """Category → the three edges of each of its kinds, of categories whose longest edge says little."""
+    found: dict[str, tuple[Proportions, ...]] = {}
+    for row in csv_rows("proportions"):
+        usual = (float(row["depth_m"]), float(row["width_m"]), float(row["height_m"]))
+        spread = (float(row["depth_spread"]), float(row["width_spread"]), float(row["height_spread"]))
+        found[row["category"]] = (*found.get(row["category"], ()), Proportions(row["kind"], usual, spread))
+    return found
 
 
 @lru_cache
