@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
+from asset2sim.catalog.read import query
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.expectations import meet
@@ -36,6 +38,7 @@ from schemas.errors import UsageError
 from schemas.model_names import described
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.vocabulary import FailureMode, Method
+from tests.assets import ROOT
 from tests.factories import make_alignment, make_call, make_failure, make_measurement, make_record
 
 MODEL = "prior/noisy"
@@ -300,6 +303,15 @@ def test_an_object_for_which_no_expert_chose_is_left_out_and_not_failed(tmp_path
     assert rows["asset_id"].tolist() == ["1", "3"]
     both = pd.concat([rows, pd.DataFrame([one(Method.DIRECT, name) for name in ("1", "2", "3")])])
     assert fewer_objects(both).endswith("left out: human reference 2 of 3.") and fewer_objects(rows) == ""
+
+
+def test_exemptions_of_the_reset_check_are_counted_by_the_words_of_its_verdicts(tmp_path: Path) -> None:
+    sql = (ROOT / "lab/comparisons/exempt.sql").read_text(encoding="utf-8")
+    verdicts = (ROOT / "asset2sim/checks/reset.py").read_text(encoding="utf-8")
+    words = set(re.findall(r"LIKE '%(.+?)%'", sql))
+    assert len(words) == 2 and all(word in verdicts for word in words)
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("1")])
+    assert query(tmp_path, sql).to_numpy().tolist() == [[0, 0, 0]]
 
 
 def expecting(record: AssetRecord, *wanted: Expectation) -> AssetRecord:
