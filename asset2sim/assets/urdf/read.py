@@ -132,7 +132,7 @@ def check_joint(path: Path, joint: yourdfpy.Joint, links: list[str]) -> None:
     if joint.axis is not None and joint.type != "fixed":
         length = float(np.linalg.norm(joint.axis))
         if not math.isfinite(length) or length < 1e-9:
-            raise invalid(path, "zero_axis", joint.name, "its axis has no direction")
+            raise invalid(path, "zero_axis", joint.name, "its axis has no direction: state one, as 0 0 1")
 
 
 def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
