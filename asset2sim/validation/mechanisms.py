@@ -1,4 +1,4 @@
-"""What mechanisms exert on joints besides springs: gaskets, rockers that snap, struts; and where such joints start."""
+"""Efforts of mechanisms on joints besides springs: gaskets, rockers that snap, struts; and where such joints start."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
@@ -42,7 +42,7 @@ def nearer_end(start: Start) -> float:
 
 
 def mechanism_bias(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
-    """What the mechanism of a part exerts on its joint, struts apart; None for most."""
+    """Effort of a part's mechanism on its joint, struts apart; None for most."""
     if settings.dynamics is DynamicsRule.PAPER:
         return None
     if snaps(span, kind):
@@ -59,14 +59,14 @@ def bias_armature(bias: Bias | None, least_inertia: float, travel: float, settin
 
 
 def snap(span: Range, kind: Handling) -> Bias:
-    """What presses a rocker to the end that is nearer: none in the middle, the least effort of its kind at the ends."""
+    """Effort that presses a rocker to the nearer end: none in the middle, the least effort of its kind at the ends."""
     low, high = span.clamp(-np.inf), span.clamp(np.inf)
     force = min(kind.least_effort, kind.most_upward, kind.most_downward)
     return Bias(kind="bistable", slope=2.0 * force / (high - low), none_at=(low + high) / 2.0, least=-force, most=force)
 
 
 def seal(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
-    """What a magnetic gasket presses a door shut with, over the last millimetres; less on what it would tip over, none
+    """Effort of a magnetic gasket on a shut door, over the last millimetres; less on what it would tip over, none
     where the range has no closed end."""
     way = np.sign(span.open - span.closed)
     if way == 0.0 or span.lower is None:
@@ -79,7 +79,7 @@ def seal(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
 
 
 def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
-    """What lifts a flap or lid that gravity shuts and that is too heavy for a hand, somewhere or, where it ``stays`` as
+    """Strut of a flap or lid that gravity shuts and that is too heavy for a hand, somewhere or, where it ``stays`` as
     it starts, with the friction that would hold it there; None for what a hand lifts. Linear over the range: as near as
     can be to the share of its weight that struts carry, and of a part that may fall shut never more."""
     span = start.range

@@ -157,7 +157,7 @@ def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
 
 
 def _spelt_otherwise(path: Path, reach: AllowedFolders) -> Path | None:
-    """What lies within reach where a path would, if letters were small and large alike, as on other systems; None where
+    """The file within reach where a path would, if letters were small and large alike, as on other systems; None where
     nothing does, or several things."""
     if path.exists() or path.parent == path:
         return path if reach.allows(path) else None

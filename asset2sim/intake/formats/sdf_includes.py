@@ -1,4 +1,4 @@
-"""What an SDF file includes, from the folders of Gazebo's models near it; the newest of a model's files."""
+"""Files that an SDF file includes, from the folders of Gazebo's models near it; the newest of a model's files."""
 
 import re
 from collections.abc import Mapping
