@@ -19,11 +19,12 @@ from schemas.authored import keep_words
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
-from schemas.settings import PhysicsSettings, Settings
+from schemas.settings import EngineSettings, PhysicsSettings, Settings
 from schemas.verdict import Failure
-from schemas.vocabulary import CollisionMode, Engine, FailureMode, Quantity, Source, Trust
+from schemas.vocabulary import CollisionMode, Engine, FailureMode, Quantity, Source, Status, Trust
 from tasks.apply import apply_overlay
 from tasks.job import AssetJob
+from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, joint, link, prior, robot, shape, written
 
 MASS_FACTOR = 1.05
@@ -264,3 +265,24 @@ def test_a_model_is_told_what_a_file_in_metres_says_of_its_joints(tmp_path: Path
         return [item.get("file_states") for item in joints]
 
     assert told(weighed=True) == [{"damping": 0.8}, None] and told(weighed=False) == [None, None]
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("too_much", [False, True])
+def test_an_object_with_physics_of_its_own_keeps_them_through_every_check(too_much: bool, tmp_path: Path) -> None:
+    # Friction and spring that a hand bears each, but not together, which a check says: the friction is mended.
+    door = 'friction="10" spring_stiffness="5" spring_reference="-0.2"' if too_much else 'friction="1.2" damping="0.5"'
+    item = cabinet(tmp_path / "one", door, 'damping="6" friction="4"')
+    ref = AssetRef(asset_id="one", path=str(item.folder), category="StorageFurniture")
+    engine = EngineSettings(verify=(Engine.PYBULLET,))
+    record = refine_asset(ref, tmp_path / "out", NO_VIEWS.model_copy(update={"engine": engine}), prior)
+    assert record.status is Status.OK, record.reason
+    overlay = json.loads((tmp_path / "out" / "assets" / "one" / "overlay.json").read_text(encoding="utf-8"))
+    hinge, slide = (
+        next(own for own in overlay["joints"] if own["name"] == name) for name in ("door_hinge", "drawer_slide")
+    )
+    assert (slide["damping"], slide["friction"]) == (6.0, 4.0) and slide["friction_source"] == "authored"
+    assert {own["mass_source"] for own in overlay["links"]} == {"authored"} == {overlay["scale_source"]}
+    assert (hinge["friction_source"] == "authored") is not too_much
+    assert ("door_hinge" in [found.joint for found in record.findings if found.code == "mended"]) is too_much
+    assert {item["quantity"] for item in overlay["authored"]} >= {"size", "mass", "centre", "inertia", "friction"}
