@@ -55,6 +55,10 @@ def test_only_pages_of_what_changed_are_made_anew_and_those_of_what_is_gone_go(t
     )
     (tmp_path / "report/objects/c/drop.webp").write_bytes(b"a loop")
     assert write_site(tmp_path).written == 1 and 'src="drop.webp"' in page(tmp_path, "c")
+    (tmp_path / "motions/a/box-close").mkdir(parents=True)
+    (tmp_path / "motions/a/box-close/motion.mp4").write_bytes(b"a film")
+    assert write_site(tmp_path).written == 1
+    assert 'href="../../../motions/a/box-close/motion.mp4">box-close</a>' in page(tmp_path, "a")
     run = finish_run(start_run(Settings(), "dataset"))
     write_run(tmp_path, run, [make_record("a")], present={"a", "b"})
     write_site(tmp_path)

@@ -65,13 +65,14 @@ class Picture:
 @dataclass(frozen=True)
 class Beside:
     """Files and pages beside a page: the pictures in its ``folder``, the ids of the objects ``before`` and ``after``
-    it, the refined files that can be loaded, relative to OUT, and OUT itself."""
+    it, the refined files that can be loaded, relative to OUT, OUT itself, and the films of its use."""
 
     folder: Collection[str] = ()
     before: str | None = None
     after: str | None = None
     refined: Sequence[str] = ()
     out: str = ""
+    films: Sequence[str] = ()
 
 
 def object_page(

@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
+from glob import escape
 from pathlib import Path
 
 from markupsafe import Markup
@@ -42,6 +43,8 @@ AT_ONCE = 200
 WHOLE = "+"
 """Ending of the key of pictures among which is the object as it came."""
 
+MOTIONS = "motions"
+"""Folder of recorded interactions, relative to OUT."""
 Near = tuple[str | None, str | None]
 """The ids of the objects before and after one, by name."""
 
@@ -180,7 +183,13 @@ def _page_key(asset: Row, folder: Path | None, near: Near) -> str:
     on another machine, and do not count."""
     place = folder and _object_folder(folder, asset["asset_id"])
     shown = [name for name in (*PICTURES, *LOOPS, SIZE, AXES) if place and place.joinpath(name).is_file()]
-    return _digest(_identity(asset), _code(), *map(str, near), *shown)
+    films = films_of(folder.parent, asset["asset_id"]) if folder else []
+    return _digest(_identity(asset), _code(), *map(str, near), *shown, *films)
+
+
+def films_of(out: Path, asset_id: str) -> list[str]:
+    """Recorded interactions with an object that were filmed (``asset2sim record-motion``), relative to OUT."""
+    return sorted(path.relative_to(out).as_posix() for path in out.glob(f"{MOTIONS}/{escape(asset_id)}/*/motion.mp4"))
 
 
 def _identity(asset: Row) -> str:
@@ -225,7 +234,8 @@ def _write_pages(assets: Mapping[str, Row], near: Mapping[str, Near], out: Path,
             files |= set(list_objects(f"{url}/{FOLDER}/{OBJECTS}/{name}"))
         refined = f"{ASSETS_FOLDER}/{name}"
         loadable = [f"{refined}/{file}" for file in local_files(out / refined)] if url is None else []
-        beside = Beside(files, *near[name], loadable, url or str(out))
+        films = films_of(out, name) if url is None else []
+        beside = Beside(files, *near[name], loadable, url or str(out), films)
         values = object_page(asset, mine, others, beside, calls)
         write_text(folder / INDEX, render("object.html.jinja", values, "../../"))
     _copy_systems(out, systems)
