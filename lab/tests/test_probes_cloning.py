@@ -40,7 +40,7 @@ def test_a_picture_is_the_same_to_it_with_and_without_the_borders_of_openpis_cli
 def test_it_knows_the_tasks_instructions_and_refuses_others() -> None:
     pictures, joints, task = inputs_of(seen(np.zeros((180, 320, 3), dtype=np.uint8), PROMPTS[4]))
     assert pictures.shape == (2, HEIGHT, WIDTH, 3) and joints.tolist() == [*range(7), 0.5] and task == 4
-    with pytest.raises(UsageError, match="not taught 'dance'; it knows: press"):
+    with pytest.raises(UsageError, match="not taught 'dance'; it knows: Press down on the stapler"):
         inputs_of(seen(np.zeros((180, 320, 3), dtype=np.uint8), "dance"))
 
 
