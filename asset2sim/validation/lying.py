@@ -11,7 +11,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import apply, beyond, link_to_root, tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
-from asset2sim.physics.support_polygon import LEANING_RAD, SupportPolygon, leaning_on
+from asset2sim.physics.support_polygon import LEANING_RAD, STANDING_M, SupportPolygon, leaning_on
 from asset2sim.validation.support import FIRM_RAD
 from schemas.features import Features
 from schemas.finding import Finding
@@ -24,6 +24,8 @@ TWO_HANDS_M = 0.5
 """Longest edge, m, of what one puts down as it comes to rest, where no table knows it."""
 AS_AUTHORED_RAD = 0.35
 """Lean, rad, up to which an object rests nearly as authored: 20 degrees, as on an uneven underside or on its arms."""
+LEAST_HEIGHTS = 1.8
+"""Least height of the centre of mass over a side, over the height within which points stand on the floor."""
 FIRMER = 0.5
 """Weight of the logarithm of a side's energy to tip over beside the cosine of how far moving parts are on top: of a
 knife's flanks and its spine, which takes an eighth of the energy, a flank; of a case's two flat sides its base."""
@@ -75,6 +77,8 @@ def lying_side(extraction: Extraction, overlay: PhysicsOverlay, limits: Threshol
         up: leaning_on(points, center, mass, np.array(axis), leans.get(up, LEANING_RAD)) for up, axis in AXES.items()
     }
     firm = {up: side for up, side in sides.items() if is_firm(side, limits)}
+    # Of what is thin as a pen, feet within ``STANDING_M`` are its whole round: it is written as it rolls.
+    firm = {up: side for up, side in firm.items() if up is UpAxis.Z or side.height >= LEAST_HEIGHTS * STANDING_M}
     if UpAxis.Z in firm or not firm:
         return UpAxis.Z, None
 
