@@ -5,9 +5,11 @@ from datetime import UTC, datetime
 from io import BytesIO
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
+from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.models.gateway import questions
@@ -243,3 +245,13 @@ def test_the_loops_of_a_buckets_objects_are_made_of_its_files_and_lie_beside_the
         assert f'src="{name}"' in text
         with Image.open(BytesIO(store.files.cat_file(f"{place}/{name}"))) as loop:
             assert loop.n_frames > 10  # type: ignore[attr-defined]
+
+
+def test_an_output_of_an_earlier_version_has_its_report(tmp_path: Path) -> None:
+    published(tmp_path, make_record("a"))
+    file = tmp_path / "catalog" / "assets.parquet"
+    whole = pq.read_table(file)
+    later = ["authored_json", "kept", "mended", "supplied", "doubtful"]
+    pq.write_table(whole.drop_columns(later), file)
+    assert write_site(tmp_path).written == 1 and "refined by" in page(tmp_path, "a")
+    assert read_table(tmp_path, "assets")[later].isna().all(axis=None)

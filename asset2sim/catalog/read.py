@@ -19,7 +19,7 @@ from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.table import ASSET_KEY, RENAMED, with_names_of_today
+from schemas.table import ASSET_KEY, RENAMED, Table, with_names_of_today
 from schemas.tables import HISTORY, PUBLISHED, TABLES
 from schemas.tables_reviews import REVIEWS
 
@@ -121,7 +121,15 @@ def _frame(path: Path, part: TableSlice = WHOLE) -> pd.DataFrame:
         columns = [name for name in own if part.columns is None or RENAMED.get(name, name) in part.columns]
         whole = part.filters is None
         found = pq.read_table(path, columns=columns) if whole else _passing(path, columns, part.filters or [])
-    return _pandas(with_names_of_today(found))
+    return _pandas(_with_columns_of_today(with_names_of_today(found), TABLES[path.stem], part))
+
+
+def _with_columns_of_today(found: pa.Table, table: Table, part: TableSlice) -> pa.Table:
+    """The rows with a null in each column that an earlier version did not write."""
+    for column in table.schema:
+        if column.name not in found.column_names and (part.columns is None or column.name in part.columns):
+            found = found.append_column(column.name, pa.nulls(len(found), column.type))
+    return found
 
 
 def _passing(path: Path, columns: Sequence[str], filters: Filters) -> pa.Table:

@@ -20,7 +20,7 @@ FADED = 0.55
 BEYOND, TURN, SLIDE, HEAD = 0.06, 0.07, 0.22, 0.025
 """As shares of the longest edge: how far an axis goes beyond its part, the radius of the arrow around it, the length of
 a slider's arrow, and of an arrow's head."""
-TEXT_PX, LINE_PX = 13, 3
+TEXT_PX, LINE_PX = 19, 4
 ARC = np.linspace(0.0, 1.5 * np.pi, 28)
 """Angles of the arrow around a hinge's axis, rad."""
 PALE = ("beige", "yellow", "lime", "lavender")
