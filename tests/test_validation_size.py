@@ -170,6 +170,7 @@ def test_a_scale_that_no_words_ask_for_is_not_the_users(guidance: str, is_the_us
     [
         ((0.58, 0.25, 0.87), "base unit", 0.87),  # a narrow one, deeper than it is wide
         ((0.58, 1.20, 0.87), "base unit", 0.87),
+        ((0.58, 0.90, 0.40), "bridge unit", 0.40),  # over a refrigerator
         ((0.33, 0.60, 0.72), "wall unit", 0.72),
         ((0.40, 0.90, 1.80), "tall cupboard", 1.80),
         ((0.45, 1.60, 0.75), "sideboard", 0.75),
