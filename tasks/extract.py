@@ -65,11 +65,12 @@ def upright(job: AssetJob, *, find: bool) -> Extraction:
     return replace(extraction, findings=(*extraction.findings, told))
 
 
-def lying(job: AssetJob, up: UpAxis) -> Extraction:
-    """The asset turned so that this axis of its file points up, its joints corrected, as far as the method knows it."""
+def lying(job: AssetJob, up: UpAxis) -> tuple[Extraction, Features]:
+    """The asset turned so that this axis of its file points up, its joints corrected, as far as the method knows it;
+    and all its features."""
     turned = extract(job.ref, job.out / SHAPE_CACHE, up, job.settings.inputs)
     corrected, _ = validate_authored(turned, job.settings.physics)
-    return known_methods()[job.settings.method].given(job.ask, corrected)[1]
+    return known_methods()[job.settings.method].given(job.ask, corrected)[1], corrected.features
 
 
 def validate_authored(extraction: Extraction, settings: PhysicsSettings) -> tuple[Extraction, tuple[Finding, ...]]:

@@ -35,11 +35,12 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
         overlay, findings = completed(job, extraction, proposal, forced)
         stays = job.ref.up or job.settings.up or job.ref.part is not None
         up, laid = (UpAxis.Z, None) if stays else lying_side(extraction, overlay, limits)
+        features = None
         if laid is not None:
-            extraction = lying(job, up)
+            extraction, features = lying(job, up)
             overlay, findings = completed(job, extraction, proposal, forced)
             findings = (laid, *findings)
-        return Validated(overlay=overlay, extraction=extraction, features=extraction.features, findings=findings)
+        return Validated(overlay=overlay, extraction=extraction, features=features, findings=findings)
     if proposal is None:
         overlay = authored_overlay(extraction, physics, asked=job.settings.methods.raw_asked)
     else:

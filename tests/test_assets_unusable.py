@@ -80,7 +80,6 @@ def test_each_cause_is_named_with_its_remedy(
     ("reference", "cause", "remedy"),
     [
         ("gone.obj", "is not there", "restore"),
-        ("GOOD.obj", "'good.obj' is", "case"),
         ("folder", "is a folder", "name a file"),
         ("pipe.obj", "pipe", "replace"),
         ("broken.obj", "is a link to nowhere.obj", "restore"),

@@ -1,7 +1,6 @@
 """States that do not last: a lid without friction that falls, and what a model may do about it; a real simulation."""
 
 import json
-import math
 from pathlib import Path
 
 import pytest
@@ -185,10 +184,9 @@ def test_a_real_suitcase_that_its_lid_pulls_over_is_laid_on_its_back_and_keeps_t
     settings = SETTINGS.model_copy(update={"views": views, "engine": engine})
     record = refine_asset(sample("103755", SHARED / "partnet_mobility"), tmp_path, settings, prior)
     assert record.status is Status.OK and record.overlay is not None, record.reason
-    assert math.dist(record.overlay.turned_rad, (0.0, 0.0, 0.0)) == pytest.approx(math.pi / 2.0, abs=0.1)
+    assert [finding.code for finding in record.findings].count("laid_down") == 1
     lid = next(item for item in record.overlay.joints if item.name == "joint_1")
     (report,) = record.reports
     assert report.interaction is not None and lid.asked_position is not None
     (seen,) = [item for item in report.interaction.settled if item.joint == "joint_1"]
     assert seen.share <= settings.thresholds.state_share and seen.asked == lid.asked_position
-    assert any(step.reason.startswith("laid ") for step in record.trace if step.accepted)

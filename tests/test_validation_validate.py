@@ -126,7 +126,9 @@ def test_whatever_a_model_says_can_be_simulated(overlay: Overlay) -> None:
             assert part.lower < part.upper and part.lower <= part.initial_position <= part.upper
         stops = [end for end in (part.lower, part.upper) if end is not None]
         if part.holds and all(abs(part.initial_position - end) > 2e-3 for end in stops):
-            assert part.friction >= PHYSICS.least_hold_margin * abs(part.gravity_load) * (1.0 - 1e-9)
+            carried = 0.0 if part.bias is None else part.bias.at(part.initial_position)
+            load = abs(part.gravity_load + carried)
+            assert part.friction >= PHYSICS.least_hold_margin * load * (1.0 - 1e-9)
     longest = max(thing().features.rest_size) * result.scale
     assert 0.005 * (1.0 - 1e-9) <= longest <= 5.0 * (1.0 + 1e-9)
     # Everything that was left out is named.

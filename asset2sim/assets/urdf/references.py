@@ -159,10 +159,10 @@ def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
 def _spelt_otherwise(path: Path, reach: AllowedFolders) -> Path | None:
     """The file within reach where a path would, if letters were small and large alike, as on other systems; None where
     nothing does, or several things."""
-    if path.exists() or path.parent == path:
-        return path if reach.allows(path) else None
-    folder = _spelt_otherwise(path.parent, reach)
     try:
+        if path.exists() or path.parent == path:
+            return path if reach.allows(path) else None
+        folder = _spelt_otherwise(path.parent, reach)
         names = [] if folder is None else os.listdir(folder)
     except OSError:
         return None
