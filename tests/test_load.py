@@ -21,11 +21,12 @@ from asset2sim.load import describe
 from lab.loaders import hold
 from lab.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
 from lab.pages.blocks import markers
+from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import Settings
-from schemas.vocabulary import Export, FailureMode
+from schemas.vocabulary import Engine, Export, FailureMode, Status
 from tasks.pipeline import refine_asset
-from tests.assets import NO_VIEWS, ROOT, prior, sample
+from tests.assets import NO_VIEWS, ROOT, SHARED, prior, sample
 from tests.factories import make_failure, make_record
 from tests.test_load_engines import BALL, BASE, NEEDS, written
 
@@ -201,3 +202,43 @@ def test_the_table_says_what_holds_through_the_loader() -> None:
 def test_an_output_without_an_index_is_a_mistake(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"no .*index\.json; run make flow"):
         sample_folders(tmp_path)
+
+
+FROM_ALL = {
+    "partnet_mobility": lambda folder: sample("45213", folder),
+    "other_furniture": lambda folder: sample("fridge", folder),
+    "other_origins": lambda folder: AssetRef(asset_id="microwave", path=str(folder / "libero" / "microwave.xml")),
+}
+"""An object of each folder of real ones: OBJ and semantics, COLLADA and transmissions, MJCF in metres."""
+
+
+@pytest.mark.system
+@pytest.mark.skipif(not SHARED.is_dir(), reason="../shared is absent")
+@pytest.mark.parametrize("origin", FROM_ALL)
+def test_objects_of_all_origins_are_alike_in_all_engines_exported_and_not(origin: str, tmp_path: Path) -> None:
+    """Every joint put halfway and back, then the object left alone for half a second as it starts."""
+    only = NO_VIEWS.engine.model_copy(update={"verify": (Engine.PYBULLET,)})
+    settings = NO_VIEWS.model_copy(update={"exports": (Export.MJCF,), "engine": only})
+    record = refine_asset(FROM_ALL[origin](SHARED / origin), tmp_path, settings, prior)
+    assert record.overlay is not None and record.status is Status.OK, record.reason
+    exported = tmp_path / "assets" / record.ref.asset_id
+    plain = Path(shutil.copytree(exported, tmp_path / "plain"))
+    (plain / "mobility.xml").unlink()
+    held = {joint.name for joint in record.overlay.joints if joint.holds}
+    ends = {}
+    for engine in ("pybullet", "mujoco", "sapien"):
+        for folder in (exported, plain):
+            item = asset2sim.load.load(folder, engine)
+            start = item.positions()
+            halfway = {j.name: 0.5 * (j.closed + j.open) for j in describe(folder).joints if j.mimic is None}
+            item.set_positions(halfway)
+            now = item.positions()
+            assert {name: now[name] for name in halfway} == pytest.approx(halfway, abs=1e-4)
+            item.reset()
+            assert item.positions() == pytest.approx(start, abs=1e-4)
+            for _ in range(round(0.5 / item.timestep_s)):
+                item.step()
+            ends[engine, folder.name] = {name: item.positions()[name] for name in held}
+    assert held
+    for where, end in ends.items():
+        assert end == pytest.approx({name: start[name] for name in held}, abs=0.01), where
