@@ -27,7 +27,7 @@ CHECK, ENGINE, METHOD = "CHECK", "ENGINE", "METHOD"
 KINDS = {"FailureMode": CHECK, "Engine": ENGINE, "Method": METHOD}
 """Kind of values → what is declared by the modules that add to it as they are imported."""
 HOMES = {CHECK: "asset2sim.checks", METHOD: "asset2sim.baselines"}
-"""What is declared → the product's package of modules that declare it; engines are imported one by one."""
+"""Name of a declaration → the product's package of modules that have one; engines are imported one by one."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class LocalModel:
     form: str
     """How names with parameters are written, for messages."""
     label: str
-    """What reports say beside its name."""
+    """Words beside its name in reports."""
     answers: str
     """Function of the model's whole name to a function of a question, its conversation and the number of the sample,
     to the answer's text. Raises UnknownChoiceError for parameters that it does not know."""

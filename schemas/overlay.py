@@ -222,7 +222,7 @@ class JointPhysics(Frozen):
     """Whether the user states the initial position as a number, which no search moves."""
     mechanism: MechanismName | None = None
     bias: Bias | None = None
-    """What its mechanism exerts besides the spring; None for most."""
+    """Effort of its mechanism besides the spring; None for most."""
 
     def exerted(self, position: float) -> float:
         """Effort of its spring and its mechanism on it at a position (rad or m), N·m or N."""

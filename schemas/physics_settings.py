@@ -42,7 +42,7 @@ class PhysicsSettings(Frozen):
     """Largest share of its travel that a spring may move its part from rest in one coarse step: beyond, a limit cannot
     hold what the spring presses on it. Armature grows until it holds."""
     plain_timestep_s: Positive = 1.0 / 240.0
-    """Time step of whoever loads a URDF without armature, which no URDF holds, s: PyBullet's own."""
+    """Time step at which a URDF is loaded without armature, which no URDF holds, s: PyBullet's own."""
     plain_press_step: Fraction = 0.25
     """Largest share of its travel that a spring in a URDF may move its part in one such step."""
     max_friction_step: Positive = 1000.0

@@ -1,4 +1,4 @@
-"""Parts of objects that nobody here has seen do what such parts do, however they are labelled: they stay or return."""
+"""Parts of objects that no table lists do what such parts do, however they are labelled: they stay or return."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -18,6 +18,7 @@ from schemas.asset import AssetRef
 from schemas.authored import keep_words
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
+from schemas.mechanism import Bias
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import EngineSettings, PhysicsSettings, Settings
 from schemas.verdict import Failure
@@ -188,6 +189,10 @@ def test_terms_with_which_a_check_fails_are_supplied_for_the_joint_that_fails(tm
     both = with_supplied_terms(loop, overlay, [Failure(Engine.MUJOCO, FailureMode.DRIFT, "", "it drifts", 1.0, 0.1)])
     assert both is not None and of(both, "drawer_slide").damping_source is Source.MODEL
     assert with_supplied_terms(loop, changed, [failure]) is None, "nothing of the file's is left there"
+    seal = Bias(kind="seal", slope=1.0, none_at=0.0, least=-1.0, most=0.0)
+    hinges = [joint.model_copy(update={"bias": seal}) for joint in overlay.joints]
+    sealed = with_supplied_terms(loop, overlay.model_copy(update={"joints": tuple(hinges)}), [failure])
+    assert sealed is not None and of(sealed, "door_hinge").bias is None, "the rules' friction goes with their mechanism"
 
 
 def test_what_is_kept_mended_and_supplied_is_counted_and_told(tmp_path: Path) -> None:

@@ -87,7 +87,7 @@ QUARTERS_SHARE = 1e-3
 
 
 def in_quarters(limit_rad: float) -> bool:
-    """Whether a limit is a number of quarter turns in radians, as somebody writes it who means them."""
+    """Whether a limit is a whole number of quarter turns in radians: such limits were meant as radians."""
     quarters = limit_rad / (math.pi / 2.0)
     whole = limit_rad.is_integer() and limit_rad != 0.0
     return (

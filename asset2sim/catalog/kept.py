@@ -11,7 +11,7 @@ from schemas.table import Row
 from schemas.vocabulary import Quantity, Source
 
 WAYS = KEPT, SUPPLIED, MENDED = "kept", "supplied", "mended"
-"""What becomes of a number, and the columns of ``assets`` that count them."""
+"""Outcomes of a file's number, and the columns of ``assets`` that count them."""
 
 
 def numbers_of(overlay: PhysicsOverlay) -> Iterator[tuple[Quantity, str, Source]]:

@@ -64,7 +64,7 @@ class QuietLoader(ExtensionFileLoader):
 
 
 class QuietFinder:
-    """Finds the loud module for ``sys.meta_path``, whoever imports it and whenever."""
+    """Finder in ``sys.meta_path`` that loads the module which prints at import with its output silenced."""
 
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:

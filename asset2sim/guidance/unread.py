@@ -36,7 +36,7 @@ KNOWN_SHARE = 0.34
 SHOWN = 80
 """Characters of a sentence that a finding shows."""
 APART = 1.1
-"""Ratio from which two numbers for one thing contradict each other: nobody weighs to better than a tenth."""
+"""Ratio from which two numbers for one thing contradict each other: weights are stated to about a tenth."""
 _WORDS = re.compile(r"[^\W\d_]+")
 _ENDS = re.compile(r"(?<=[.!?;。！？；।؟])\s*")
 

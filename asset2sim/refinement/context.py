@@ -6,6 +6,7 @@ from functools import partial
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls
+from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.settings import Settings
@@ -58,3 +59,15 @@ class RefinementContext:
     settings: Settings
     log: Log
     guidance: str | None = None
+
+    def validated_at(
+        self, overlay: PhysicsOverlay, placed: Mapping[str, float], *, keep_terms: bool = True
+    ) -> PhysicsOverlay:
+        """The proposal validated again, with the overlay's support and contact friction and these joints (rad or m)
+        placed: effective inertia and gravity load depend on positions. ``keep_terms``: whether the file's dynamics
+        may stay."""
+        made, _ = validate(
+            self.extraction, self.proposal, self.source, overlay.contact_friction, self.settings.physics,
+            overlay.support, placed=placed, keep_terms=keep_terms,
+        )  # fmt: skip
+        return made

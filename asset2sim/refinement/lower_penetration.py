@@ -14,7 +14,6 @@ from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_shapes
 from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.search_state import refine_state
-from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import CollisionMode, Proposer, Source
@@ -144,17 +143,9 @@ def alternatives(overlay: PhysicsOverlay) -> Pose:
 
 
 def at_positions(loop: RefinementContext, found: Pose, moved: Mapping[str, float]) -> PhysicsOverlay:
-    """The overlay validated again at these positions: effective inertia and gravity load depend on them."""
+    """The overlay validated again at these positions, with where each comes from."""
     overlay = loop.overlay
-    again, _ = validate(
-        loop.extraction,
-        loop.proposal,
-        loop.source,
-        overlay.contact_friction,
-        loop.settings.physics,
-        overlay.support,
-        placed=found,
-    )
+    again = loop.validated_at(overlay, found)
     sources = {joint.name: joint.position_source for joint in overlay.joints} | dict.fromkeys(moved, Source.SEARCH)
     joints = (
         joint.model_copy(update={"initial_position": found[joint.name], "position_source": sources[joint.name]})

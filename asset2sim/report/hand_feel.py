@@ -95,7 +95,7 @@ MECHANISMS = {
     "seal": "a gasket keeps it shut by up to",
     "strut": "a strut lifts it by up to",
 }
-"""What exerts something besides a spring, in words."""
+"""Mechanism → its effort on a joint besides a spring, in words."""
 
 
 def _hold(joint: Row) -> list[tuple[str, str]]:

@@ -37,8 +37,8 @@ class ProposerRun:
 
 
 def settings_with(base: Settings, model: str, proposer: Proposer | None) -> Settings:
-    """Settings of a run, checked in PyBullet, in which states are refined; whoever is asked for sizes and states is
-    asked for steps, too. Without a proposer, those of the quick run that finds out which objects
+    """Settings of a run, checked in PyBullet, in which states are refined; the model that is asked for sizes and
+    states is asked for steps, too. Without a proposer, those of the quick run that finds out which objects
     overlap at the start."""
     chosen = {"model": model, "refinement_model": None}
     engine = EngineSettings(verify=(Engine.PYBULLET,), interact=proposer is not None)
@@ -60,7 +60,7 @@ def answered(model: str, asset_ids: Sequence[str]) -> list[str]:
 
 def proposers_of(model: str, asset_ids: Sequence[str]) -> tuple[Proposer, ...]:
     """The proposers that a model can be: a recorded one proposes every step only where it answers that question about
-    every object, since nobody else may answer for it."""
+    every object, since no other model may answer for it."""
     if is_recorded(model):
         files = set(answer_files(Path(recorded_folder(model))))
         asked = [set(answer_names(asset_id, REFINEMENT_PURPOSE)) for asset_id in asset_ids]

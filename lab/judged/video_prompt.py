@@ -22,7 +22,7 @@ MOTION_PROMPTS = {
     Verb.OPEN: "The robot tries to push a part further open.",
     Verb.GRASP: "The robot tries to pick up the object and put it into the bowl.",
 }
-"""What the judge is told of tasks that are none of the paper's, which have published words of their own."""
+"""Verb → the judge's words for tasks that are none of the paper's, which have published words of their own."""
 SHOWN = "You are shown candidate videos for the following motion prompt: '{}'"
 """The published first sentence of the question."""
 

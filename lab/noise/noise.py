@@ -100,7 +100,7 @@ def _carried(source: JointInfo, target: JointInfo, at: float) -> float:
 
 
 def _inside(joint: JointInfo, at: float, change: float) -> float:
-    """The position a little off, but not beyond an end of the range: nobody misses "closed" or "fully open" by 3 %."""
+    """The position a little off, but not beyond an end of the range: "closed" and "fully open" are exact."""
     if change == 0.0 or at in (joint.closed, joint.open):
         return at
     low, high = sorted((joint.closed, joint.open))

@@ -66,7 +66,7 @@ def measured_blocks(docs: Path) -> dict[str, tuple[Path, str, Stamp | None]]:
 
 
 def edited(docs: Path) -> list[str]:
-    """Blocks whose text is not the one that was stamped, or which have no stamp: somebody changed them by hand."""
+    """Blocks whose text is not the one that was stamped, or which have no stamp: they were changed by hand."""
     blocks = measured_blocks(docs).items()
     return [name for name, (_, text, stamp) in blocks if text and (stamp is None or stamp.block != text_hash(text))]
 

@@ -60,7 +60,7 @@ class PublishedWeight:
 
     @property
     def typical(self) -> bool:
-        """Whether it rests on what is typical, and on no figure that somebody published for one product."""
+        """Whether it rests on what is typical, and on no published figure of one product."""
         return TYPICAL in self.source.lower()
 
 

@@ -260,7 +260,7 @@ def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Us
     # kg, or kg·m² also where angles are in degrees: PhysX adds it to the joint-space inertia as it is.
     if terms.armature > 0.0:
         give(prim, "physxJoint:armature", terms.armature)
-    # PhysX has nothing of the kind: whoever wants what a mechanism exerts applies it as an effort.
+    # PhysX has no such joint term: a user applies a mechanism's effort in each step.
     for name, value in zip(BIAS, terms.bias, strict=True) if terms.bias[0] != 0.0 else ():
         give(prim, f"asset2sim:{name}", value)
     prim.AddAppliedSchema(f"PhysxJointAxisAPI:{word}")

@@ -17,7 +17,7 @@ larger ones lose all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
 BIAS = ("bias_slope", "bias_none_at", "bias_least", "bias_most")
-"""What a mechanism exerts (``schemas.mechanism.Bias``)."""
+"""Attributes of a mechanism's effort (``schemas.mechanism.Bias``)."""
 DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference", "armature", "geared_stiffness",
             "geared_reference", *BIAS)  # fmt: skip
 COUNTS: dict[str, dict[str, tuple[int, ...]]] = {

@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 
 from asset2sim.refinement.context import RefinementContext
-from asset2sim.validation.validate import validate
 from schemas.overlay import PhysicsOverlay
 from schemas.verdict import Failure
 from schemas.vocabulary import Source
 
 SOURCED = ("damping", "friction", "stiffness")
-TERMS = (*SOURCED, *(f"{term}_source" for term in SOURCED), "spring_reference", "armature", "holds",
-         "initial_position", "position_source", "asked_position")  # fmt: skip
+TERMS = (*SOURCED, *(f"{term}_source" for term in SOURCED), "spring_reference", "armature", "bias",
+         "holds", "initial_position", "position_source", "asked_position")  # fmt: skip
 """Fields of a joint that its file's dynamics decide: where it starts, too, since a spring brings it there."""
 
 
@@ -28,20 +27,12 @@ def with_supplied_terms(
     }
     if not overlay.authored or not kept:
         return None
-    made, _ = validate(
-        loop.extraction,
-        loop.proposal,
-        loop.source,
-        overlay.contact_friction,
-        loop.settings.physics,
-        overlay.support,
-        placed={
-            joint.name: joint.initial_position
-            for joint in overlay.joints
-            if joint.name not in kept or joint.position_source is Source.SEARCH
-        },
-        keep_terms=False,
-    )
+    placed = {
+        joint.name: joint.initial_position
+        for joint in overlay.joints
+        if joint.name not in kept or joint.position_source is Source.SEARCH
+    }
+    made = loop.validated_at(overlay, placed, keep_terms=False)
     ours = {joint.name: {name: getattr(joint, name) for name in TERMS} for joint in made.joints}
     joints = (joint.model_copy(update=ours[joint.name]) if joint.name in kept else joint for joint in overlay.joints)
     return overlay.model_copy(update={"joints": tuple(joints)})
