@@ -160,21 +160,26 @@ def print_recorded(out: Path | str, folder: Path) -> None:
 def print_questions(
     data: Path | str, folder: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
 ) -> bool:
-    """Write the questions about a dataset's assets, and print what was written; returns whether any was."""
+    """Write the questions about a dataset's assets that have no answer yet, and print what was written; returns whether
+    any asset could be asked about."""
     from asset2sim.intake.dataset import load_dataset
     from asset2sim.runs.write_questions import FOLDER, write_questions
 
     written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)
     for asset_id, reason in written.failed.items():
         sys.stderr.write(f"asset2sim: no question about asset {asset_id}: {reason}\n")
+    if written.answered:
+        output().print(Text(f"every question about {len(written.answered)} assets has its answer in {folder}"))
+    if not written.origins:
+        return bool(written.answered)
     output().print(
         Text(
             f"{len(written.origins)} questions in {folder / FOLDER}, each a question.md with pictures, and a "
-            f"question.json for programs\nput the answers into {folder}, as {next(iter(written.origins), '…')}, and "
-            f"run them with --model recorded/{folder}"
+            f"question.json for programs\nput the answers into {folder}, as {next(iter(written.origins))}, ask again "
+            f"for what follows from them, and run them with --model recorded/{folder}"
         )
     )
-    return bool(written.origins)
+    return True
 
 
 def print_views(out: Path | str, settings: Settings) -> bool:

@@ -26,7 +26,7 @@ from flows.command import main
 from schemas.errors import UsageError
 from schemas.recording import Recording
 from schemas.request import ToolCall
-from schemas.settings import EngineSettings, ModelSettings, RunSettings, Settings, ViewSettings
+from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method, Status
 from tests.assets import RAW
 from tests.factories import make_call, make_record
@@ -165,10 +165,30 @@ def test_questions_are_written_and_answered_by_hand(
     assert (tmp_path / "mine" / "laptop_silver.json").read_text() == '{"scale": 0.3}'
 
 
-@pytest.mark.parametrize("method", [Method.IVW, Method.AGENT, Method.RAW])
-def test_questions_that_depend_on_answers_are_not_written(method: Method, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="asset2sim, no-semantics, direct"):
-        write_questions([], tmp_path / "q", asking(ModelSettings(), method=method), PIPELINE)
+@pytest.mark.system
+def test_questions_that_follow_from_answers_are_written_once_these_are_there(tmp_path: Path) -> None:
+    refs = load_dataset(RAW, asset_ids=("laptop_silver",))
+    settings = asking(ModelSettings(), method=Method.IVW, methods=MethodSettings(ivw_queries=1))
+    first = write_questions(refs, tmp_path, settings, PIPELINE)
+    # Three of five without an answer, and half can no longer be valid.
+    assert list(first.origins) == [f"laptop_silver.ivw{part}.json" for part in ("", ".2", ".3")]
+    for name in first.origins:
+        asked = json.loads((tmp_path / "questions" / name.removesuffix(".json") / "question.json").read_text())
+        (tmp_path / name).write_text(answer(asked["text"]), encoding="utf-8")
+    shown = {tuple(json.loads(path.read_text())["images"]) for path in tmp_path.glob("questions/*/question.json")}
+    assert len(shown) == 3
+
+    second = write_questions(refs, tmp_path, settings, PIPELINE)
+    assert list(second.origins) == ["laptop_silver.ivw.4.json", "laptop_silver.ivw.5.json"]
+    for name in second.origins:
+        (tmp_path / name).write_text((tmp_path / "laptop_silver.ivw.json").read_text(), encoding="utf-8")
+    third = write_questions(refs, tmp_path, settings, PIPELINE)
+    assert third.answered == ["laptop_silver"] and not third.origins and not third.failed
+
+
+def test_a_method_that_asks_nothing_has_no_questions(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"method raw asks no model; choose from: .*direct"):
+        write_questions([], tmp_path / "q", asking(ModelSettings(), method=Method.RAW), PIPELINE)
     assert not (tmp_path / "q").exists()
 
 

@@ -247,14 +247,14 @@ class RecordOptions(CatalogOptions):
 
 
 class AskOptions(FileOptions):
-    """Write the questions of a run as files, for a person or another program to answer."""
+    """Write the questions of a run as files, for a person or another program to answer; again, what follows from it."""
 
     data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
     assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
     limit: N | None = Field(None, description="only the first N of them")
-    method: METHOD = Field(Method.ASSET2SIM, description="whose question: asset2sim, direct or no-semantics")
+    method: METHOD = Field(Method.ASSET2SIM, description="whose questions")
     workers: N | None = Field(None, description="assets at work at once (default: all cores)")
 
 
