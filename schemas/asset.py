@@ -10,8 +10,7 @@ from schemas.base import Frozen
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
 from schemas.guidance import Guidance
-from schemas.interaction import EngineReport, OverlapPair
-from schemas.measurement import Measurement
+from schemas.interaction import EngineReport, Measurement, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.overrides import Overrides
 from schemas.request import ModelCall

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from schemas.base import Finite, Frozen, NonNegative, Positive
-from schemas.overlay import SupportProposal
+from schemas.support import SupportProposal
 
 WHOLE_OBJECT = "object"
 """The subject of a state that names no part: "an open box"."""

@@ -9,7 +9,7 @@ from schemas.authored import Authored
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.features import Mimic
 from schemas.mechanism import Bias, EffortRange, MechanismName
-from schemas.support import Mount, Support, SupportKind
+from schemas.support import Support, SupportProposal
 from schemas.vocabulary import MassRule, Source, VolumeSource
 
 Level = Literal["super low", "low", "medium", "high", "super high"]
@@ -101,15 +101,6 @@ class JointProposal(Frozen):
     returns_s: Positive | None = None
     damping_level: Level | None = None
     mechanism: MechanismName | None = None
-
-
-class SupportProposal(Frozen):
-    """A model's answer on what carries the object; ``mount`` is what a fixed one is fixed to, ``confidence`` 0 to 1."""
-
-    kind: SupportKind
-    mount: Mount | None = None
-    confidence: Fraction = 0.5
-    reason: str = ""
 
 
 class MassChange(Frozen):
@@ -287,26 +278,3 @@ class PhysicsOverlay(Frozen):
     def initial_positions(self) -> dict[str, float]:
         """Joint name → initial position, radians or metres at the final scale, of the followers too."""
         return {joint.name: joint.initial_position for joint in self.all_joints}
-
-
-class BakedJoint(Frozen):
-    """One joint of a baked URDF: ``position`` (rad or m, from the authored zero) is where its zero is now.
-
-    ``authored`` maps ``tag/attribute`` to the text that the unbaked URDF has there, None where it has none.
-    """
-
-    name: str
-    position: Finite
-    authored: dict[str, str | None]
-
-
-class Bake(Frozen):
-    """The record that undoes a bake. ``comment`` is the URDF comment that stated the positions before baking."""
-
-    comment: str | None
-    joints: tuple[BakedJoint, ...]
-
-    @property
-    def positions(self) -> dict[str, float]:
-        """Joint name → its baked zero, measured from the authored zero, rad or m."""
-        return {joint.name: joint.position for joint in self.joints}

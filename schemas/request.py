@@ -1,9 +1,12 @@
 """Model requests and answers: small, picklable records, since the caller may run in another process."""
 
 from collections.abc import Callable
+from datetime import datetime
 from typing import Any, Literal
 
-from schemas.base import Frozen
+from pydantic import Field
+
+from schemas.base import Frozen, NonNegative
 
 
 class ModelCall(Frozen):
@@ -91,3 +94,30 @@ class ModelAnswer(Frozen):
 
 ModelAsk = Callable[[ModelRequest], ModelAnswer]
 """Function that asks a model one question; budgets, caches and processes are behind it."""
+
+
+class AnswerOrigin(Frozen):
+    """Who answered, when, to which prompt (its title and version) and question, and what it took; None where not known.
+    ``without_images`` says why pictures were not sent."""
+
+    model: str | None = None
+    answered_at: datetime | None = None
+    prompt: str | None = None
+    prompt_hash: str | None = None
+    prompt_tokens: int | None = Field(None, ge=0)
+    completion_tokens: int | None = Field(None, ge=0)
+    cost_usd: NonNegative | None = None
+    without_images: str | None = None
+
+
+class Recording(Frozen):
+    """Content of ``recording.json``: ``model`` and ``prompt`` of the answers that do not say it themselves, the methods
+    that asked, when the folder was made and by which version, and file name → origin. Every field may be left out."""
+
+    model: str | None = None
+    prompt: str | None = None
+    note: str | None = None
+    methods: tuple[str, ...] = ()
+    recorded_at: datetime | None = None
+    asset2sim: str | None = None
+    answers: dict[str, AnswerOrigin] = Field(default_factory=dict)

@@ -44,3 +44,12 @@ class Support(Frozen):
     def fixed(self) -> bool:
         """Whether the root link is held to the world."""
         return self.kind is SupportKind.FIXED
+
+
+class SupportProposal(Frozen):
+    """A model's answer on what carries the object; ``mount`` is what a fixed one is fixed to, ``confidence`` 0 to 1."""
+
+    kind: SupportKind
+    mount: Mount | None = None
+    confidence: Fraction = 0.5
+    reason: str = ""

@@ -3,8 +3,25 @@
 from schemas.extensions import further_columns
 from schemas.table import ASSET_COLUMNS, ASSET_KEY, BY_TYPE, COUNT, FLAG, POSITION, REAL, TEXT, TIME, Column, make_table
 from schemas.tables_engines import ALIGNMENTS, EXPECTATIONS, INTERACTIONS, MEASUREMENTS, OVERLAPS, TRACE
-from schemas.tables_reviews import REVIEWS
 from schemas.vocabulary import Stage
+
+_REVIEWS: tuple[Column, ...] = (
+    *(
+        (name, kind, unit, "Run that had refined the asset as it was reviewed" if name == "run_id!" else text)
+        for name, kind, unit, text in ASSET_COLUMNS
+    ),
+    ("reviewed_at!", TIME, "UTC", "When it was reviewed"),
+    ("reviewer!", TEXT, "", "Who reviewed it"),
+    ("verdict!", TEXT, "", "good or bad, as a person sees it, whatever the checks say"),
+    ("note!", TEXT, "", "What they wrote of it; may be empty"),
+)
+
+REVIEWS = make_table(
+    "reviews", "one row per review of an asset, method and model", (*ASSET_KEY, "reviewed_at", "reviewer"),
+    "What people said of an asset in the viewer; no run removes or rewrites it", _REVIEWS,
+)  # fmt: skip
+"""Reviews: a folder of files, each written by one viewer."""
+
 
 OUTCOME_COLUMNS = (
     *("category", "subset", "status", "failure_mode", "paper_failure_mode", "reason", "scale", "mass_kg"),

@@ -11,8 +11,16 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.features import Features, JointFeatures, LinkFeatures, MeshFeatures
 from schemas.finding import Finding, TraceStep
 from schemas.guidance import Guidance
-from schemas.interaction import Drop, EngineReport, Interaction, Opening, OverlapPair
-from schemas.measurement import ContactPair, JointMotion, Measurement
+from schemas.interaction import (
+    ContactPair,
+    Drop,
+    EngineReport,
+    Interaction,
+    JointMotion,
+    Measurement,
+    Opening,
+    OverlapPair,
+)
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.request import ModelCall
 from schemas.vocabulary import Engine, FailureMode, Method, OverlapCause, Severity, Source, Stage, Status, VolumeSource

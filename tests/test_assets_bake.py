@@ -11,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
-from asset2sim.assets.urdf.bake import RECORD_NAME, angles, bake, bake_file, baked, unbake
+from asset2sim.assets.urdf.bake import RECORD_NAME, Bake, angles, bake, bake_file, baked, unbake
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.validation.validate import validate
 from schemas.errors import UsageError
-from schemas.overlay import Bake, JointProposal, Overlay, PhysicsOverlay
+from schemas.overlay import JointProposal, Overlay, PhysicsOverlay
 from schemas.vocabulary import Source
 from tests.assets import NO_VIEWS, joint, link, near, read, robot, shape, written
 

@@ -14,7 +14,7 @@ from asset2sim.catalog.write import write_run
 from asset2sim.viewer.walk import Show, chosen, reviews_of, stops_of
 from schemas.errors import UsageError
 from schemas.table import Row
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import REVIEWS
 from schemas.vocabulary import FailureMode
 from tests.factories import MODEL, make_failure, make_record
 from tests.object_store import Store

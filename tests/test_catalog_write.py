@@ -36,8 +36,7 @@ from flows.schedule import nightly_schedule
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.table import Table
-from schemas.tables import HISTORY, PUBLISHED, TABLES
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 from schemas.vocabulary import FailureMode, Grouping
 from tests.factories import make_expected, make_failure, make_measurement, make_motion, make_record, make_run_records
 from tests.killing import killed_at

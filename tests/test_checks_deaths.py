@@ -26,7 +26,7 @@ from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines import mujoco_world
-from asset2sim.engines.declared_engine import DeclaredEngine
+from asset2sim.engines.world import DeclaredEngine
 from schemas.vocabulary import Engine
 
 FRAIL = Engine.add("frail")

@@ -71,7 +71,7 @@ ENGINE = '''
 from contextlib import contextmanager
 
 from asset2sim.engines import pybullet_world
-from asset2sim.engines.declared_engine import DeclaredEngine
+from asset2sim.engines.world import DeclaredEngine
 from schemas.vocabulary import Engine
 
 TOY = Engine.add("toybox")

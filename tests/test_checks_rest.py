@@ -11,7 +11,7 @@ from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
 from asset2sim.checks.rest import contacts_at, measure, observe
 from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
 from asset2sim.physics.arrays import Array
-from schemas.measurement import Measurement
+from schemas.interaction import Measurement
 from schemas.settings import EngineSettings, Thresholds
 from schemas.verdict import Verdict
 from schemas.vocabulary import Engine, FailureMode

@@ -3,8 +3,8 @@
 import pytest
 
 from asset2sim.models.median_answer import median_answer
-from schemas.overlay import Content, JointProposal, LinkProposal, Overlay, SupportProposal
-from schemas.support import SupportKind
+from schemas.overlay import Content, JointProposal, LinkProposal, Overlay
+from schemas.support import SupportKind, SupportProposal
 
 
 def test_one_wild_answer_of_three_moves_nothing() -> None:

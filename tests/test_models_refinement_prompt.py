@@ -18,7 +18,7 @@ from asset2sim.models.refinement_prompt import (
     severity,
 )
 from schemas.features import Features
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage, ModelRequest
 from schemas.vocabulary import Source

@@ -11,8 +11,7 @@ from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.reviews import Review
 from asset2sim.catalog.write import write_run
-from schemas.tables import PUBLISHED
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import PUBLISHED, REVIEWS
 from schemas.vocabulary import FailureMode
 from tests.factories import MODEL, make_expected, make_failure, make_record
 from tests.test_catalog_history import night

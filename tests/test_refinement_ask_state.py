@@ -11,7 +11,7 @@ from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding
 from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.context import Log, RefinementContext
 from asset2sim.refinement.position_bands import reaches
-from schemas.measurement import Measurement
+from schemas.interaction import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import CollisionSettings, EngineSettings, Settings, Thresholds

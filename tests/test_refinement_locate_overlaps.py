@@ -12,7 +12,7 @@ from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, propose_
 from asset2sim.refinement.locate_overlaps import LocatedOverlaps, direction_words, locate_overlaps, side_of, side_rows
 from asset2sim.refinement.model_loop import parted
 from asset2sim.refinement.position_bands import reaches
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import EngineSettings, Settings

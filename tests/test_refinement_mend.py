@@ -27,8 +27,7 @@ from asset2sim.refinement.dynamics.remedies import (
     stiffer_spring,
 )
 from asset2sim.validation.validate import validate
-from schemas.interaction import EngineReport, Interaction, Reset
-from schemas.measurement import JointMotion, Measurement
+from schemas.interaction import EngineReport, Interaction, JointMotion, Measurement, Reset
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import SearchSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Severity, Source, Stage

@@ -15,7 +15,7 @@ from asset2sim.refinement.state_proposals import focus_joints
 from schemas.asset import AssetRecord
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 from schemas.settings import SearchSettings
 from schemas.vocabulary import FailureMode, Source
 from tasks.pipeline import refine_asset

@@ -24,8 +24,7 @@ from asset2sim.runs.write_questions import write_questions
 from flows import PIPELINE
 from flows.command import main
 from schemas.errors import UsageError
-from schemas.recording import Recording
-from schemas.request import ToolCall
+from schemas.request import Recording, ToolCall
 from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method, Status
 from tests.assets import RAW

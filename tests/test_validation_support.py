@@ -9,8 +9,8 @@ import pytest
 from asset2sim.physics.support_polygon import standing_on
 from asset2sim.validation.support import by_shape, has_flat_back
 from asset2sim.validation.validate import validate
-from schemas.overlay import Overlay, PhysicsOverlay, SupportProposal
-from schemas.support import Mount, Support, SupportKind
+from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.support import Mount, Support, SupportKind, SupportProposal
 from schemas.vocabulary import Source
 from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
 from tests.builders import corners

@@ -22,8 +22,7 @@ from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.extensions import further_tables, missing
 from schemas.table import RENAMED, Table
-from schemas.tables import HISTORY, PUBLISHED, TABLES
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 
 if TYPE_CHECKING:
     import duckdb

@@ -20,8 +20,7 @@ from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY, RENAMED, Table, with_names_of_today
-from schemas.tables import HISTORY, PUBLISHED, TABLES
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 
 Result = TypeVar("Result")
 Filters = list[tuple[str, str, object]]

@@ -15,8 +15,7 @@ from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull
 from asset2sim.storage.objects import StoreError, store_usage_error
 from schemas.location import Location
-from schemas.tables import TABLES
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import REVIEWS, TABLES
 
 PARTS = (f"{CATALOG}/", f"{HISTORY_FOLDER}/", f"{REVIEWS.name}/")
 UPLOAD_WAIT_S = 5.0

@@ -11,7 +11,7 @@ from asset2sim.catalog.summarize import summarize, total_seconds
 from asset2sim.checks.at_rest import oscillates
 from schemas.asset import AssetRecord, Unchanged
 from schemas.extensions import further_columns
-from schemas.measurement import Measurement
+from schemas.interaction import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.summary import AssetSummary

@@ -6,8 +6,7 @@ from dataclasses import asdict
 from asset2sim.checks.at_rest import oscillating_joints
 from asset2sim.checks.verdict import check_verdicts, report_verdict
 from schemas.asset import AssetRecord
-from schemas.interaction import EngineReport, Stand
-from schemas.measurement import Measurement
+from schemas.interaction import EngineReport, Measurement, Stand
 from schemas.settings import Thresholds
 from schemas.table import Row
 

@@ -9,7 +9,7 @@ from asset2sim.checks.at_rest import oscillating_joints
 from asset2sim.checks.verdict import report_verdict
 from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
-from schemas.measurement import Measurement
+from schemas.interaction import Measurement
 from schemas.settings import Thresholds
 from schemas.summary import AlignmentSummary, AssetSummary, MotionSummary
 from schemas.vocabulary import Stage

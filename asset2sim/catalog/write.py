@@ -19,8 +19,7 @@ from asset2sim.catalog.switch import recover, replace_catalog
 from schemas.asset import AssetRecord, Unchanged
 from schemas.summary import AssetSummary
 from schemas.table import ASSET_KEY, Table
-from schemas.tables import HISTORY, TABLES
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import HISTORY, REVIEWS, TABLES
 
 _KEYS = pa.schema([(name, pa.string()) for name in ASSET_KEY])
 

@@ -2,7 +2,7 @@
 
 from asset2sim.checks.declared_check import DeclaredCheck
 from schemas.failure_guide import Guide
-from schemas.measurement import JointMotion, Measurement
+from schemas.interaction import JointMotion, Measurement
 from schemas.settings import Thresholds
 from schemas.verdict import Verdict
 from schemas.vocabulary import FailureMode

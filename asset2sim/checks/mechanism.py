@@ -11,8 +11,8 @@ import numpy as np
 from lxml import etree
 
 from asset2sim.assets.meshes.load import known_points, mesh_points
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
-from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of

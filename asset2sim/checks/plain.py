@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import pybullet
 
-from asset2sim.assets.urdf.parsed import parsed
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig

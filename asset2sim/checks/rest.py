@@ -12,7 +12,7 @@ from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from schemas.measurement import JointMotion, Measurement
+from schemas.interaction import JointMotion, Measurement
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 

@@ -24,8 +24,7 @@ from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from schemas.base import Frozen
 from schemas.errors import UsageError
-from schemas.interaction import EngineReport, Interaction
-from schemas.measurement import Measurement
+from schemas.interaction import EngineReport, Interaction, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, FailureMode, OverlapCause

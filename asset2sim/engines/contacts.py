@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from schemas.base import Vector3
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 
 
 @dataclass(frozen=True)

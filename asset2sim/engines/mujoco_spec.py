@@ -24,7 +24,7 @@ from asset2sim.assets.mujoco_options import (
     body_name,
     solref,
 )
-from asset2sim.assets.urdf.parsed import parsed
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.assets.urdf.references import find_mesh
 from schemas.errors import AssetError

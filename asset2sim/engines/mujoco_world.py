@@ -10,13 +10,12 @@ from lxml import etree
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.mujoco_options import body_name
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
-from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.declared_engine import DeclaredEngine
 from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
-from asset2sim.engines.world import nothing_collides, with_followers
+from asset2sim.engines.world import DeclaredEngine, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
 from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2

@@ -15,8 +15,8 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
-from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration

@@ -8,8 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
 
-from asset2sim.engines.declared_engine import DeclaredEngine
-from asset2sim.engines.world import World
+from asset2sim.engines.world import DeclaredEngine, World
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.declared import ENGINE, declared
 from schemas.errors import UsageError

@@ -17,7 +17,7 @@ import yourdfpy
 
 from asset2sim.assets.meshes.load import mesh_points, scale_vector
 from asset2sim.assets.urdf.capsule import Capsule
-from asset2sim.assets.urdf.parsed import parsed
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics, read_urdf
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines import lowest

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -113,3 +114,18 @@ def nothing_collides() -> AssetError:
 def contact_distance_m(timestep_s: float) -> float:
     """Distance, m, from which contact with the plane is generated."""
     return CONTACT_SPEED_M_S * timestep_s
+
+
+@dataclass(frozen=True)
+class DeclaredEngine:
+    """One engine: its name, how a world is opened in it."""
+
+    engine: Engine
+    """``Engine.add(name)`` where it is none of the known."""
+    open: Opener
+    started: tuple[object, str]
+    """Object and its attribute that is called whenever a world is opened: tests that do are marked ``system``."""
+    package: str = ""
+    """Name of the package that it needs; that of the engine itself where none is stated."""
+    version: str = ""
+    """Its version; that of the installed package where none is stated."""

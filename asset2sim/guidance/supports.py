@@ -8,8 +8,7 @@ from asset2sim.guidance.csv_rows import csv_rows
 from asset2sim.guidance.lexicon import head_of, longest_spans
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.tables import Phrase, nouns
-from schemas.overlay import SupportProposal
-from schemas.support import Mount, SupportKind
+from schemas.support import Mount, SupportKind, SupportProposal
 
 _DENIALS = frozenset(("not", "no", "never", "without", "isn't", "unlike"))
 """Words that turn a phrase round: "not fixed to the wall"."""

@@ -7,7 +7,7 @@ from typing import Literal
 from asset2sim.models.answers import RefinementAnswer, trimmed
 from asset2sim.models.prompts import data_block, system_text
 from schemas.features import Features, JointFeatures
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 from schemas.model_names import REFINEMENT_PURPOSE
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.request import LabelledImage, ModelRequest

@@ -16,8 +16,7 @@ from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.locate_overlaps import locate_overlaps
 from asset2sim.refinement.position_bands import Pose, distance, joints_outside_state, moved_joints
 from schemas.finding import TraceStep
-from schemas.interaction import EngineReport
-from schemas.measurement import Measurement
+from schemas.interaction import EngineReport, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Source

@@ -14,7 +14,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, tree_of, written_joints
 from asset2sim.refinement.position_bands import Pose
 from schemas.features import Features
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import EngineSettings
 

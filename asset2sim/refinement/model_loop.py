@@ -12,7 +12,7 @@ from asset2sim.refinement.search_state import Search, seed_of
 from asset2sim.refinement.state_proposals import MOST, along, around, focus_joints, grid
 from schemas.features import JointFeatures
 from schemas.finding import Finding, TraceStep
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 
 STAGNATION = 3
 """Refused proposals in a row from which the loop stagnates: the first may be wrong, the next correct it."""

@@ -11,7 +11,7 @@ from asset2sim.refinement.position_bands import Band, Evaluator, Pose, moved_joi
 from asset2sim.refinement.state_proposals import along, around, focus_joints, grid, in_groups
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 from schemas.settings import SearchSettings
 
 ROUNDS = 6

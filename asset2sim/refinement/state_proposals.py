@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.refinement.position_bands import Band, Pose
 from schemas.features import JointFeatures
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair
 
 LINE = 24
 """Positions tried to each side along one joint's band: 10 % of a range in steps of 0.4 %."""

@@ -23,7 +23,7 @@ from asset2sim.storage.cache import working_folder
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.model_names import is_recorded, recorded_folder
-from schemas.recording import AnswerOrigin, Recording
+from schemas.request import AnswerOrigin, Recording
 
 ANSWERED = ("ok", "invalid_answer", "cached")
 """Outcomes of calls that had an answer."""

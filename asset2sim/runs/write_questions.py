@@ -21,8 +21,7 @@ from asset2sim.runs.remote.transfer import run_with_local_files
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.location import Location
-from schemas.recording import AnswerOrigin
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import AnswerOrigin, ModelAnswer, ModelRequest
 from schemas.settings import Settings
 
 FOLDER = "questions"

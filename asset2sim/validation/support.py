@@ -19,8 +19,8 @@ from asset2sim.validation.hanging import hangs_on_wall
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.guidance import Guidance
-from schemas.overlay import Overlay, PhysicsOverlay, SupportProposal
-from schemas.support import Mount, Support, SupportKind
+from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.support import Mount, Support, SupportKind, SupportProposal
 from schemas.vocabulary import Severity, Source, Stage
 
 UP = np.array([0.0, 0.0, 1.0])

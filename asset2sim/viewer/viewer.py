@@ -19,7 +19,7 @@ from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
-from schemas.tables_reviews import REVIEWS
+from schemas.tables import REVIEWS
 from schemas.vocabulary import Engine
 
 READ_S = 0.2

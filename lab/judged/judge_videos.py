@@ -19,8 +19,7 @@ from lab.judged.video_candidates import comparisons, recorded_trials
 from lab.judged.video_judge import judged, open_judging_run
 from lab.schemas.tables_judged import VIDEO_SCORES
 from schemas.errors import UsageError
-from schemas.recording import AnswerOrigin
-from schemas.request import ModelAnswer
+from schemas.request import AnswerOrigin, ModelAnswer
 from schemas.settings import ModelSettings
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from statistics import fmean, median
 from typing import TypeVar
 
-from schemas.overlay import JointProposal, LinkProposal, Overlay, SupportProposal
+from schemas.overlay import JointProposal, LinkProposal, Overlay
+from schemas.support import SupportProposal
 
 LINK_NUMBERS = ("density_kg_m3", "hollow_factor", "wall_m", "mass_kg")
 LINK_VECTORS = ("com", "inertia")

@@ -28,8 +28,7 @@ from lab.defects.planting import Defect, PlantedChange, RefinedAsset, Target, ed
 from lab.defects.try_defects import CleanObject, DefectBench, clean_object, samples, try_defect, why_not_mended
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
-from schemas.interaction import OverlapPair
-from schemas.measurement import ContactPair
+from schemas.interaction import ContactPair, OverlapPair
 from schemas.settings import EngineSettings, Settings, Thresholds, ViewSettings
 from schemas.vocabulary import Engine, OverlapCause, Severity, Stage, Status
 from tasks.pipeline import refine_asset

@@ -18,8 +18,9 @@ from asset2sim.assets.urdf.edit import POSITIONS, child, serialised
 from asset2sim.assets.urdf.read import element_joint, element_pose
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import motion
+from schemas.base import Finite, Frozen
 from schemas.errors import UsageError
-from schemas.overlay import Bake, BakedJoint, PhysicsOverlay
+from schemas.overlay import PhysicsOverlay
 
 RECORD_NAME = "bake.json"
 """The record beside a baked URDF; the comment at its top holds the same."""
@@ -37,6 +38,29 @@ SHIFTED = (
 )
 """Attributes that are positions of their joint."""
 MOVING = ("revolute", "continuous", "prismatic")
+
+
+class BakedJoint(Frozen):
+    """One joint of a baked URDF: ``position`` (rad or m, from the authored zero) is where its zero is now.
+
+    ``authored`` maps ``tag/attribute`` to the text that the unbaked URDF has there, None where it has none.
+    """
+
+    name: str
+    position: Finite
+    authored: dict[str, str | None]
+
+
+class Bake(Frozen):
+    """The record that undoes a bake. ``comment`` is the URDF comment that stated the positions before baking."""
+
+    comment: str | None
+    joints: tuple[BakedJoint, ...]
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """Joint name → its baked zero, measured from the authored zero, rad or m."""
+        return {joint.name: joint.position for joint in self.joints}
 
 
 def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:

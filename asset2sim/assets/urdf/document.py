@@ -4,7 +4,7 @@ import re
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 from lxml import etree
@@ -19,7 +19,6 @@ from asset2sim.assets.urdf.numbers import (
     elements_of,
     name_files,
 )
-from asset2sim.assets.urdf.parsed import parsed
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
@@ -264,3 +263,18 @@ def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
     """An invalid_joint_configuration error that names the file and the joint."""
     message = f"{path.name}: joint '{joint}': {problem}"
     return AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, code, message, joint=joint)
+
+
+KEPT = 8
+"""Trees that are kept: an asset's own, and those of the last few URDFs that were written of it."""
+
+
+def parsed(file: Path) -> Element:
+    """The root element of a file as it is now, comments kept; shared, so not to be changed: copy it first. Raises
+    OSError and etree.XMLSyntaxError."""
+    return _parsed(file.read_bytes())
+
+
+@lru_cache(maxsize=KEPT)
+def _parsed(content: bytes) -> Element:
+    return etree.fromstring(content, etree.XMLParser(remove_comments=False))

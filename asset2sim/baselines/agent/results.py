@@ -9,7 +9,7 @@ from asset2sim.baselines.agent.specs import MAX_RESULT_CHARS, MAX_ROWS
 from asset2sim.checks.at_rest import measurement_verdict
 from asset2sim.models.object_facts import rounded
 from asset2sim.physics.arrays import Array
-from schemas.measurement import ContactPair, Measurement
+from schemas.interaction import ContactPair, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 

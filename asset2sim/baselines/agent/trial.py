@@ -22,7 +22,7 @@ from asset2sim.render import png_bytes, render_views
 from asset2sim.validation.support import carried
 from schemas.errors import AssetError
 from schemas.guidance import NOTHING_ASKED, Guidance
-from schemas.measurement import ContactPair, Measurement
+from schemas.interaction import ContactPair, Measurement
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.request import LabelledImage
 from schemas.settings import Settings

@@ -13,8 +13,7 @@ from urllib.parse import urlsplit
 from pydantic import ValidationError
 
 from schemas.model_names import is_prior
-from schemas.recording import AnswerOrigin
-from schemas.request import LabelledImage, ModelRequest, ToolCall
+from schemas.request import AnswerOrigin, LabelledImage, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
 
 FOLDER = ".cache/answers"

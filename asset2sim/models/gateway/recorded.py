@@ -22,8 +22,7 @@ from asset2sim.models.prompts import DIRECT, SYNTHESIS
 from schemas.base import Frozen
 from schemas.errors import ModelError, UsageError
 from schemas.model_names import RECORDED_FORM, is_recorded, named_models, recorded_folder
-from schemas.recording import AnswerOrigin, Recording
-from schemas.request import ModelRequest, ToolCall
+from schemas.request import AnswerOrigin, ModelRequest, Recording, ToolCall
 from schemas.settings import ModelSettings
 
 RECORDING = "recording.json"

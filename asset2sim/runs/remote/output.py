@@ -45,8 +45,8 @@ from asset2sim.storage.objects import (
     store_usage_error,
 )
 from schemas.location import Location
+from schemas.tables import REVIEWS
 from schemas.tables import TABLES as CATALOG_TABLES
-from schemas.tables_reviews import REVIEWS
 
 TABLES = f"{CATALOG}/"
 RUNS = f"{CATALOG}/{CATALOG_TABLES['runs'].file}"
