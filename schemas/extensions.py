@@ -13,7 +13,7 @@ KNOWN: Mapping[str, tuple[str, ...]] = {
     "asset2sim-lab": (
         *("judge-videos", "learn", "probe", "rate", "ratings", "record-motion", "reachable", "prior/noisy"),
         *("learning", "learning_curves", "probe_trials", "rating_keys", "trials", "video_scores"),
-        *("constant", "direct", "ivw", "no-semantics", "reference"),
+        *("agent", "constant", "direct", "ivw", "no-semantics", "reference"),
     )
 }
 """Distribution → names that it adds, to say what is missing where it is not installed."""

@@ -1,6 +1,6 @@
 """The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone. It
 states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start). It
-ends once a simulation passes or no change is left, with the best trial. See ``asset2sim.baselines.agent``."""
+ends once a simulation passes or no change is left, with the best trial. See ``lab.methods.agent``."""
 
 import json
 import math

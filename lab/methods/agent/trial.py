@@ -11,7 +11,6 @@ import numpy as np
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
-from asset2sim.baselines.agent.specs import MIN_TOOL_S, TOOL_LIMIT_S, TOOL_SHARE
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.checks.rest import contacts_at, measure
 from asset2sim.engines.child import in_child
@@ -20,6 +19,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render import png_bytes, render_views
 from asset2sim.validation.support import carried
+from lab.methods.agent.specs import MIN_TOOL_S, TOOL_LIMIT_S, TOOL_SHARE
 from schemas.errors import AssetError
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.interaction import ContactPair, Measurement

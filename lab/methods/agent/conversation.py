@@ -3,9 +3,10 @@
 import json
 from collections.abc import Collection, Sequence
 
-from asset2sim.baselines.agent.draft import short
-from asset2sim.baselines.agent.results import cut, refused
-from asset2sim.baselines.agent.specs import (
+from asset2sim.models.lenient_json import parse_json
+from lab.methods.agent.draft import short
+from lab.methods.agent.results import cut, refused
+from lab.methods.agent.specs import (
     MAX_ARGUMENT_CHARS,
     MAX_ID_CHARS,
     MAX_ROOMLESS_CHARS,
@@ -13,7 +14,6 @@ from asset2sim.baselines.agent.specs import (
     MAX_TALK_CHARS,
     TOOL_NAMES,
 )
-from asset2sim.models.lenient_json import parse_json
 from schemas.errors import InvalidAnswerError
 from schemas.request import ModelAnswer, ToolCall, Turn
 

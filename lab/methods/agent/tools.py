@@ -4,13 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from asset2sim.baselines.agent.conversation import arguments_of
-from asset2sim.baselines.agent.draft import Draft, checked, merged, short
-from asset2sim.baselines.agent.reading import read_part
-from asset2sim.baselines.agent.results import boxes_text, cut, refused, simulated, text_of, touching
-from asset2sim.baselines.agent.specs import MAX_NOTE_CHARS, MAX_NOTES, READ_PARTS, TOOL_NAMES, argument_names
-from asset2sim.baselines.agent.trial import Bench, ToolError
 from asset2sim.render import VIEW_NAMES
+from lab.methods.agent.conversation import arguments_of
+from lab.methods.agent.draft import Draft, checked, merged, short
+from lab.methods.agent.results import boxes_text, cut, read_part, refused, simulated, text_of, touching
+from lab.methods.agent.specs import MAX_NOTE_CHARS, MAX_NOTES, READ_PARTS, TOOL_NAMES, argument_names
+from lab.methods.agent.trial import Bench, ToolError
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ToolCall

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import pytest
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.baselines.agent import run_agent
-from asset2sim.baselines.agent.conversation import bounded
-from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from asset2sim.intake.origin import extract
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.prior.agent import next_turn
+from lab.methods.agent.conversation import bounded
+from lab.methods.agent.run import run_agent
+from lab.methods.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.overlay import Overlay

@@ -4,8 +4,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from asset2sim.baselines.agent.specs import JOINT_FIELDS, LINK_FIELDS, MAX_QUOTED_CHARS
 from asset2sim.models.answers import parse_overlay
+from lab.methods.agent.specs import JOINT_FIELDS, LINK_FIELDS, MAX_QUOTED_CHARS
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.overlay import Overlay

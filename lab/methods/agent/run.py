@@ -7,16 +7,16 @@ from functools import partial
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.baselines.agent.conversation import bounded, model_turn
-from asset2sim.baselines.agent.draft import short
-from asset2sim.baselines.agent.results import cut
-from asset2sim.baselines.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
-from asset2sim.baselines.agent.tools import AgentSession, run_tool
-from asset2sim.baselines.agent.trial import ToolError, open_bench
 from asset2sim.baselines.declared_method import ProposalJob
 from asset2sim.baselines.ours import first_question
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid, no_answer_error
+from lab.methods.agent.conversation import bounded, model_turn
+from lab.methods.agent.draft import short
+from lab.methods.agent.results import cut
+from lab.methods.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
+from lab.methods.agent.tools import AgentSession, run_tool
+from lab.methods.agent.trial import ToolError, open_bench
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, Turn

@@ -7,7 +7,7 @@ from schemas.vocabulary import Method
 
 def by_agent(job: ProposalJob, extraction: Extraction) -> Proposed:
     """The agent's last submission. Raises SynthesisError."""
-    from asset2sim.baselines.agent import run_agent  # its tools load engines, which no other method needs here
+    from lab.methods.agent.run import run_agent  # its tools load engines, which no other method needs here
 
     return run_agent(job, extraction)
 
