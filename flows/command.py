@@ -15,7 +15,6 @@ from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import parse
-from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
 from schemas.declared import Command
@@ -61,13 +60,13 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
-        case ViewOptions():
+        case asked.ViewOptions():
             from flows.serve_pages import serve_viewer
 
             settings = settings_for_run(options.settings, {})
             serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
             return DONE
-        case ReportOptions():
+        case asked.ReportOptions():
             from flows.show import print_site
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
@@ -108,7 +107,7 @@ def _print(options: Options) -> int:
         case asked.CheckOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
-        case PagesOptions():
+        case asked.PagesOptions():
             from flows.serve_pages import serve_pages
 
             ports = options.report_port, options.prefect_port, options.mlflow_port

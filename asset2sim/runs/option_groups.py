@@ -1,49 +1,56 @@
-"""Groups of options that several commands of ``asset2sim`` have."""
+"""Groups of options that several commands of ``asset2sim`` have, and the options of those that show pages."""
 
 from pydantic import Field
-from pydantic_settings import CliDualFlag
+from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 
+from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
-from asset2sim.runs.option_types import CHECKS, CORRECT, FILE, IDS, NAME, OUT, URL, Chosen, Listed, N
 from schemas.extensions import checks
 from schemas.settings import ModelSettings
-from schemas.vocabulary import Correction
+from schemas.vocabulary import Correction, Engine
 
 
 class FileOptions(Options):
     """The option for a settings file."""
 
-    settings: FILE | None = Field(None, description="a YAML or TOML file of settings; what an option says goes first")
+    settings: typed.FILE | None = Field(
+        None, description="a YAML or TOML file of settings; what an option says goes first"
+    )
 
 
 class ModelOptions(FileOptions):
     """Which models are asked."""
 
-    model: NAME = Field(ModelSettings().model, description="any LiteLLM model, or recorded/FOLDER")
-    api_base: URL | None = Field(None, description="the address of a server of your own for that model")
-    refinement_model: NAME | None = Field(None, description="another model for steps of the state")
-    judge_model: NAME | None = Field(None, description="a vision model that scores the result against its prompt")
+    model: typed.NAME = Field(ModelSettings().model, description="any LiteLLM model, or recorded/FOLDER")
+    api_base: typed.URL | None = Field(None, description="the address of a server of your own for that model")
+    refinement_model: typed.NAME | None = Field(None, description="another model for steps of the state")
+    judge_model: typed.NAME | None = Field(None, description="a vision model that scores the result against its prompt")
 
 
-class Selection(Options):
+class Chosen(Options):
+    """Which assets of a dataset are taken."""
+
+    subset: typed.NAME | None = Field(None, description="only the manifest's rows of this subset")
+    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    limit: typed.N | None = Field(None, description="only the first N of them")
+
+
+class Selection(Chosen):
     """Which assets of a dataset are taken, where they are verified, and how many at once."""
 
-    subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
-    limit: N | None = Field(None, description="only the first N of them")
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"
     )
-    check: Listed[CHECKS] = Field(
+    check: typed.Listed[typed.CHECKS] = Field(
         (), description=f"further checks, seconds an object: {', '.join(checks()) or 'none is installed'}"
     )
-    workers: N | None = Field(None, description="assets at work at once (default: all cores)")
+    workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
 
 
 class AnswerOptions(Options):
     """How far a model's answer is taken as it is."""
 
-    correct: CORRECT | None = Field(
+    correct: typed.CORRECT | None = Field(
         None,
         description=f"{', '.join(Correction)}: what rules may change of an answer (default: semantic for prior/…, "
         "units for other models)",
@@ -53,10 +60,40 @@ class AnswerOptions(Options):
         description="ask once more, with what an answer comes to, where that is doubtful; of prior/… and with "
         "--correct semantic only where stated",
     )
-    samples: N | None = Field(None, description="the most answers where a model is unsure; their median (default: 1)")
+    samples: typed.N | None = Field(
+        None, description="the most answers where a model is unsure; their median (default: 1)"
+    )
 
 
 class CatalogOptions(Options):
     """Read what a run wrote."""
 
-    out: OUT = Field(description="a run's folder or URL")
+    out: typed.OUT = Field(description="a run's folder or URL")
+
+
+class ViewOptions(CatalogOptions, FileOptions):
+    """Look at refined objects and touch them, beside the raw ones, and review them: a page on this machine."""
+
+    asset_id: CliPositionalArg[typed.NAME | None] = Field(
+        None, description="the asset to begin with (default: the first)"
+    )
+    engine: typed.ENGINE = Field(Engine.PYBULLET, description=f"the engine to begin with: {', '.join(typed.VIEWED)}")
+    host: typed.NAME = Field(
+        "127.0.0.1", description="the address to serve on; others let any machine that reaches it in"
+    )
+    port: typed.PORT = Field(8080, description="the port to serve on")
+
+
+class ReportOptions(CatalogOptions, FileOptions):
+    """Write the report for people, OUT/report: an index and a page an object, as a run does at its end."""
+
+    workers: typed.N | None = Field(None, description="objects drawn at once (default: all cores)")
+    force: CliToggleFlag[bool] = Field(False, description="make every page anew")
+
+
+class PagesOptions(CatalogOptions):
+    """Serve the report and the pages of Prefect and MLflow."""
+
+    report_port: typed.PORT = Field(4100, description="port of 127.0.0.1 for the report")
+    prefect_port: typed.PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
+    mlflow_port: typed.PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")

@@ -8,49 +8,20 @@ from pydantic import AfterValidator, Field, create_model, model_validator
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag, CliVariadicArg
 from pydantic_settings import get_subcommand as chosen_command
 
+from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from asset2sim.runs.option_groups import AnswerOptions, CatalogOptions, FileOptions, ModelOptions, Selection
-from asset2sim.runs.option_types import (
-    AXIS,
-    BASE,
-    COUNT,
-    CRON,
-    DAY,
-    ENGINES,
-    FOLDERS,
-    FORMAT,
-    FORMATS,
-    GATE,
-    GROUP,
-    IDS,
-    KEEP,
-    METHOD,
-    MODE,
-    NAME,
-    OUT,
-    PACKAGES,
-    PROPOSER,
-    RATE,
-    RULE,
-    RUN,
-    SECONDS,
-    SHARE,
-    SHELL,
-    STATE,
-    SUPPORT,
-    TEXT,
-    URL,
-    USD,
-    VIEWS,
+from asset2sim.runs.option_groups import (
+    AnswerOptions,
+    CatalogOptions,
     Chosen,
-    Listed,
-    N,
-    Words,
-    exclusive,
-    nothing,
+    FileOptions,
+    ModelOptions,
+    PagesOptions,
+    ReportOptions,
+    Selection,
+    ViewOptions,
 )
-from asset2sim.runs.page_options import PagesOptions, ReportOptions, ViewOptions
 from schemas.authored import KEEP_WORDS
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, named
@@ -83,13 +54,13 @@ for example:
 class SettingsOptions(FileOptions):
     """Print every setting, with its unit and its reason: a file for --settings."""
 
-    format: FORMAT = Field("yaml", description="yaml or toml")
+    format: typed.FORMAT = Field("yaml", description="yaml or toml")
 
 
 class DoctorOptions(ModelOptions):
     """Check what works here, and what does not."""
 
-    out: OUT = Field(Location("data/refined"), description="where it would go")
+    out: typed.OUT = Field(Location("data/refined"), description="where it would go")
 
 
 class RefineOptions(AnswerOptions, ModelOptions, Selection):
@@ -98,44 +69,46 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     data: CliPositionalArg[Location] = Field(
         description="a folder, or its URL, with manifest.csv, of asset folders, or of one asset; or an asset's file"
     )
-    out: OUT = Field(description="the output folder, or its URL")
-    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+    out: typed.OUT = Field(description="the output folder, or its URL")
+    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
         None, description=f"engines to verify in: {', '.join(Engine)} (default: all installed)"
     )
-    verify: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+    verify: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
         None, description="those of them whose verdicts decide; the others are recorded (default: all)"
     )
-    collision: MODE = Field(
+    collision: typed.MODE = Field(
         CollisionMode.DECOMPOSE,
         description=f"{', '.join(CollisionMode)}: collision geometry as authored, hulls, or pieces with interiors",
     )
-    dynamics: RULE = Field(
+    dynamics: typed.RULE = Field(
         DynamicsRule.INERTIA,
         description=f"{', '.join(DynamicsRule)}: joint dynamics from what a joint moves, or the paper's ranges",
     )
-    proposer: PROPOSER = Field(
+    proposer: typed.PROPOSER = Field(
         Proposer.SEARCH,
         description=f"{', '.join(Proposer)}: what parts overlapping links, a search first or a model at every step",
     )
-    state: STATE = Field(
+    state: typed.STATE = Field(
         StateMode.DOCUMENT,
         description=f"{', '.join(StateMode)}: keep the authored zero, or make the requested state the zero",
     )
-    support: SUPPORT | None = Field(
+    support: typed.SUPPORT | None = Field(
         None, description=f"{', '.join(SupportKind)}: what carries objects whose manifest row does not say"
     )
-    prompt: TEXT | None = Field(None, description="what is asked of it, where DATA is one asset: 'its lid half open'")
-    base: BASE = Field(
+    prompt: typed.TEXT | None = Field(
+        None, description="what is asked of it, where DATA is one asset: 'its lid half open'"
+    )
+    base: typed.BASE = Field(
         BaseMode.ROOT,
         description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
     )
-    up: AXIS | None = Field(
+    up: typed.AXIS | None = Field(
         None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
     )
-    package: Listed[PACKAGES] = Field(
+    package: typed.Listed[typed.PACKAGES] = Field(
         (), description="a folder outside data that is read as package://NAME/…, repeatable"
     )
-    keep: Listed[KEEP] = Field(
+    keep: typed.Listed[typed.KEEP] = Field(
         (Keep.PLAUSIBLE.value,),
         description=f"authored numbers that stay where no words ask otherwise: {', '.join(KEEP_WORDS)}",
     )
@@ -145,46 +118,52 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     allow_outside: CliDualFlag[bool] = Field(
         False, description="read files outside data that an asset names or links to"
     )
-    export: Listed[FORMATS] = Field((), description=f"formats to write beside the URDF: {', '.join(Export)}")
-    method: METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")
-    budget_usd: USD | None = Field(None, description="the most that the run's model calls may cost")
-    budget_calls: COUNT | None = Field(None, description="the most model calls of the run")
-    budget_tokens: COUNT | None = Field(None, description="the most tokens of the run")
-    asset_budget_usd: USD | None = Field(None, description="the same for each asset")
-    asset_budget_calls: COUNT | None = Field(None, description="the same for each asset")
-    rpm: RATE | None = Field(None, description="the most requests a minute to one provider, over all workers")
+    export: typed.Listed[typed.FORMATS] = Field(
+        (), description=f"formats to write beside the URDF: {', '.join(Export)}"
+    )
+    method: typed.METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")
+    budget_usd: typed.USD | None = Field(None, description="the most that the run's model calls may cost")
+    budget_calls: typed.COUNT | None = Field(None, description="the most model calls of the run")
+    budget_tokens: typed.COUNT | None = Field(None, description="the most tokens of the run")
+    asset_budget_usd: typed.USD | None = Field(None, description="the same for each asset")
+    asset_budget_calls: typed.COUNT | None = Field(None, description="the same for each asset")
+    rpm: typed.RATE | None = Field(None, description="the most requests a minute to one provider, over all workers")
     answer_cache: CliDualFlag[bool] = Field(True, description="take an answer again that models have given before")
-    scheduler: URL | None = Field(None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own")
-    keep_days: N | None = Field(None, description="remove what the history and MLflow hold of runs older than N days")
+    scheduler: typed.URL | None = Field(
+        None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own"
+    )
+    keep_days: typed.N | None = Field(
+        None, description="remove what the history and MLflow hold of runs older than N days"
+    )
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
     dry_run: CliToggleFlag[bool] = Field(
         False, description="say what would be refined, why, at what cost; write nothing"
     )
-    asset_timeout: SECONDS | None = Field(
+    asset_timeout: typed.SECONDS | None = Field(
         None, description="most seconds for an asset, and for its answers (default: 300)"
     )
-    views: VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
+    views: typed.VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
     no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
     report: CliDualFlag[bool] = Field(True, description="write the report for people, OUT/report, after the run")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
-    min_success: SHARE | None = Field(
+    min_success: typed.SHARE | None = Field(
         None, description="gate: least share of the run's assets that must pass, unchanged ones included, as 0.95"
     )
-    max_new_failures: COUNT | None = Field(
+    max_new_failures: typed.COUNT | None = Field(
         None, description="gate: most assets that may fail and did not before; on a first run every failure is new"
     )
-    gate: GATE = Field(
+    gate: typed.GATE = Field(
         Gate.ERROR, description=f"{', '.join(Gate)}: a run that misses a gate says so, and with error exits with 3"
     )
-    hook: Annotated[SHELL | None, AfterValidator(nothing)] = Field(
+    hook: Annotated[typed.SHELL | None, AfterValidator(typed.nothing)] = Field(
         None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
     )
 
     @model_validator(mode="after")
     def _one_redo(self) -> Self:
-        exclusive(self, "force", "retry_failed")
-        exclusive(self, "no_views", "views")
+        typed.exclusive(self, "force", "retry_failed")
+        typed.exclusive(self, "no_views", "views")
         return self
 
 
@@ -195,7 +174,7 @@ class NightlyOptions(RefineOptions):
         False,
         description="one night at once: by the nightly that serves OUT, or here where none does; exits as refine does",
     )
-    cron: CRON | None = Field(
+    cron: typed.CRON | None = Field(
         None, description="another schedule, 'minute hour day month weekday', in the time zone of catalog.yaml"
     )
 
@@ -203,9 +182,9 @@ class NightlyOptions(RefineOptions):
 class FailuresOptions(CatalogOptions):
     """Count the failures in a refined dataset."""
 
-    by: GROUP = Field(Grouping.FAILURE_MODE, description=f"what to count by: {', '.join(Grouping)}")
-    since: DAY | None = Field(None, description="failures of all runs since then, as 2026-11-01 (UTC)")
-    compare: CliVariadicArg[Words[RUN | None]] = Field(
+    by: typed.GROUP = Field(Grouping.FAILURE_MODE, description=f"what to count by: {', '.join(Grouping)}")
+    since: typed.DAY | None = Field(None, description="failures of all runs since then, as 2026-11-01 (UTC)")
+    compare: CliVariadicArg[typed.Words[typed.RUN | None]] = Field(
         None, description="what broke and what got mended between two runs: ids or their beginnings, latest, previous"
     )
     reviewed: CliToggleFlag[bool] = Field(
@@ -214,9 +193,9 @@ class FailuresOptions(CatalogOptions):
 
     @model_validator(mode="after")
     def _one_period(self) -> Self:
-        exclusive(self, "since", "compare")
+        typed.exclusive(self, "since", "compare")
         for other in ("by", "since", "compare"):
-            exclusive(self, other, "reviewed")
+            typed.exclusive(self, other, "reviewed")
         return self
 
 
@@ -237,7 +216,7 @@ class ShowOptions(CatalogOptions):
 class ViewsOptions(CatalogOptions, FileOptions):
     """Write the pictures that a run with --views later left out."""
 
-    workers: N | None = Field(None, description="assets drawn at once (default: all cores)")
+    workers: typed.N | None = Field(None, description="assets drawn at once (default: all cores)")
 
 
 class RecordOptions(CatalogOptions):
@@ -246,34 +225,33 @@ class RecordOptions(CatalogOptions):
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
 
 
-class AskOptions(FileOptions):
+class AskOptions(FileOptions, Chosen):
     """Write the questions of a run as files, for a person or another program to answer; again, what follows from it."""
 
     data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
-    subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
-    limit: N | None = Field(None, description="only the first N of them")
-    method: METHOD = Field(Method.ASSET2SIM, description="whose questions")
-    workers: N | None = Field(None, description="assets at work at once (default: all cores)")
+    method: typed.METHOD = Field(Method.ASSET2SIM, description="whose questions")
+    workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
 
 
 class CheckOptions(FileOptions):
     """Check URDF folders as they are: refined, edited by hand, or of somebody else. Exits with 1 if one fails."""
 
-    folders: CliPositionalArg[FOLDERS] = Field(description="assets' folders or files, or folders of those")
-    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+    folders: CliPositionalArg[typed.FOLDERS] = Field(description="assets' folders or files, or folders of those")
+    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
         None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
     )
     interaction: CliDualFlag[bool] = Field(
         True, description="drops, nudges, sweeps and resets beside the paper's tests"
     )
-    support: SUPPORT | None = Field(
+    support: typed.SUPPORT | None = Field(
         None, description=f"{', '.join(SupportKind)}: what carries them (default: their overlay.json, else found)"
     )
-    up: AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)")
+    up: typed.AXIS | None = Field(
+        None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)"
+    )
     json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
-    workers: N | None = Field(None, description="assets checked at once (default: all cores)")
+    workers: typed.N | None = Field(None, description="assets checked at once (default: all cores)")
 
 
 class Command(Options):

@@ -7,24 +7,8 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 
+from asset2sim.runs import option_types as typed
 from asset2sim.runs.option_groups import FileOptions
-from asset2sim.runs.option_types import (
-    ACTIONS,
-    CAMERA,
-    COUNT,
-    FILE,
-    FOLDER,
-    FOLDERS,
-    GRIPPER,
-    IDS,
-    METHODS,
-    MINUTES,
-    NAME,
-    STEPS,
-    Chosen,
-    N,
-    methods_named,
-)
 from schemas.errors import UsageError
 from schemas.location import Location
 
@@ -32,24 +16,28 @@ from schemas.location import Location
 class LearnOptions(FileOptions):
     """Let a robot learn to use each refined object: PPO, a training for each object, method and seed."""
 
-    outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
-    out: FOLDER = Field(description="the folder for policies, tables and films; trainings in it go on")
-    tasks: Chosen[IDS] = Field((), description="paper9, or names of tasks, as 'laptop fold' (default: every object's)")
-    methods: Annotated[Chosen[IDS], AfterValidator(methods_named)] = Field(
+    outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
+    out: typed.FOLDER = Field(description="the folder for policies, tables and films; trainings in it go on")
+    tasks: typed.Chosen[typed.IDS] = Field(
+        (), description="paper9, or names of tasks, as 'laptop fold' (default: every object's)"
+    )
+    methods: Annotated[typed.Chosen[typed.IDS], AfterValidator(typed.methods_named)] = Field(
         (), description="only objects of these methods; ours is asset2sim (default: all)"
     )
-    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
-    budget: STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
-    minutes: MINUTES = Field(30.0, description="the most minutes of a training")
-    seeds: N = Field(3, description="trainings of each object, with the seeds 0, 1, …")
-    warp: N | None = Field(
+    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    budget: typed.STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
+    minutes: typed.MINUTES = Field(30.0, description="the most minutes of a training")
+    seeds: typed.N = Field(3, description="trainings of each object, with the seeds 0, 1, …")
+    warp: typed.N | None = Field(
         None, description="train in so many worlds of MuJoCo Warp at once, on a GPU where there is one (extra warp)"
     )
-    workers: N | None = Field(None, description="trainings at once, each one thread (default: all cores)")
+    workers: typed.N | None = Field(None, description="trainings at once, each one thread (default: all cores)")
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of a rollout of each")
     force: CliToggleFlag[bool] = Field(False, description="begin anew, also what has ended")
-    page: FILE | None = Field(None, description="write the table between this file's markers too, curves beside it")
-    published: FOLDER | None = Field(None, description="the paper's tables, for a column beside ours")
+    page: typed.FILE | None = Field(
+        None, description="write the table between this file's markers too, curves beside it"
+    )
+    published: typed.FOLDER | None = Field(None, description="the paper's tables, for a column beside ours")
 
 
 def local_folders(outs: Sequence[Location]) -> tuple[Path, ...]:
@@ -63,12 +51,14 @@ def local_folders(outs: Sequence[Location]) -> tuple[Path, ...]:
 class RecordMotionOptions(FileOptions):
     """Let a scripted arm do a task with each refined object, film it, and judge the recording."""
 
-    outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
-    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
-    gripper: GRIPPER = Field("panda", description="panda, the arm's own, or robotiq: a 2F-85, from robosuite's package")
+    outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
+    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    gripper: typed.GRIPPER = Field(
+        "panda", description="panda, the arm's own, or robotiq: a 2F-85, from robosuite's package"
+    )
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of each trial")
-    workers: N | None = Field(None, description="trials at once (default: all cores)")
-    page: FILE | None = Field(None, description="write the tables between this file's markers too")
+    workers: typed.N | None = Field(None, description="trials at once (default: all cores)")
+    page: typed.FILE | None = Field(None, description="write the tables between this file's markers too")
 
     def folders(self) -> tuple[Path, ...]:
         """The output folders. Raises UsageError for a URL: recordings are written beside the objects."""
@@ -78,27 +68,29 @@ class RecordMotionOptions(FileOptions):
 class ProbeOptions(FileOptions):
     """Let a policy behind a socket do the paper's tasks with each refined object, in the DROID scene, and compare."""
 
-    outs: CliPositionalArg[FOLDERS] = Field(description="output folders of runs, or that of a comparison")
-    policy: NAME = Field(
+    outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
+    policy: typed.NAME = Field(
         description="openpi://HOST:PORT, gr00t://HOST:PORT, or a probe of ours: scripted, noisy, cloned"
     )
-    name: NAME | None = Field(
+    name: typed.NAME | None = Field(
         None, description="the name of a server's policy, as pi0.5-DROID (default: its address); SRCC goes by it"
     )
-    actions: ACTIONS = Field(
+    actions: typed.ACTIONS = Field(
         "joint_velocity", description="what openpi's actions are: joint_velocity or joint_position"
     )
-    camera: CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
-    network: FILE | None = Field(None, description="of cloned: the file that make clone has written")
-    tasks: Chosen[IDS] = Field(("paper11",), description="paper11, or names as 'box close', separated by commas")
-    trials: N = Field(5, description="trials of each task with each object")
-    seed: COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
-    methods: Chosen[METHODS] = Field((), description="only these methods, separated by commas")
-    assets: Chosen[IDS] = Field((), description="only these assets, separated by commas")
+    camera: typed.CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
+    network: typed.FILE | None = Field(None, description="of cloned: the file that make clone has written")
+    tasks: typed.Chosen[typed.IDS] = Field(
+        ("paper11",), description="paper11, or names as 'box close', separated by commas"
+    )
+    trials: typed.N = Field(5, description="trials of each task with each object")
+    seed: typed.COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
+    methods: typed.Chosen[typed.METHODS] = Field((), description="only these methods, separated by commas")
+    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
-    published: FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
-    page: FILE | None = Field(None, description="write the tables between this file's markers too")
-    workers: N | None = Field(None, description="trials at once (default: all cores)")
+    published: typed.FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
+    page: typed.FILE | None = Field(None, description="write the tables between this file's markers too")
+    workers: typed.N | None = Field(None, description="trials at once (default: all cores)")
 
     def folders(self) -> tuple[Path, ...]:
         """The output folders. Raises UsageError for a URL: films are kept beside the objects."""
