@@ -14,6 +14,7 @@ from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
+from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
@@ -60,13 +61,13 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
             return DONE
-        case asked.ViewOptions():
+        case ViewOptions():
             from flows.serve_pages import serve_viewer
 
             settings = settings_for_run(options.settings, {})
             serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
             return DONE
-        case asked.ReportOptions():
+        case ReportOptions():
             from flows.show import print_site
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
@@ -107,7 +108,7 @@ def _print(options: Options) -> int:
         case asked.CheckOptions():
             settings = settings_for_run(options.settings, stated_settings(options))
             return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
-        case asked.PagesOptions():
+        case PagesOptions():
             from flows.serve_pages import serve_pages
 
             ports = options.report_port, options.prefect_port, options.mlflow_port
@@ -131,7 +132,7 @@ def check(request: RefineRequest) -> RefineRequest:
 
 def _run_refine(request: RefineRequest, refine: Refine) -> int:
     """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
-    from asset2sim.runs.alert import alert, exit_code
+    from asset2sim.runs.result import alert, exit_code
 
     request = check(request)
     if request.dry_run:
@@ -157,7 +158,7 @@ def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
     except UsageError:
         raise
     except Exception as error:
-        from asset2sim.runs.alert import alert_error
+        from asset2sim.runs.result import alert_error
 
         warning = alert_error(request.out, request.settings.run, error)
         if warning is not None:
@@ -193,8 +194,8 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.experiments.isolation.children import warm_up
-    from asset2sim.models.gateway.lite import load_litellm
-    from asset2sim.storage.cache import working_folder
+    from asset2sim.models.gateway.environment import load_litellm
+    from asset2sim.storage.objects import working_folder
     from flows.server.server import temporary_server
 
     first = find_catalog(working_folder(request.out)) is None
@@ -218,7 +219,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
 
 def serve(request: RefineRequest) -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
-    from flows.programs import run_together
+    from flows.serve_pages import run_programs
     from flows.server.night_secrets import remove_old_secrets, secrets_kept
     from flows.server.server import temporary_server
     from flows.server.serving import STOP_LIMIT_S, serving
@@ -232,7 +233,7 @@ def serve(request: RefineRequest) -> int:
                 server = [address] if address else []
                 # Any user of the machine may read a command line.
                 program = [sys.executable, "-m", "flows.serve_nightly", safe.model_dump_json(), *server]
-                run_together({"nightly": program}, STOP_LIMIT_S)
+                run_programs({"nightly": program}, STOP_LIMIT_S, together=True)
         finally:
             remove_old_secrets(request.out)
     return DONE
@@ -255,7 +256,7 @@ def _night_now(request: RefineRequest) -> int:
     with temporary_server() as address:
         from asset2sim.catalog.switch import find_catalog
         from asset2sim.experiments.isolation.children import warm_up
-        from asset2sim.storage.cache import working_folder
+        from asset2sim.storage.objects import working_folder
 
         if find_catalog(working_folder(request.out)) is None:
             warm_up(PIPELINE)

@@ -6,10 +6,9 @@ from asset2sim.catalog.text import number, output, titled_table
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.forecast import Forecast, ForecastCost, forecast
 from asset2sim.runs.remote.output import view_output
-from asset2sim.runs.request import RefineRequest
-from asset2sim.runs.workers import bounded_by_memory
+from asset2sim.runs.request import RefineRequest, bounded_by_memory
 from asset2sim.runs.yardsticks import with_yardsticks
-from asset2sim.storage.cache import working_folder
+from asset2sim.storage.objects import working_folder
 from flows import PIPELINE
 from schemas.model_names import described
 from schemas.settings import Settings

@@ -12,9 +12,9 @@ from asset2sim.catalog.run import finish_run, remove_run_marker, selection_of, s
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.runs.plan.hand_changes import changes_text
 from asset2sim.runs.remote.output import open_output, send_rest
+from asset2sim.runs.request import bounded_by_memory
 from asset2sim.runs.result import INTERRUPTED, RunResult
-from asset2sim.runs.workers import bounded_by_memory
-from asset2sim.storage.cache import working_folder
+from asset2sim.storage.objects import working_folder
 from flows import PIPELINE
 from flows.night_text import complain
 from flows.steps import (

@@ -13,7 +13,7 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.run_page import run_page
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.refine_all import RunRecords
-from flows.server.deployment import count_skipped_runs
+from flows.server.client import count_skipped_runs
 from schemas.location import Location
 from schemas.summary import AssetSummary
 

@@ -24,8 +24,7 @@ from asset2sim.runs.request import RefineRequest
 from flows.night_text import complain, print_served
 from flows.nightly import code_of_state, nightly, run_crash_hook
 from flows.schedule import chosen_schedule
-from flows.server.client import use_server
-from flows.server.deployment import (
+from flows.server.client import (
     CRASHED_NIGHT_MESSAGE,
     ONE_AT_A_TIME,
     clear_stale_runs,
@@ -33,6 +32,7 @@ from flows.server.deployment import (
     never_began,
     next_run,
     run_and_wait,
+    use_server,
 )
 from flows.server.night_secrets import secrets_kept
 from flows.server.serving import FLOW, STOP_LIMIT_S, deployment_name

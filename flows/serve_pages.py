@@ -1,7 +1,11 @@
-"""The pages that are served until their user has seen enough: the viewer's, the report, Prefect's and MLflow's."""
+"""Pages of the viewer, the report, Prefect and MLflow, served until interrupted; the programs that serve them."""
 
+import os
+import signal
 import socket
+import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations
 from pathlib import Path
@@ -10,7 +14,7 @@ from rich.text import Text
 
 from asset2sim.catalog.text import output
 from asset2sim.storage.objects import open_store
-from schemas.errors import UsageError
+from schemas.errors import Asset2SimError, UsageError
 from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Engine
@@ -35,7 +39,6 @@ def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_por
     """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or
     SIGTERM. Raises UsageError for a port that is in use or twice the same, and for a URL of no store."""
     from asset2sim.experiments.interrupt import sigterm_as_interrupt
-    from flows.programs import run_side_by_side
 
     if (place := Location(out)).is_url:
         open_store(place)
@@ -53,7 +56,7 @@ def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_por
     if not reported:
         console.print(f"report: none in {report_folder(out)}; asset2sim report --out {out} writes it", soft_wrap=True)
     with suppress(KeyboardInterrupt), sigterm_as_interrupt():
-        run_side_by_side(commands(out, prefect_port, mlflow_port, report_port))
+        run_programs(commands(out, prefect_port, mlflow_port, report_port), together=False)
 
 
 def _check_port(name: str, port: int) -> None:
@@ -69,7 +72,7 @@ def _check_port(name: str, port: int) -> None:
 def report_folder(out: Path | str) -> Path:
     """The folder of this machine in which the report of ``out`` lies, where there is one."""
     from asset2sim.report.page_files import FOLDER
-    from asset2sim.storage.cache import working_folder
+    from asset2sim.storage.objects import working_folder
 
     return working_folder(out) / FOLDER
 
@@ -80,7 +83,7 @@ def commands(
     """Name → command line of each server; all listen on 127.0.0.1 only. MLflow shows the runs of this machine; the
     report is served where there is one."""
     from asset2sim.catalog.mlflow_store import tracking_uri
-    from asset2sim.storage.cache import working_folder
+    from asset2sim.storage.objects import working_folder
 
     programs, folder = Path(sys.executable).parent, report_folder(out)
     served = [sys.executable, "-m", "http.server", "--bind", "127.0.0.1", "--directory", str(folder), str(report_port)]
@@ -91,3 +94,52 @@ def commands(
             *("--host", "127.0.0.1", "--port", str(mlflow_port)),
         ],
     } | ({"report": served} if folder.is_dir() else {})
+
+
+STOP_LIMIT_S = 10.0
+"""Time that a program gets to end by itself, s."""
+
+
+class ProgramError(Asset2SimError):
+    """A program ended by itself."""
+
+
+def run_programs(commands: Mapping[str, Sequence[str]], stop_limit_s: float = STOP_LIMIT_S, *, together: bool) -> None:
+    """Run programs, name → command line, until interrupted. Raises ``ProgramError`` when one has ended by itself, or,
+    where they do not run ``together``, the last one: of each before it, a line on standard error. Neither they nor what
+    they start survives this call: they are asked to end, and killed after ``stop_limit_s`` s."""
+    # Sessions of their own: a program may start others, and Ctrl-C must reach none of them twice.
+    running = {name: subprocess.Popen(command, start_new_session=True) for name, command in commands.items()}
+    left = dict(running)
+    try:
+        while left:
+            for name, process in list(left.items()):
+                with suppress(subprocess.TimeoutExpired):
+                    code = process.wait(timeout=0.5)
+                    del left[name]
+                    said = f"{name} ended with exit code {code}; what it said is above"
+                    if together:
+                        raise ProgramError(said)
+                    on = f"; {', '.join(left)} goes on" if left else ""
+                    sys.stderr.write(f"asset2sim: {said}{on}\n")
+                    sys.stderr.flush()
+    finally:
+        _stop(list(running.values()), stop_limit_s)
+    raise ProgramError("nothing is served any more")
+
+
+def _stop(processes: Sequence[subprocess.Popen[bytes]], limit_s: float) -> None:
+    for process in processes:
+        _signal(process, signal.SIGTERM)
+    for process in processes:
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(timeout=limit_s)
+    # The whole group once more: a program may end before what it started.
+    for process in processes:
+        _signal(process, signal.SIGKILL)
+        process.wait()
+
+
+def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, number)

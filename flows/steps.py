@@ -17,13 +17,12 @@ from asset2sim.catalog.mlflow_store import prepare_mlflow
 from asset2sim.catalog.parts import Parts
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_parts
-from asset2sim.runs import alert as alerts
+from asset2sim.runs import result
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
-from asset2sim.runs.plan.set_aside import set_aside
+from asset2sim.runs.plan.set_aside import set_aside, set_aside_stored
 from asset2sim.runs.put_together import put_together
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
-from asset2sim.runs.remote.set_aside_stored import set_aside_stored
 from asset2sim.runs.spread.refine_all import RunRecords, refine_and_keep
 from asset2sim.runs.yardsticks import with_yardsticks
 from flows.run_report import publish_report
@@ -48,7 +47,7 @@ find_yardsticks = step("find-yardsticks")(with_yardsticks)
 find_previous = step("find-previous")(read_previous)
 assemble = step("put-together")(put_together)
 report = step("report")(publish_report)
-alert = step("alert")(alerts.alert)
+alert = step("alert")(result.alert)
 
 
 @step("discover")

@@ -59,7 +59,7 @@ class RunSettings(Frozen):
     gate: Gate = Gate.ERROR
     """Action of a run that misses a gate: an exit code of its own, or a warning."""
     hook: Secret | None = None
-    """A shell command to run after the run, with the run's figures in its environment; see ``asset2sim.runs.alert``."""
+    """A shell command to run after the run, with the run's figures in its environment."""
     hook_time_limit_s: Positive = 60.0
     """Wall time of the hook, s: enough for a slow mail server, and a run is not held up by one that never answers."""
     report: bool = True

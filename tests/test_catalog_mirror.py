@@ -137,7 +137,7 @@ def test_a_package_that_is_missing_is_named() -> None:
 
 
 def test_copies_are_those_of_this_user(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from asset2sim.storage.cache import cache_root, reading_folder, working_folder
+    from asset2sim.storage.objects import cache_root, reading_folder, working_folder
 
     monkeypatch.delenv("ASSET2SIM_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -9,9 +9,8 @@ import pytest
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
-from asset2sim.runs.alert import exit_code
 from asset2sim.runs.request import RefineRequest
-from asset2sim.runs.result import INTERRUPTED, RunResult
+from asset2sim.runs.result import INTERRUPTED, RunResult, exit_code
 from flows.command import run_command
 from schemas.errors import Asset2SimError
 from schemas.settings import Settings

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from flows.command import main
-from flows.programs import ProgramError, run_together
-from flows.serve_pages import commands
+from flows.serve_pages import ProgramError, commands, run_programs
 from tests.assets import ROOT
 from tests.processes import alive, wait_until
 
@@ -32,8 +31,9 @@ def test_when_one_program_ends_the_others_do_with_all_that_they_started(tmp_path
     quitter = (
         f"import pathlib, sys, time\nwhile not pathlib.Path({str(pid_file)!r}).exists(): time.sleep(0.05)\nsys.exit(7)"
     )
+    programs = {"sleeper": [sys.executable, "-c", sleeper], "quitter": [sys.executable, "-c", quitter]}
     with pytest.raises(ProgramError, match="quitter ended with exit code 7"):
-        run_together({"sleeper": [sys.executable, "-c", sleeper], "quitter": [sys.executable, "-c", quitter]})
+        run_programs(programs, together=True)
     grandchild = int(pid_file.read_text(encoding="ascii"))
     end = time.monotonic() + 10.0
     while not gone(grandchild) and time.monotonic() < end:
@@ -54,8 +54,8 @@ UI = """
 import sys
 import flows.serve_pages
 from flows.command import main
-import flows.programs
-flows.programs.STOP_LIMIT_S = 2.0
+import flows.serve_pages
+flows.serve_pages.STOP_LIMIT_S = 2.0
 flows.serve_pages.commands = lambda *_: {
     "Prefect": [sys.executable, "-c", "import sys; sys.exit(5)"],
     "MLflow": [sys.executable, "-c", "import subprocess; subprocess.run(['sleep', '600'])"],

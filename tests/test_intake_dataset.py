@@ -233,7 +233,7 @@ def test_a_run_lists_its_dataset_once(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr("flows.refine_dataset.refine_dataset", flow)
     monkeypatch.setattr("flows.server.server.temporary_server", nullcontext)
     monkeypatch.setattr("asset2sim.experiments.isolation.children.warm_up", lambda pipeline: None)
-    monkeypatch.setattr("asset2sim.models.gateway.lite.load_litellm", lambda: None)
+    monkeypatch.setattr("asset2sim.models.gateway.environment.load_litellm", lambda: None)
     assert command.main(["refine", str(data), "--out", str(tmp_path / "out")]) == MISTAKE
     assert listed == [data.resolve()]
 

@@ -10,7 +10,7 @@ from prefect.client.schemas.objects import ConcurrencyLimitStrategy
 from prefect.flows import Flow, load_flow_from_entrypoint
 
 from flows.schedule import nightly_schedule
-from flows.server.deployment import ONE_AT_A_TIME
+from flows.server.client import ONE_AT_A_TIME
 from schemas.settings import Settings
 from tests.assets import ROOT
 

@@ -7,9 +7,8 @@ from asset2sim.runs.asset_attempt import FirstAttempt, with_first_attempt, witho
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import KeptRecord, call_writer, keep_record, kept_records, paid_calls, read_record
 from asset2sim.runs.spread.harvest import Harvest, finish_without_retry, second_attempt_jobs, take
-from asset2sim.runs.spread.job import Job, JobResult, jobs_of, last_seconds
+from asset2sim.runs.spread.job import Job, JobResult, LostJob, jobs_of, last_seconds
 from asset2sim.runs.spread.refine_all import refine_all
-from asset2sim.runs.spread.spread import LostJob
 from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import RunSettings, Settings

@@ -8,10 +8,15 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.check_request import check_packages
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.options import parse
-from asset2sim.runs.request import parse_request, settings_for_run, stated_settings
+from asset2sim.runs.request import (
+    bounded_by_memory,
+    machine_memory_mb,
+    parse_request,
+    settings_for_run,
+    stated_settings,
+)
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import ask_settings
-from asset2sim.runs.workers import bounded_by_memory, machine_memory_mb
 from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings

@@ -20,8 +20,8 @@ from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.spread import worker
 from asset2sim.storage import listing
-from asset2sim.storage.cache import working_folder
 from asset2sim.storage.lock import LostLockError
+from asset2sim.storage.objects import working_folder
 from flows.dry_run import print_dry_run
 from schemas.asset import AssetRef
 from schemas.errors import UsageError

@@ -16,7 +16,7 @@ from asset2sim.runs.remote.output import open_output
 from asset2sim.runs.remote.transfer import fetched, run_with_local_files, with_local_packages
 from asset2sim.runs.request import RefineRequest
 from asset2sim.storage import listing
-from asset2sim.storage.cache import data_root, working_folder
+from asset2sim.storage.objects import data_root, working_folder
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings

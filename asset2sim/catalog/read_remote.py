@@ -10,10 +10,9 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, history_files
 from asset2sim.catalog.stored_tables import recorded_run_ids
 from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
-from asset2sim.storage.cache import reading_folder
 from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull
-from asset2sim.storage.objects import StoreError, store_usage_error
+from asset2sim.storage.objects import StoreError, reading_folder, store_usage_error
 from schemas.location import Location
 from schemas.tables import REVIEWS, TABLES
 

@@ -16,7 +16,7 @@ from asset2sim.catalog.own_files import RECORDED_AT, OwnFile, latest_own
 from asset2sim.experiments.cluster import open_client
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import Ending, Outcome, accept_children, stop_children
-from asset2sim.experiments.work import Work, in_child
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from schemas.errors import StudyError
 from schemas.settings import RunSettings
 from schemas.table import Row, Table

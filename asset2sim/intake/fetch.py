@@ -5,13 +5,14 @@ from pathlib import Path
 from asset2sim.assets.urdf.references import outer_references
 from asset2sim.intake.locate import split_url
 from asset2sim.intake.url_files import BUCKET, AllowedUrls, choose_urdf_name, outer_objects, visible
-from asset2sim.storage.cache import data_root, local_copy_path
 from asset2sim.storage.mirror import changed, fetch, remove_others
 from asset2sim.storage.objects import (
     Stored,
     StoreError,
+    data_root,
     key_of,
     list_objects,
+    local_copy_path,
     object_info,
     scheme_of,
     store_usage_error,

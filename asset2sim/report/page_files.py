@@ -15,7 +15,7 @@ from markupsafe import Markup
 from asset2sim.catalog.text import number
 from asset2sim.report.charts import counted
 from asset2sim.report.index_page import duration
-from asset2sim.storage.cache import cache_root
+from asset2sim.storage.objects import cache_root
 from schemas.errors import printable
 
 FOLDER = "report"

@@ -10,7 +10,7 @@ from PIL import Image
 
 from asset2sim.assets.urdf.references import AllowedFolders, outer_references
 from asset2sim.experiments.isolation import Ending
-from asset2sim.experiments.work import Work, in_child
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.intake.locate import find_source
 from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops import is_current, write_loops

@@ -25,10 +25,16 @@ from asset2sim.report.object_page import Beside, object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
 from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
-from asset2sim.storage.cache import local_copy_path, working_folder
 from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull, push
-from asset2sim.storage.objects import StoreError, list_objects, remove_objects, store_usage_error
+from asset2sim.storage.objects import (
+    StoreError,
+    list_objects,
+    local_copy_path,
+    remove_objects,
+    store_usage_error,
+    working_folder,
+)
 from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.table import ASSET_KEY

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from asset2sim.checks.known_checks import require_bounds
 from asset2sim.engines.registry import require
 from asset2sim.experiments.isolation import Ending
-from asset2sim.experiments.work import Work, in_child
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.intake.asset_folders import refuse_twice
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.overrides import with_prompt

@@ -19,13 +19,12 @@ from pathlib import Path
 from asset2sim.catalog.run import git_state, versions
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, known_engines, open_world
 from asset2sim.experiments.isolation import Ending
-from asset2sim.experiments.work import Work, in_child
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.runs.request import usable_cores
-from asset2sim.storage.cache import cache_root
-from asset2sim.storage.objects import StoreError, list_objects, remove_objects, send_objects
+from asset2sim.storage.objects import StoreError, cache_root, list_objects, remove_objects, send_objects
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import Location, nearest_existing
 from schemas.model_names import described, is_prior, is_recorded, named_models, settings_for

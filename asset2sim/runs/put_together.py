@@ -16,7 +16,7 @@ from asset2sim.assets.urdf.edit import serialised
 from asset2sim.assets.urdf.read import MOST_LINKS
 from asset2sim.assets.urdf.references import allowed_folders
 from asset2sim.experiments.isolation import Ending
-from asset2sim.experiments.work import Work, in_child
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.intake.asset_folders import safe_id
 from asset2sim.intake.origin import open_origin, parts_in
 from asset2sim.intake.scenes import asset_of

@@ -19,7 +19,7 @@ from asset2sim.models.gateway.recorded import (
     origin_of,
     read_recording,
 )
-from asset2sim.storage.cache import working_folder
+from asset2sim.storage.objects import working_folder
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.model_names import is_recorded, recorded_folder

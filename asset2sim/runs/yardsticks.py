@@ -1,12 +1,16 @@
-"""Yardsticks of a dataset's assets: experts' choices and readers' expectations, on each asset's reference."""
+"""Yardsticks of a dataset's assets: experts' choices (paper, evaluation, section 2) and readers' expectations."""
 
+import csv
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from asset2sim.checks.alignment import expectations as expected
-from asset2sim.checks.alignment import reference
 from asset2sim.intake.fetch import local_file
+from schemas.alignment import Reference
 from schemas.asset import AssetRef
+from schemas.errors import UsageError
 from schemas.location import Location
 
 
@@ -24,7 +28,7 @@ class Yardsticks:
 
 def with_yardsticks(data: Location, refs: Sequence[AssetRef]) -> Yardsticks:
     """The assets with what the dataset's files say of each. Raises UsageError for a file that is no such table."""
-    references = reference.read_references(local_file(data.below(reference.FILE)))
+    references = read_references(local_file(data.below(FILE)))
     expectations = expected.read_expectations(local_file(data.below(expected.FILE)))
     held = [
         ref.model_copy(
@@ -33,3 +37,31 @@ def with_yardsticks(data: Location, refs: Sequence[AssetRef]) -> Yardsticks:
         for ref in refs
     ]
     return Yardsticks(held, expectations)
+
+
+FILE = "reference.csv"
+COLUMNS = ("asset_id", "gensim2_task", "scale", "joint", "joint_position")
+NOT_ARTICULATING = ("_move", "_lift")
+"""Endings of tasks that carry the whole object: where there is another task, that one states the joint of interest."""
+
+
+def read_references(file: Path) -> dict[str, Reference]:
+    """Asset id → its reference; of several tasks the one that articulates the object. Empty where there is no file.
+    Raises UsageError where the file is there and cannot be read as such a table."""
+    if not file.is_file():
+        return {}
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            rows = list(csv.DictReader(stream))
+        # Tasks that articulate come last, so that they replace those that carry.
+        rows.sort(key=lambda row: not row["gensim2_task"].endswith(NOT_ARTICULATING))
+        return {row["asset_id"]: _reference(row) for row in rows}
+    except (KeyError, ValueError, AttributeError, TypeError, csv.Error) as error:
+        raise UsageError(f"{file}: not a table with the columns {', '.join(COLUMNS)} ({error!r})") from error
+
+
+def _reference(row: dict[str, str]) -> Reference:
+    found = Reference(float(row["scale"]), row["joint"], float(row["joint_position"]))
+    if not (math.isfinite(found.scale) and found.scale > 0.0 and math.isfinite(found.position)):
+        raise ValueError(f"asset {row['asset_id']}: scale {found.scale}, joint position {found.position}")
+    return found

@@ -10,13 +10,13 @@ from contextlib import closing, contextmanager
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
-from asset2sim.storage.cache import reading_folder
 from asset2sim.storage.objects import (
     Stored,
     StoreError,
     fetch_objects,
     list_objects,
     object_info,
+    reading_folder,
     remove_objects,
     send_objects,
 )

@@ -1,5 +1,6 @@
-"""Object stores through fsspec. Credentials and endpoints come from each store's own environment variables and
-configuration files (for S3 ``AWS_ENDPOINT_URL`` or ``FSSPEC_S3_ENDPOINT_URL``, among others).
+"""Object stores through fsspec, and the local folders for copies of what is in them. Credentials and endpoints come
+from each store's own environment variables and configuration files (for S3 ``AWS_ENDPOINT_URL`` or
+``FSSPEC_S3_ENDPOINT_URL``, among others).
 
 Not obstore 0.12: it would save 34 lines here and in the lock (versions, patterns in names, the race of stores without
 conditional writes) and cost about 28 (bulk transfers of one's own, credentials from configuration files through boto3),
@@ -7,6 +8,8 @@ and fsspec's other stores (SFTP, HDFS) would be lost. Not universal-pathlib 0.3:
 but takes two requests a folder where a listing takes one for a thousand objects, and tells no object's version.
 """
 
+import hashlib
+import os
 import posixpath
 import re
 from collections.abc import Iterator, Mapping
@@ -17,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from schemas.errors import Asset2SimError, UsageError
+from schemas.location import Location
 from schemas.secret import redact
 
 VERSION_KEYS = ("ETag", "etag", "md5Hash", "generation", "LastModified", "last_modified", "mtime", "created")
@@ -130,6 +134,11 @@ def stored(info: Mapping[str, Any]) -> Stored:
     return Stored(version.strip('"'), int(info.get("size") or 0))
 
 
+def digest_of(files: Mapping[str, Stored]) -> str:
+    """SHA-256 over the names, sizes and versions of a refined folder's files; 64 hex digits."""
+    return hashlib.sha256("\n".join(f"{name} {item}" for name, item in files.items()).encode()).hexdigest()
+
+
 def read_object(url: str) -> bytes:
     """An object's bytes."""
     store = open_store(url)
@@ -220,3 +229,43 @@ def _common(urls: Mapping[str, Path] | list[str]) -> str:
 def _told(error: BaseException) -> str:
     lines = str(error).strip().splitlines() or [type(error).__name__]
     return redact(lines[0])[:MAX_ERROR_CHARS]
+
+
+VARIABLE = "ASSET2SIM_CACHE"
+"""Environment variable that names another cache folder."""
+DIGITS = 16
+"""Hexadecimal digits of a URL's hash in its folder's name."""
+
+
+def cache_root() -> Path:
+    """``$ASSET2SIM_CACHE``, else ``asset2sim`` in the user's cache folder."""
+    if chosen := os.environ.get(VARIABLE):
+        return Path(chosen).expanduser().resolve()
+    return Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser().resolve() / "asset2sim"
+
+
+def working_folder(out: Path | str) -> Path:
+    """The local folder in which a run works on OUT: OUT itself, or the one that mirrors its URL."""
+    place = Location(out)
+    return _folder("out", place) if place.is_url else place.folder
+
+
+def reading_folder(out: str) -> Path:
+    """The local folder for copies of a URL's tables for read-only use; a run on this machine may be working on
+    ``working_folder``."""
+    return _folder("read", out)
+
+
+def data_root() -> Path:
+    """The local folder below which objects of datasets lie, as ``<scheme>/<bucket>/<key>``."""
+    return cache_root() / "data"
+
+
+def local_copy_path(url: str) -> Path:
+    """Path of the local copy of a dataset's URL; relative paths between objects stay the same."""
+    return data_root() / scheme_of(url) / key_of(url)
+
+
+def _folder(purpose: str, url: str) -> Path:
+    word = re.sub(r"[^A-Za-z0-9]+", "-", url.rpartition("/")[2]).strip("-").lower()[:40] or "out"
+    return cache_root() / purpose / f"{word}-{hashlib.sha256(url.encode()).hexdigest()[:DIGITS]}"

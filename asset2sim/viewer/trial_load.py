@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from asset2sim.experiments.isolation import Ending
-from asset2sim.experiments.work import Work, in_child
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.viewer.live_object import open_live_object
 from asset2sim.viewer.viewed_object import ViewedObject
 from schemas.settings import EngineSettings

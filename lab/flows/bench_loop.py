@@ -16,7 +16,7 @@ from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.request import RefineRequest, parse_request
 from asset2sim.runs.spread.worker import ask_for_asset
-from asset2sim.storage.cache import working_folder
+from asset2sim.storage.objects import working_folder
 from lab.speed.measured import LoopTimes
 from lab.speed.process import BenchError, measure
 from schemas.vocabulary import Status
@@ -41,7 +41,7 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     out = working_folder(request.out).resolve()
     found = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     import asset2sim.experiments.isolation.preload  # noqa: F401
-    from asset2sim.models.gateway.lite import load_litellm
+    from asset2sim.models.gateway.environment import load_litellm
     from tasks.pipeline import refine_asset
 
     load_litellm()

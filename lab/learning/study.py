@@ -13,8 +13,8 @@ from asset2sim.catalog.mlflow_log import experiment_of
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.experiments.study import FAILED, Done, RunWork, Study, left_to_do
-from asset2sim.experiments.work import Work
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of
 from asset2sim.gym.subject import learned_tasks, task_to_learn
 from lab.learning.lesson import Lesson

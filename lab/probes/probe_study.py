@@ -9,8 +9,8 @@ from pathlib import Path
 
 from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation import Ending as ChildEnding
+from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.experiments.study import Done, RunWork, Study, done_row, run_study
-from asset2sim.experiments.work import Work
 from lab.probes.answers import TrialEnding
 from lab.probes.observation import Policy
 from lab.probes.policies import PolicySpec

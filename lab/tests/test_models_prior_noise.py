@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
-from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.environment import load_litellm
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prior.answer import answer
 from asset2sim.models.prior.provider import next_answer

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.catalog.read import latest_rows
+from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.experiments.study import Done, RunWork, Study, done_row
-from asset2sim.experiments.work import Work
 from asset2sim.gym.arm.tasks import Task, tasks_of
 from lab.schemas.tables_trials import TRIALS
 from lab.schemas.trial_settings import TrialSettings

@@ -2,8 +2,10 @@
 
 import pickle
 import signal
+import tempfile
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from multiprocessing import connection
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
@@ -21,6 +23,7 @@ from asset2sim.experiments.isolation.pipe_messages import (
     Raised,
     Returned,
 )
+from schemas.settings import RunSettings
 
 REAP_WAIT_S = 5.0
 """Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
@@ -135,3 +138,26 @@ def _cause_of_death(exit_code: int | None, memory_limit_mb: int) -> str:
         "SIGABRT": f"; a library gave up, perhaps over the memory limit of {memory_limit_mb} MB",
     }.get(name, "")
     return f"the process in which the asset ran was killed by {name}{hint}"
+
+
+@dataclass(frozen=True)
+class Work:
+    """A function, or its name ``module:function``, its arguments, and the most that calling it may take. ``services``
+    and ``fresh``: see ``run_isolated``."""
+
+    function: Callable[..., object] | str
+    args: tuple[object, ...]
+    time_limit_s: float
+    memory_limit_mb: int = RunSettings().asset_memory_limit_mb
+    services: Mapping[str, Callable[..., object]] = field(default_factory=dict)
+    fresh: bool = False
+
+
+def in_child(work: Work, owner: str = "", log_path: Path | None = None) -> Outcome:
+    """How the work ended. What it prints goes to ``log_path``; without one it is dropped. ``stop_children(owner)`` ends
+    it."""
+    with tempfile.TemporaryDirectory(prefix="asset2sim-work-") as place:
+        return run_isolated(
+            work.function, work.args, time_limit_s=work.time_limit_s, memory_limit_mb=work.memory_limit_mb,
+            services=work.services, log_path=log_path or Path(place, "work.log"), owner=owner, fresh=work.fresh,
+        )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Any
 
 from asset2sim.models.gateway import provider_errors
 from asset2sim.models.gateway.chat_messages import has_images
-from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.environment import load_litellm
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
 from schemas.settings import ModelSettings

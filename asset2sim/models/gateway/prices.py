@@ -4,7 +4,7 @@ import functools
 from dataclasses import dataclass
 from typing import Any
 
-from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.environment import load_litellm
 from asset2sim.models.gateway.secrets import runs_without_key
 from schemas.model_names import is_local, is_prior
 from schemas.request import ModelRequest

@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
-from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.environment import load_litellm
 from schemas.model_names import is_local
 from schemas.settings import ModelSettings
 

@@ -1,5 +1,5 @@
 """The ``prior`` provider of LiteLLM: answers of the models of this process, without key or network. Imports LiteLLM, so
-it is itself imported late, by ``asset2sim.models.gateway.lite``."""
+it is itself imported late, by ``asset2sim.models.gateway.environment``."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence

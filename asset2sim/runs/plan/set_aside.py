@@ -6,6 +6,7 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 
+from asset2sim.storage.objects import copy_objects, digest_of, list_objects, remove_objects
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage, Status
@@ -57,3 +58,22 @@ def with_finding(record: AssetRecord) -> AssetRecord:
     message = f"asset {asset_id}: this run failed, and what an earlier one refined is in {FOLDER}/{asset_id} now"
     finding = Finding(stage=Stage.PUBLISH, severity=Severity.INFO, code=CODE, message=message)
     return record.model_copy(update={"findings": (*record.findings, finding)})
+
+
+def set_aside_stored(url: str, record: AssetRecord, before: Stamp | str | None) -> AssetRecord:
+    """``set_aside`` behind a URL: move the refined folder of a failed asset that is as it was ``before`` the run (its
+    digest) out of ``assets``, and remove what was set aside of an asset that passes and had none. Returns the record,
+    with a finding where the folder was moved. Raises StoreError."""
+    asset_id = record.ref.asset_id
+    folder, place = f"{url}/assets/{asset_id}", f"{url}/{FOLDER}/{asset_id}"
+    if record.status is Status.OK:
+        if before is None:
+            remove_objects([f"{place}/{name}" for name in list_objects(place)])
+        return record
+    files = list_objects(folder) if before is not None else {}
+    if not files or digest_of(files) != before:
+        return record
+    remove_objects([f"{place}/{name}" for name in list_objects(place)])
+    copy_objects({f"{folder}/{name}": f"{place}/{name}" for name in files})
+    remove_objects([f"{folder}/{name}" for name in files])
+    return with_finding(record)

@@ -16,10 +16,9 @@ for the end of it (``catalog.read_remote``). A run that is killed there leaves i
 from the records and finishes.
 """
 
-import hashlib
 import shutil
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
@@ -32,17 +31,19 @@ from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
 from asset2sim.runs.plan.plan import Plan
 from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
 from asset2sim.runs.plan.state import FILE as STATE
-from asset2sim.storage.cache import reading_folder, working_folder
 from asset2sim.storage.lock import lock_output, lock_url
 from asset2sim.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
 from asset2sim.storage.objects import (
     Stored,
     StoreError,
+    digest_of,
     list_objects,
     object_info,
+    reading_folder,
     remove_objects,
     send_objects,
     store_usage_error,
+    working_folder,
 )
 from schemas.location import Location
 from schemas.tables import REVIEWS
@@ -125,11 +126,6 @@ def stored_ids(url: str, *, views: bool) -> dict[str, str]:
         for asset_id, files in folders.items()
         if not views or any(name.startswith("views/") for name in files)
     }
-
-
-def digest_of(files: Mapping[str, Stored]) -> str:
-    """SHA-256 over the names, sizes and versions of a refined folder's files; 64 hex digits."""
-    return hashlib.sha256("\n".join(f"{name} {item}" for name, item in files.items()).encode()).hexdigest()
 
 
 def send_plan(output: Output, plan: Plan) -> None:

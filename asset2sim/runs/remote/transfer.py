@@ -9,9 +9,16 @@ from asset2sim.intake.locate import split_url
 from asset2sim.intake.url_files import allowed_urls
 from asset2sim.models.gateway.refused_answers import answers_file
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
-from asset2sim.storage.cache import data_root, local_copy_path, working_folder
 from asset2sim.storage.mirror import remove_tree, send_folder
-from asset2sim.storage.objects import StoreError, remove_objects, scheme_of, send_objects
+from asset2sim.storage.objects import (
+    StoreError,
+    data_root,
+    local_copy_path,
+    remove_objects,
+    scheme_of,
+    send_objects,
+    working_folder,
+)
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import is_disk_full
 from schemas.location import Location

@@ -12,8 +12,7 @@ from asset2sim.runs.plan import records
 from asset2sim.runs.plan.records import KeptRecord
 from asset2sim.runs.plan.timeouts import with_left_alone
 from asset2sim.runs.remote.output import fetch_record
-from asset2sim.runs.spread.job import Job, JobResult
-from asset2sim.runs.spread.spread import LostJob
+from asset2sim.runs.spread.job import Job, JobResult, LostJob
 from asset2sim.storage.objects import StoreError
 from schemas.asset import AssetRecord
 from schemas.settings import Settings

@@ -17,7 +17,7 @@ from asset2sim.experiments.existing_cluster import RETURN_LIMIT_S
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.experiments.isolation.children import warm_up
-from asset2sim.models.gateway.lite import load_litellm
+from asset2sim.models.gateway.environment import load_litellm
 from asset2sim.runs.plan.plan import LeftRecords, Plan
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record
 from asset2sim.runs.result import INTERRUPTED
@@ -31,9 +31,17 @@ from asset2sim.runs.spread.harvest import (
     second_attempt_jobs,
     take,
 )
-from asset2sim.runs.spread.job import Job, jobs_of, last_seconds
+from asset2sim.runs.spread.job import (
+    IN_FLIGHT_PER_THREAD,
+    InFlight,
+    Job,
+    LostClusterError,
+    RefineJob,
+    jobs_of,
+    last_seconds,
+    spread,
+)
 from asset2sim.runs.spread.progress import progress
-from asset2sim.runs.spread.spread import IN_FLIGHT_PER_THREAD, InFlight, LostClusterError, RefineJob, spread
 from asset2sim.runs.spread.worker import BEGUN, refine_on_worker
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UsageError

@@ -23,8 +23,7 @@ from asset2sim.runs.plan.records import (
 from asset2sim.runs.remote.output import send_record
 from asset2sim.runs.remote.transfer import run_with_local_files, with_local_packages
 from asset2sim.runs.spread.job import Job, JobResult
-from asset2sim.storage.cache import working_folder
-from asset2sim.storage.objects import StoreError
+from asset2sim.storage.objects import StoreError, working_folder
 from schemas.asset import AssetRef
 from schemas.location import Location
 from schemas.request import ModelAnswer, ModelCall, ModelRequest

@@ -15,8 +15,17 @@ from asset2sim.catalog.mlflow_log import run_params
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.summarize import summarize_all
-from asset2sim.runs.alert import MAX_VALUE, alert, alert_error, exit_code, hook_environment, hook_values, run_hook
-from asset2sim.runs.result import INTERRUPTED, RunResult
+from asset2sim.runs.result import (
+    INTERRUPTED,
+    MAX_VALUE,
+    RunResult,
+    alert,
+    alert_error,
+    exit_code,
+    hook_environment,
+    hook_values,
+    run_hook,
+)
 from flows.nightly import code_of_state, state_of
 from schemas.asset import Unchanged
 from schemas.errors import Asset2SimError, UsageError
