@@ -15,7 +15,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import DASHED, DeclaredMethod, ProposalJob, Proposed
 from asset2sim.baselines.ours import by_rules
 from asset2sim.models.lenient_json import parse_json
-from asset2sim.models.prompts import data_block
+from asset2sim.models.prompts import SYNTHESIS, data_block
 from schemas.errors import InvalidAnswerError
 from schemas.features import Features
 from schemas.request import ModelAnswer, ModelAsk, ModelRequest, Turn
@@ -32,6 +32,8 @@ PLAIN = (
 )
 """Fields whose value is our vocabulary: left unchanged even where a part of the asset has the same name."""
 GUIDANCE = "user_guidance"
+PURPOSE = "no_semantics"
+"""Purpose of a synthesis without semantics."""
 ANYTHING = "part"
 """Replacement for a label or category inside a sentence."""
 
@@ -89,9 +91,12 @@ def any_of(words: Iterable[str], flags: int = 0) -> re.Pattern[str]:
 
 
 def anonymized_request(request: ModelRequest, alias_map: NameAliases) -> ModelRequest:
-    """The request without semantics: its text and, in a conversation, every turn."""
+    """The request without semantics: its text and, in a conversation, every turn. A synthesis is of another purpose
+    then, so that an answer recorded for ours is none to it."""
     turns = tuple(anonymized_turn(turn, alias_map) for turn in request.turns)
-    return request.model_copy(update={"text": anonymized_text(request.text, alias_map), "turns": turns})
+    purpose = PURPOSE if request.purpose == SYNTHESIS else request.purpose
+    text = anonymized_text(request.text, alias_map)
+    return request.model_copy(update={"text": text, "turns": turns, "purpose": purpose})
 
 
 def anonymized_turn(turn: Turn, alias_map: NameAliases) -> Turn:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.intake.origin import extract
+from asset2sim.models.gateway.recorded import UnrecordedError, find_answer
 from asset2sim.models.prompts import overlay_request, synthesis_request, with_validation_errors
 from lab.methods.no_semantics import anonymized_request, name_aliases, restored, without_semantics
 from schemas.features import Features
@@ -152,3 +153,11 @@ def test_the_whole_pipeline_runs_on_it(tmp_path: Path, asset_id: str) -> None:
         assert record.overlay.initial_positions == {"joint_0": pytest.approx(record.overlay.joints[0].initial_position)}
         named, _ = run(sample(asset_id), tmp_path, settings_of(Method.ASSET2SIM), prior)
         assert named.overlay is not None and named.overlay.links != record.overlay.links, "labels say something"
+
+
+def test_an_answer_recorded_for_ours_is_none_to_the_question_without_semantics(tmp_path: Path) -> None:
+    features = make_features("7")
+    request = anonymized_request(synthesis_request(features, None), name_aliases(features))
+    (tmp_path / "7.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(UnrecordedError, match=r"7\.no_semantics\.json"):
+        find_answer(tmp_path, "7", request, 1)
