@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from asset2sim.checks.rest import RestMotion, record
 from asset2sim.checks.set_down import Resting, rest_held, set_down
 from asset2sim.checks.support_polygon import Clouds
 from asset2sim.engines.registry import open_world
-from asset2sim.engines.world import World
+from asset2sim.engines.world import Opener, World
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import Stand
@@ -30,7 +30,7 @@ CauseOf = Callable[[str, str, Mapping[str, float]], OverlapCause]
 class SharedWorld:
     """One world that several checks share, loaded afresh once a check has left numbers in it that are not finite."""
 
-    engine: Engine
+    open: Opener
     urdf: Path
     friction: float
     plane: bool
@@ -41,9 +41,7 @@ class SharedWorld:
     def ready(self) -> World:
         """The world, loaded if it is not."""
         if self.world is None:
-            opened = open_world(
-                self.engine, self.urdf, plane=self.plane, timestep_s=self.timestep_s, contact_friction=self.friction
-            )
+            opened = self.open(self.urdf, plane=self.plane, timestep_s=self.timestep_s, contact_friction=self.friction)
             self.world = self.stack.enter_context(opened)
         return self.world
 
@@ -62,11 +60,16 @@ class SharedWorld:
 
 @contextmanager
 def shared_world(
-    engine: Engine, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float
+    opener: Opener, urdf: Path, overlay: PhysicsOverlay, *, plane: bool, timestep_s: float
 ) -> Iterator[SharedWorld]:
     """A shared world that is closed at the end of the block."""
     with ExitStack() as stack:
-        yield SharedWorld(engine, urdf, overlay.contact_friction, plane, timestep_s, stack)
+        yield SharedWorld(opener, urdf, overlay.contact_friction, plane, timestep_s, stack)
+
+
+def opener_of(engine: Engine) -> Opener:
+    """An engine's own way to open a world."""
+    return partial(open_world, engine)
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,8 @@ class Rig:
     """Its root held, over no plane."""
     free: SharedWorld
     """Its root free, on a plane; closed before the checks that move joints."""
+    open: Opener
+    """How its worlds are opened."""
     whole: bool
     """Whether every check is run, and the paper's measurement is taken with them."""
     free_stretches: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -115,7 +120,7 @@ class Rig:
     def coarse_world(self) -> AbstractContextManager[SharedWorld]:
         """The same at the coarse time step, for the length of a block."""
         step = self.settings.coarse_timestep_s
-        return shared_world(self.engine, self.urdf, self.overlay, plane=not self.fixed, timestep_s=step)
+        return shared_world(self.open, self.urdf, self.overlay, plane=not self.fixed, timestep_s=step)
 
     @cached_property
     def standing(self) -> StandingParts | None:

@@ -16,11 +16,12 @@ from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.known_checks import run_for
 from asset2sim.checks.mechanism import know_points, mechanism
 from asset2sim.checks.rest import contacts_of, measure, measurement
-from asset2sim.checks.rig import CauseOf, Rig, shared_world
+from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
 from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.checks.verdict import judged
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import engine_version, installed, require
+from asset2sim.engines.world import Opener
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from schemas.base import Frozen
 from schemas.errors import UsageError
@@ -39,21 +40,23 @@ def examine(
     *,
     cause: CauseOf,
     only: FailureMode | None = None,
+    opener: Opener | None = None,
 ) -> tuple[Measurement | None, Interaction]:
     """Run every check on a written asset in its initial state, or ``only`` one interaction check and those that it
-    needs, without the paper's measurement.
+    needs, without the paper's measurement; in worlds that ``opener`` opens in place of the engine's own.
 
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
     made in ``known_checks``. Raises AssetError (engine_refused) where the engine refuses the file.
     """
     item, clouds, whole = mechanism(urdf, overlay), point_clouds(urdf), only is None
     found: dict[str, object] = {}
+    opener = opener or opener_of(engine)
     with ExitStack() as stack:
         held, free = (
-            stack.enter_context(shared_world(engine, urdf, overlay, plane=plane, timestep_s=settings.timestep_s))
+            stack.enter_context(shared_world(opener, urdf, overlay, plane=plane, timestep_s=settings.timestep_s))
             for plane in (False, True)
         )
-        rig = Rig(engine, urdf, overlay, settings, limits, cause, item, clouds, held, free, whole)
+        rig = Rig(engine, urdf, overlay, settings, limits, cause, item, clouds, held, free, opener, whole)
         # First, while the world is fresh: contact caches make Φ depend slightly on earlier poses.
         points = contacts_of(held.ready(), item.start) if whole else []
         for check in run_for(only):

@@ -47,6 +47,7 @@ from asset2sim.load.shapes import LoadError, finite, mesh_points
 __all__ = ["ENGINES", "Contact", "Description", "Joint", "LoadError", "Loaded", "describe", "load", "mesh_points"]
 KINDS: tuple[type[Any], ...] = (PyBulletObject, MuJoCoObject, SapienObject, DrakeObject, GenesisObject, NewtonObject)
 ENGINES: dict[str, type[Any]] = {kind.engine: kind for kind in KINDS}
+GAP_M = 0.01  # under what is fixed, as in the exports: a door that reaches down to the floor itself would scrape on it
 
 
 class Options(TypedDict, total=False):
@@ -83,12 +84,13 @@ def load(
 ) -> Loaded:  # fmt: skip
     """A refined object in an engine, in its initial state, with the engine's own handles (see the module).
 
-    ``position`` is (x, y), the object standing on z = 0, or (x, y, z) of its root's origin; ``yaw`` turns it about the
-    vertical, rad. ``fixed`` holds the root or frees it; None does as the object's support says. ``state`` is another
-    than the initial one: "closed", "open", or for joints by name a share of the way from closed to open. ``name`` tells
-    objects in a world of yours apart; without one it is the asset's, numbered where that is taken. An object that
-    failed warns with its reason, or with ``strict`` raises. Raises LoadError for a folder, engine, name, state or
-    number that is none, ImportError where the engine is not installed. Checked at the default time step."""
+    ``position`` is (x, y), the object standing on z = 0, a fixed one 1 cm over it, or (x, y, z) of its root's origin;
+    ``yaw`` turns it about the vertical, rad. ``fixed`` holds the root or frees it; None does as the object's support
+    says. ``state`` is another than the initial one: "closed", "open", or for joints by name a share of the way from
+    closed to open. ``name`` tells objects in a world of yours apart; without one it is the asset's, numbered where that
+    is taken. An object that failed warns with its reason, or with ``strict`` raises. Raises LoadError for a folder,
+    engine, name, state or number that is none, ImportError where the engine is not installed. Checked at the default
+    time step."""
     kind = ENGINES.get(str(engine).strip().lower())
     if kind is None:
         raise LoadError(f"no engine '{engine}'; choose one of {', '.join(ENGINES)}")
@@ -112,6 +114,7 @@ def load(
     if state is not None:
         about = about.in_state(state)
     held = about.support == "fixed" if fixed is None else fixed
+    gap = GAP_M if held and about.support == "fixed" else 0.0
     wxyz = (math.cos(turned / 2.0), 0.0, 0.0, math.sin(turned / 2.0))
-    item: Loaded = kind(about, Root(held, (x, y, (*given_z, about.height_m)[0]), wxyz, name), into, step_s)
+    item: Loaded = kind(about, Root(held, (x, y, (*given_z, about.height_m + gap)[0]), wxyz, name), into, step_s)
     return item

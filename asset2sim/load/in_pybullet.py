@@ -91,27 +91,31 @@ class PyBulletObject(Loaded):
         return self.bullet.stepSimulation(**self.at)
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        bullet, body, joints, at, step = self.bullet, self.body, self.joints, self.at, self.timestep_s
+        bullet, body, joints, at = self.bullet, self.body, self.joints, self.at
+        world = bullet.getPhysicsEngineParameters(**at)
+        step, weight = float(world["fixedTimeStep"]), float(world["gravityAccelerationZ"]) / GRAVITY[2]
         for name in self.pushed - {name for name, effort in efforts.items() if effort}:
             rest = {"targetVelocity": 0.0, "force": next(one.friction for one in self.about.joints if one.name == name)}
             bullet.setJointMotorControl2(body, joints[name], bullet.VELOCITY_CONTROL, **rest, **at)
         self.pushed = {name for name, effort in efforts.items() if effort}
         for joint in (one for one in self.about.joints if one.stiffness > 0.0 or efforts.get(one.name)):
             position, speed, *_ = bullet.getJointState(body, joints[joint.name], **at)
-            spring = joint.stiffness * (joint.spring_reference - position) + efforts.get(joint.name, 0.0)
-            mode, control = bullet.TORQUE_CONTROL, {"force": spring}
+            spring, effort = joint.stiffness * (joint.spring_reference - position), efforts.get(joint.name, 0.0)
+            mode, control = bullet.TORQUE_CONTROL, {"force": spring + effort}
             if joint.armature > 0.0:
                 # A torque would throw a key of 1 g: the joint's own step, armature included, gives a motor's target,
-                # and what spring, damper and armature exert meanwhile bounds the motor's force.
+                # and what spring, damper and armature exert meanwhile, or stop and part bear, bounds the motor's force.
                 damping = joint.damping if joint.stiffness > 0.0 else 0.0  # else it is the joint's own in PyBullet
                 resists = (inertia := joint.armature + joint.effective_inertia) + step * damping
-                target = (inertia * speed + step * spring) / resists
+                pulled = effort + joint.gravity_load * weight
+                target = (inertia * speed + step * (spring + pulled)) / resists
                 target -= math.copysign(min(abs(target), step * joint.friction / resists), target)
                 if joint.lower is not None and joint.upper is not None:
                     low, high = min(joint.lower - position, 0.0), max(joint.upper - position, 0.0)
                     target = min(max(target, low / step), high / step)
                 exerted = spring - damping * target - joint.armature * (target - speed) / step
-                bound = 1.01 * max(abs(exerted), abs(spring)) + joint.friction
+                borne = joint.effective_inertia * (target - speed) / step - pulled
+                bound = 1.01 * max(abs(exerted), abs(spring), abs(borne)) + joint.friction
                 mode, control = bullet.VELOCITY_CONTROL, {"targetVelocity": target, "force": bound}
             bullet.setJointMotorControl2(body, joints[joint.name], mode, **control, **at)
 
