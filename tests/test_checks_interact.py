@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.rest import measure
-from asset2sim.checks.rig import shared_world
+from asset2sim.checks.rig import opener_of, shared_world
 from asset2sim.checks.verify import examine
 from schemas.settings import EngineSettings
 from schemas.support import Support, SupportKind
@@ -98,7 +98,7 @@ def test_no_resets_can_be_asked_for(tmp_path: Path) -> None:
 
 def test_a_spoilt_world_is_loaded_afresh(tmp_path: Path) -> None:
     item = cabinet(tmp_path)
-    with shared_world(Engine.PYBULLET, item.urdf, item.overlay, plane=False, timestep_s=1 / 240) as held:
+    with shared_world(opener_of(Engine.PYBULLET), item.urdf, item.overlay, plane=False, timestep_s=1 / 240) as held:
         world = held.ready()
         assert held.sound() is world
         world.place({"slide": float("nan")})

@@ -66,7 +66,8 @@ class PyBulletObject(Loaded):
                     body, joints[joint.mimic[0]], body, index, bullet.JOINT_GEAR, *frames, **at
                 )
                 bullet.changeConstraint(gear, gearRatio=-joint.mimic[1], maxForce=1e4, erp=0.2, **at)
-        self.body, self.joints, self.pushed = body, joints, set[str]()
+        self.body, self.joints, self.pushed, self.moved = body, joints, set[str](), dict[str, float]()
+        self.weigh()
         self.places = [joints[name] for name in self.joint_names]
         self.links = {info[12].decode(): info[0] for info in infos}
         self.start = bullet.getBasePositionAndOrientation(body, **at)  # of the centre of mass, as it is set
@@ -82,6 +83,15 @@ class PyBulletObject(Loaded):
     def write(self, positions: Mapping[str, float]) -> None:
         for name, value in positions.items():
             self.bullet.resetJointState(self.body, self.joints[name], value, 0.0, **self.at)
+        self.weigh()
+
+    def weigh(self) -> None:
+        """Take the inertia of all that a joint with an armature turns or shifts, from the object as it is."""
+        if any(joint.armature > 0.0 for joint in self.about.joints):
+            names = sorted(self.joints, key=lambda name: self.joints[name])
+            states = [self.bullet.getJointState(self.body, self.joints[name], **self.at)[0] for name in names]
+            matrix = np.array(self.bullet.calculateMassMatrix(self.body, states, **self.at))
+            self.moved = dict(zip(names, np.diag(matrix)[-len(names) :].tolist(), strict=True))
 
     def place(self) -> None:
         self.bullet.resetBasePositionAndOrientation(self.body, *self.start, **self.at)
@@ -106,7 +116,7 @@ class PyBulletObject(Loaded):
                 # A torque would throw a key of 1 g: the joint's own step, armature included, gives a motor's target,
                 # and what spring, damper and armature exert meanwhile, or stop and part bear, bounds the motor's force.
                 damping = joint.damping if joint.stiffness > 0.0 else 0.0  # else it is the joint's own in PyBullet
-                resists = (inertia := joint.armature + joint.effective_inertia) + step * damping
+                resists = (inertia := joint.armature + self.moved[joint.name]) + step * damping
                 pulled = effort + joint.gravity_load * weight
                 target = (inertia * speed + step * (spring + pulled)) / resists
                 target -= math.copysign(min(abs(target), step * joint.friction / resists), target)
@@ -114,7 +124,7 @@ class PyBulletObject(Loaded):
                     low, high = min(joint.lower - position, 0.0), max(joint.upper - position, 0.0)
                     target = min(max(target, low / step), high / step)
                 exerted = spring - damping * target - joint.armature * (target - speed) / step
-                borne = joint.effective_inertia * (target - speed) / step - pulled
+                borne = self.moved[joint.name] * (target - speed) / step - pulled
                 bound = 1.01 * max(abs(exerted), abs(spring), abs(borne)) + joint.friction
                 mode, control = bullet.VELOCITY_CONTROL, {"targetVelocity": target, "force": bound}
             bullet.setJointMotorControl2(body, joints[joint.name], mode, **control, **at)

@@ -1,67 +1,37 @@
-"""Parts of made objects, their joints, and the dataset folders that they are written to in the habits of others."""
+"""Made objects read from ``objects.json``, and the dataset folders that they are written to in the habits of others."""
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-Point = tuple[float, float, float]
-Shape = tuple[str, trimesh.Trimesh]
+from asset2sim.physics.arrays import Array
+
 UP_Y = Rotation.from_euler("xyz", (np.pi / 2.0, 0.0, -np.pi / 2.0))
 """PartNet-Mobility's turn from its meshes' axes, y up, to the world's, z up; objects face -x."""
 LONGEST = 1.6
 """Longest edge of what is normalised, in the file's units."""
 
 
-def block(name: str, size: Point, at: Point) -> Shape:
-    """A box of these edges, its middle ``at``, m."""
-    return name, trimesh.creation.box(size, trimesh.transformations.translation_matrix(at))
-
-
-def rod(name: str, radius: float, length: float, at: Point, axis: str = "z") -> Shape:
-    """A cylinder along an axis of the world."""
-    turn = {"x": (0.0, np.pi / 2.0, 0.0), "y": (np.pi / 2.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[axis]
-    mesh = trimesh.creation.cylinder(radius, length, sections=24)
-    mesh.apply_transform(trimesh.transformations.euler_matrix(*turn))
-    mesh.apply_translation(at)
-    return name, mesh
-
-
-def lathe(name: str, profile: Sequence[tuple[float, float]], at: Point = (0.0, 0.0, 0.0)) -> Shape:
-    """A body turned about z: (radius, height) along its outline."""
-    mesh = trimesh.creation.revolve(np.array(profile), sections=24)
-    mesh.apply_translation(at)
-    return name, mesh
-
-
-def hollow(name: str, size: Point, at: Point, wall: float, front: bool = True) -> list[Shape]:
-    """A carcass of boards, its middle ``at``: without the front at -x, or without the top."""
-    (x, y, z), (cx, cy, cz) = size, at
-    boards = [
-        block(name, (x, wall, z), (cx, cy - (y - wall) / 2.0, cz)),
-        block(name, (x, wall, z), (cx, cy + (y - wall) / 2.0, cz)),
-        block(name, (x, y, wall), (cx, cy, cz - (z - wall) / 2.0)),
-        block(name, (wall, y, z), (cx + (x - wall) / 2.0, cy, cz)),
-    ]
-    last = ((x, y, wall), (cx, cy, cz + (z - wall) / 2.0)) if front else ((wall, y, z), (cx - (x - wall) / 2.0, cy, cz))
-    return [*boards, block(name, *last)]
+TURNS = {"x": (0.0, np.pi / 2.0, 0.0), "y": (np.pi / 2.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}
 
 
 @dataclass(frozen=True)
 class Part:
     """A link: its label as PartNet-Mobility has it (mobility and part), its shapes in the world, m, and the joint that
-    moves it: kind, a point on its axis, direction, range (rad, m)."""
+    moves it: kind, a point on its axis, direction, range (rad, m). A shape is a name, a kind and its numbers."""
 
     label: str
-    shapes: Sequence[Shape]
+    shapes: Sequence[Sequence[Any]]
     kind: str = "fixed"
-    at: Point = (0.0, 0.0, 0.0)
-    axis: Point = (0.0, 0.0, 1.0)
-    range: tuple[float, float] = (0.0, 1.5)
+    at: Sequence[float] = (0.0, 0.0, 0.0)
+    axis: Sequence[float] = (0.0, 0.0, 1.0)
+    range: Sequence[float] = (0.0, 1.5)
     parent: int = 0
 
 
@@ -74,15 +44,41 @@ class Made:
     name: str
     category: str
     habit: str
-    """``partnet``: normalised, labels; ``akb``: metric, links named for their parts; ``bare``: normalised, no labels."""
+    """``partnet``: normalised, labels; ``akb``: metric, links named for parts; ``bare``: normalised, no labels."""
     parts: Sequence[Part]
     size_cm: tuple[float, float]
-    support: tuple[str, ...]
+    support: Sequence[str]
     mass_kg: tuple[float, float]
-    part_kg: Mapping[int, tuple[float, float]] = field(default_factory=dict)
-    force_n: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    part_kg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    force_n: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     stays: Sequence[int] = ()
-    prompt: str = ""
+
+
+def made() -> tuple[Made, ...]:
+    """All made objects. Sizes, masses and forces are what a person who handles such things says of them, written down
+    before the first run and not changed after it."""
+    read = json.loads((Path(__file__).parent / "objects.json").read_text(encoding="utf-8"))
+    return tuple(Made(**item | {"parts": [Part(**part) for part in item["parts"]]}) for item in read)
+
+
+def mesh_of(kind: str, numbers: Sequence[float]) -> trimesh.Trimesh:
+    """A box (edges, middle), a rod along an axis (radius, length, middle), a beam (radius, both ends), or a body turned
+    about z (its foot, then radius and height along its outline), m."""
+    mesh: trimesh.Trimesh
+    if kind == "box":
+        mesh = trimesh.creation.box(numbers[:3], trimesh.transformations.translation_matrix(numbers[3:]))
+        return mesh
+    if kind == "beam":
+        mesh = trimesh.creation.cylinder(numbers[0], segment=np.reshape(numbers[1:], (2, 3)), sections=8)
+        return mesh
+    if kind == "lathe":
+        mesh = trimesh.creation.revolve(np.reshape(numbers[3:], (-1, 2)), sections=24)
+        mesh.apply_translation(numbers[:3])
+        return mesh
+    mesh = trimesh.creation.cylinder(numbers[0], numbers[1], sections=24)
+    mesh.apply_transform(trimesh.transformations.euler_matrix(*TURNS[kind[-1]]))
+    mesh.apply_translation(numbers[2:])
+    return mesh
 
 
 def write(item: Made, folder: Path) -> None:
@@ -90,7 +86,8 @@ def write(item: Made, folder: Path) -> None:
     metric, labelled = item.habit == "akb", item.habit == "partnet"
     folder.mkdir(parents=True)
     (folder / "textured_objs").mkdir()
-    corners = np.vstack([mesh.bounds for part in item.parts for _, mesh in part.shapes])
+    meshes = [[(name, mesh_of(kind, numbers)) for name, kind, *numbers in part.shapes] for part in item.parts]
+    corners = np.vstack([mesh.bounds for shapes in meshes for _, mesh in shapes])
     scale = 1.0 if metric else LONGEST / float(np.ptp(corners, axis=0).max())
     middle = np.zeros(3) if metric else corners.min(axis=0) / 2.0 + corners.max(axis=0) / 2.0
     turn = Rotation.identity() if metric else UP_Y
@@ -98,14 +95,15 @@ def write(item: Made, folder: Path) -> None:
     links = [f"{name}_{i}" if named.count(name) > 1 else name for i, name in enumerate(named)]
     links = links if metric else [f"link_{i}" for i in range(len(item.parts))]
 
-    def local(point: Sequence[float]) -> "np.ndarray":
-        return turn.inv().apply(scale * (np.array(point) - middle))
+    def local(point: Any) -> Array:
+        moved: Array = turn.inv().apply(scale * (np.array(point) - middle))
+        return moved
 
     text, origins = "", [local(part.at) if part.kind != "fixed" else np.zeros(3) for part in item.parts]
     number = 0
     for i, part in enumerate(item.parts):
         looks = ""
-        for name, mesh in part.shapes:
+        for name, mesh in meshes[i]:
             file = f"textured_objs/original-{(number := number + 1)}.obj"
             moved = trimesh.Trimesh(local(mesh.vertices) - origins[i], mesh.faces, process=False)
             moved.export(folder / file)
@@ -117,9 +115,14 @@ def write(item: Made, folder: Path) -> None:
             continue
         axis = turn.inv().apply(part.axis)
         low, high = (scale * value if part.kind == "prismatic" else value for value in part.range)
-        limit = "" if part.kind in ("continuous", "fixed") else f'<limit lower="{low}" upper="{high}" effort="100" velocity="5"/>'
+        limit = (
+            ""
+            if part.kind in ("continuous", "fixed")
+            else f'<limit lower="{low}" upper="{high}" effort="100" velocity="5"/>'
+        )
         text += (
-            f'<joint name="joint_{i}" type="{part.kind}"><parent link="{links[part.parent]}"/><child link="{links[i]}"/>'
+            f'<joint name="joint_{i}" type="{part.kind}"><parent link="{links[part.parent]}"/>'
+            f'<child link="{links[i]}"/>'
             f'<origin xyz="{words(origins[i] - origins[part.parent])}"/><axis xyz="{words(axis)}"/>{limit}</joint>'
         )
     if not metric:
@@ -135,7 +138,7 @@ def write(item: Made, folder: Path) -> None:
         (folder / "meta.json").write_text(json.dumps({"model_cat": item.category}), encoding="utf-8")
 
 
-def words(values: Sequence[float]) -> str:
+def words(values: Any) -> str:
     """Numbers separated by spaces."""
     return " ".join(repr(float(value)) for value in values)
 
@@ -145,5 +148,5 @@ def write_dataset(items: Sequence[Made], folder: Path) -> None:
     lines = ["asset_id,category,path,subset,prompt"]
     for item in items:
         write(item, folder / item.name)
-        lines.append(f"{item.name},{item.category},{item.name},made,{item.prompt}")
+        lines.append(f"{item.name},{item.category},{item.name},made,")
     (folder / "manifest.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
