@@ -18,8 +18,8 @@ from pybullet_utils.bullet_client import BulletClient
 from asset2sim.assets.exports.mjcf import MJCF_NAME, SCENE_NAME
 from asset2sim.assets.exports.usd import USD_NAME
 from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
-from asset2sim.assets.urdf.parsed import parsed
 from asset2sim.assets.urdf.read import read_dynamics, read_urdf
 from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.engines import lowest, pybullet_object, sapien_object

@@ -24,8 +24,7 @@ from lab.loaders.routes import Route, routes
 from schemas.asset import AssetRef
 from schemas.base import Frozen
 from schemas.errors import DONE, AssetError, exit_code_of
-from schemas.interaction import EngineReport, Interaction
-from schemas.measurement import Measurement
+from schemas.interaction import EngineReport, Interaction, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, OverlapCause, Status
