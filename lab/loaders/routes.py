@@ -67,7 +67,7 @@ class ThroughLoad:
 
 
 class LoadedMuJoCo(ThroughLoad, MuJoCoWorld):
-    """What ``load`` made in MuJoCo."""
+    """The object that ``load`` made in MuJoCo."""
 
     def __init__(self, user: MuJoCoObject, urdf: Path, plane: bool) -> None:
         super().__init__(user.model, plane, (), parsed(urdf))
@@ -80,7 +80,7 @@ class LoadedMuJoCo(ThroughLoad, MuJoCoWorld):
 
 
 class LoadedPyBullet(ThroughLoad, PyBulletWorld):
-    """What ``load`` made in PyBullet; its floor is the client's first body."""
+    """The object that ``load`` made in PyBullet; its floor is the client's first body."""
 
     def __init__(self, user: PyBulletObject, urdf: Path, plane: bool) -> None:
         client, self.user = Client(user.client), user
@@ -109,7 +109,7 @@ class Client(BulletClient):  # type: ignore[misc]
 
 
 class LoadedSapien(ThroughLoad, SapienWorld):
-    """What ``load`` made in SAPIEN."""
+    """The object that ``load`` made in SAPIEN."""
 
     def __init__(self, user: SapienObject, urdf: Path, plane: bool) -> None:
         self.user = user

@@ -1,4 +1,4 @@
-"""What of a person's expectations the refined made objects in OUT miss: ``python -m tests.made.study OUT``; with
+"""Unmet expectations of the refined made objects in OUT: ``python -m tests.made.study OUT``; with
 ``--write FOLDER`` the dataset is written first, to be refined into OUT."""
 
 import sys
