@@ -246,7 +246,7 @@ def test_an_sdf_joint_of_several_axes_is_a_chain_of_hinges(
     assert {str(link.get("name")) for link in made.robot.findall("link")} == {"body", *children}
     origins = [str(item.get("xyz")) for joint in joints for item in joint.findall("origin")]
     assert origins == ["0.3 0 0", *["0 0 0"] * (len(axes) - 1)]
-    assert "gearbox 'gears' is left out" in made.notes and ("thread" in str(made.notes)) == (kind == "screw")
+    assert "gearbox 'gears' is left out" in str(made.notes) and ("thread" in str(made.notes)) == (kind == "screw")
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,10 @@ def test_a_mended_file_keeps_its_includes_its_folders_and_the_masses_that_it_sta
 def test_what_cannot_be_mended_names_the_file_and_mujocos_reason(tmp_path: Path) -> None:
     for world, said in (
         (BODY.format(more=LID.format(more=SOLID.replace("0.1 0.1 0.01", "big"))), "model.xml: MuJoCo refuses it"),
-        (BODY.format(more='<include file="gone.xml"/>'), r"its include 'gone.xml' is not there: restore the file"),
+        (
+            BODY.format(more='<include file="gone.xml"/>'),
+            r"its include 'gone.xml' \(line 1\) is not there: restore the file",
+        ),
         (BODY.format(more='<include file="model.xml"/>'), "break the circle"),
     ):
         with pytest.raises(AssetError, match=said):

@@ -15,7 +15,7 @@ from asset2sim.physics.kinematics import TreeJoint, beyond
 
 WORDS = re.compile(
     r"(?<![a-z])(robots?|arm|gripper|finger|wrist|panda|franka|emika|ur(3|5|10|16|20)e?|iiwa|sawyer|baxter|jaco|kinova|gen3|"
-    r"xarm\d?|lite6|fetch|widowx|viperx|vx300s?|wx250s?|aloha|yumi|robotiq|allegro|shadow|tiago|pr2|spot|go[12]|g1|h1)(?![a-z])",
+    r"[fmrl]fj\d+|thj\d+|wrj\d+|xarm\d?|lite6|fetch|widowx|viperx|vx300s?|wx250s?|aloha|yumi|robotiq|allegro|shadow|tiago|pr2|spot|go[12]|g1|h1)(?![a-z])",
     re.IGNORECASE,
 )
 """Words in the names of robots' links and joints."""
@@ -24,6 +24,8 @@ LONG, LONGEST = 6, 12
 desk lamp has five."""
 SHORT = 4
 """Joints in a row from which it is one where motors move it, or its names say so: small arms have four."""
+FINGER, HAND = 3, 6
+"""Joints in a row, and in all, from which it is a hand of several fingers where motors move it, or its names say so."""
 WIDE_RAD = math.radians(120.0)
 """Median range of an arm's joints, at least: those of a panda are between 166° and 332°."""
 DRIVEN_SHARE = 0.8
@@ -76,10 +78,10 @@ def is_robot(
     moving = [joint for joint in tree if joint.child in held and joint.parent in held and joint.type != "fixed"]
     below = {joint.child: [*beyond(tree, joint.name)] for joint in moving}
     longest = max((sum(joint.child in links for links in below.values()) for joint in moving), default=0)
-    if longest < SHORT:
-        return False
     with_motor = sum(joint.name in driven for joint in moving) >= DRIVEN_SHARE * len(moving)
     named = any(WORDS.search(text) for text in (*held, *(joint.name for joint in moving)))
+    if longest < SHORT:
+        return (with_motor or named) and longest >= FINGER and len(moving) >= HAND
     hinges = [spans[joint.name] for joint in moving if joint.type in ("revolute", "continuous")]
     wide = len(hinges) >= LONG <= longest and float(np.median(hinges)) >= WIDE_RAD
     return with_motor or ((named or wide) and longest <= LONGEST)

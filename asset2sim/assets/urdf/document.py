@@ -78,8 +78,8 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
     """The root element of a file as people write XML, and the first mistake in it that was passed over, with its line.
 
     Passed over is what takes nothing from the content: a version that XML does not have, hyphens in a comment, space
-    before the declaration, an undeclared prefix. Raises AssetError (unreadable_asset) for anything else, naming the
-    ``kind`` of file."""
+    or a comment before the declaration, an undeclared prefix. Raises AssetError (unreadable_asset) for anything else,
+    naming the ``kind`` of file."""
 
     def not_xml(error: Exception) -> AssetError:
         try:
@@ -97,9 +97,9 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
     except OSError as error:
         raise not_xml(error) from error
     except (etree.XMLSyntaxError, UnicodeError) as error:
-        text = path.read_bytes().lstrip()
-        text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", in_utf8(text))
+        text = path.read_bytes()
         text = re.sub(rb"<!--.*?-->", lambda comment: b"\n" * comment.group().count(b"\n"), text, flags=re.DOTALL)
+        text = re.sub(rb"\A(<\?xml\s+version=[\"'])0\.\d+", rb"\g<1>1.0", in_utf8(text.lstrip()))
         recovering, root = etree.XMLParser(remove_comments=False, recover=True), None
         with suppress(etree.XMLSyntaxError):  # there is nothing in it that could be recovered
             root = etree.fromstring(text, recovering)

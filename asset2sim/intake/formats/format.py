@@ -1,7 +1,7 @@
 """A format of assets as its module declares it, the result of its converter, and small pieces of URDF to write."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -77,6 +77,15 @@ class Format:
     """Of several files, text by name, those that describe an asset of their own; None: each does."""
     further: tuple[str, ...] = ()
     """Other suffixes of its files."""
+
+
+WORLDS = ("base", "world", "stage", "ground")
+"""Names for the link that stands for a file's world, the first that no other link has."""
+
+
+def world_name(taken: Collection[str]) -> str:
+    """The name of the link that stands for a file's world, which none of the ``taken`` ones is."""
+    return next(name for name in (*WORLDS, *(f"base_{n}" for n in range(len(taken) + 1))) if name not in taken)
 
 
 def pose_of(position: Array, quaternion: Array) -> Array:

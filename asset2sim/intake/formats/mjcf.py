@@ -25,6 +25,7 @@ from asset2sim.intake.formats.format import (
     pose_of,
     settle_free,
     unconvertible,
+    world_name,
     write_obj,
 )
 from asset2sim.intake.formats.mjcf_document import check_files, is_mjcf, mended_document, models_of
@@ -32,8 +33,6 @@ from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
-BASE = "base"
-"""Link that stands for MuJoCo's world where several bodies, or a joint, hang from it."""
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
@@ -86,6 +85,7 @@ class _Model:
         self.mj, self.spec, self.model = mujoco, spec, model
         self.notes = list(notes)
         self.meshes: dict[int, str] = {}
+        self.base = world_name({self.name("body", body) for body in range(1, model.nbody)})
 
     def converted(self) -> Converted:
         """The model as a URDF."""
@@ -94,7 +94,7 @@ class _Model:
         tops = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0 and m.body_mocapid[body] < 0]
         if m.nmocap:
             self.notes.append(f"its {m.nmocap} mocap bodies, which a program moves, are left out")
-        loose = [body for body in tops if self.joint_types(body) == [self.mj.mjtJoint.mjJNT_FREE]]
+        loose = [body for body in tops if self.is_free(body)]
         solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
         if not tops and not solid:
             raise self.refused("mjcf_bodies", "it has no body")
@@ -102,17 +102,17 @@ class _Model:
         if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
             self.add_body(robot, tops[0], None, np.eye(4))
         else:
-            world, base = BASE, add(robot, "link", name=BASE)
+            world, base = self.base, add(robot, "link", name=self.base)
             free = tuple(self.name("body", body) for body in loose)
             for geom in solid:
                 self.add_geom(base, geom, np.eye(4))
             for body in tops:
-                self.add_body(robot, body, BASE, np.eye(4))
-            self.notes += settle_free(robot, BASE, free)
+                self.add_body(robot, body, self.base, np.eye(4))
+            self.notes += settle_free(robot, self.base, free)
         ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint))
         self.notes += [*untied, *tie(robot, ties)]
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
-        left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
+        left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor, "keyframes": m.nkey}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
         notes = (*dict.fromkeys(self.notes), *told)
@@ -124,7 +124,7 @@ class _Model:
         for geom in range(m.ngeom):
             body, bits = int(m.geom_bodyid[geom]), (int(m.geom_contype[geom]), int(m.geom_conaffinity[geom]))
             if m.geom_type[geom] not in self.ground():
-                name = self.name("body", body) if body else BASE
+                name = self.name("body", body) if body else self.base
                 known = found.get(name, (0, 0))
                 found[name] = known[0] | bits[0], known[1] | bits[1]
         return found
@@ -152,6 +152,18 @@ class _Model:
         """The types of a body's joints."""
         return [int(self.model.jnt_type[joint]) for joint in self.joints(body)]
 
+    def is_free(self, body: int) -> bool:
+        """Whether a body's joints let it go anywhere: a free joint, or three slides without limits along independent
+        axes and three such hinges or a ball, as files write it that know no free joint."""
+        m, kinds = self.model, self.mj.mjtJoint
+        free, ball, slide, hinge = map(int, (kinds.mjJNT_FREE, kinds.mjJNT_BALL, kinds.mjJNT_SLIDE, kinds.mjJNT_HINGE))
+        joints, types = self.joints(body), self.joint_types(body)
+        if types == [free] or any(m.jnt_limited[joint] for joint in joints):
+            return types == [free]
+        axes = {kind: m.jnt_axis[[j for j in joints if m.jnt_type[j] == kind]] for kind in (slide, hinge)}
+        spanned = {kind: len(axes[kind]) and np.linalg.matrix_rank(axes[kind], 1e-3) == 3 for kind in axes}
+        return bool(spanned[slide] and (ball in types or spanned[hinge]))
+
     def geoms(self, body: int) -> list[int]:
         """The geoms of a body."""
         start = self.model.body_geomadr[body]
@@ -164,8 +176,9 @@ class _Model:
         pose = parent_to_link @ pose_of(m.body_pos[body], m.body_quat[body])
         anchor = np.zeros(3)
         ball, free = self.mj.mjtJoint.mjJNT_BALL, self.mj.mjtJoint.mjJNT_FREE
+        held = [] if m.body_parentid[body] == 0 and self.is_free(body) else self.joints(body)
         joints = [
-            (joint, turn) for joint in self.joints(body) if m.jnt_type[joint] != free
+            (joint, turn) for joint in held if m.jnt_type[joint] != free
             for turn in (range(3) if m.jnt_type[joint] == ball else [None])
         ]  # fmt: skip
         for number, (joint, turn) in enumerate(joints):

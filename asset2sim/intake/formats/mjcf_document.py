@@ -71,9 +71,13 @@ def inlined(file: Path) -> Element:
         place, parent = file.parent / name, include.getparent()
         assert parent is not None
         if not is_file(place):
-            raise unreadable(file, "mjcf_refused", f"its include '{name}' is not there: restore the file")
-        at = parent.index(include)
-        parent[at : at + 1] = list(parse_xml(place, "MJCF")[0])
+            where = include.get("named_in") or f"line {include.sourceline}"
+            problem = f"its include '{name}' ({where}) is not there: restore the file, or take the include out"
+            raise unreadable(file, "mjcf_refused", problem)
+        at, inner = parent.index(include), parse_xml(place, "MJCF")[0]
+        for item in inner.iter("include"):
+            item.set("named_in", f"{place.name}, line {item.sourceline}")
+        parent[at : at + 1] = list(inner)
     return root
 
 

@@ -68,6 +68,7 @@ def tie(robot: Element, ties: Sequence[Tie]) -> Iterator[str]:
     An equality has no side that moves the other: of joints that are tied together all follow one that collides, for a
     hand to move it, and of these the one that moves furthest: a knob leads the light beside it."""
     joints = {str(item.get("name")): item for item in robot.findall("joint")}
+    ties = [item for item in ties if {item.joint, item.leader} <= joints.keys()]  # those of a free body are none
     for held in [item for item in ties if item.ratio == 0.0]:
         if held.offset:
             yield f"joint '{held.joint}', which an equality holds at {held.offset:g}, is left to move"
@@ -115,6 +116,6 @@ def collides(robot: Element, joint: Element) -> bool:
 
 def driven_joints(mujoco: Any, model: Any, name: Callable[[int], str]) -> frozenset[str]:
     """The joints of a compiled model that actuators move, by ``name``."""
-    of_joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-    found = (int(model.actuator_trnid[i, 0]) for i in range(model.nu) if model.actuator_trntype[i] in of_joints)
+    of_joints = [int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)]
+    found = (int(model.actuator_trnid[i, 0]) for i in range(model.nu) if int(model.actuator_trntype[i]) in of_joints)
     return frozenset(map(name, found))

@@ -4,12 +4,11 @@ Written here since no package for it is kept on PyPI: ROS's converter, sdformat_
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
@@ -26,16 +25,18 @@ from asset2sim.intake.formats.format import (
     add_origin,
     settle_free,
     unconvertible,
+    world_name,
     write_obj,
 )
+from asset2sim.intake.formats.mjcf_ties import Tie, tie
+from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten
+from asset2sim.intake.formats.sdf_shapes import SOLIDS, solid_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
 from schemas.errors import AssetError
 
-BASE = "base"
-"""Link that stands for SDF's world where a joint hangs from it."""
 UNLIMITED = 1e15
 """SDF writes ±1e16 for a joint without limits."""
 SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
@@ -89,6 +90,7 @@ class _Model:
         kinds = ("link", "joint", "frame")
         self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
         self.links = [str(link.get("name")) for link in model.findall("link")]
+        self.base = world_name(self.links)
         self.notes = list(notes)
         self.poses: dict[str, Array] = {}
         self.joint_of = {
@@ -100,8 +102,11 @@ class _Model:
         robot = etree.Element("robot", name=str(self.model.get("name") or self.file.stem))
         for name in self.links:
             self.add_link(robot, name)
+        gears = [joint for joint in self.model.findall("joint") if joint.get("type") == "gearbox"]
         for joint in self.model.findall("joint"):
-            self.add_joint(robot, joint)
+            if joint not in gears:
+                self.add_joint(robot, joint)
+        self.notes += tie(robot, list(self.ties(gears)))
         world, free = self.hung(robot) if self.is_world else ("", ())
         return Converted(robot, (), tuple(dict.fromkeys(self.notes)), world=world, free=free)
 
@@ -109,18 +114,18 @@ class _Model:
         """Hang what stands in the world, model by model, from a link for it: its name, and the links that are free."""
         children = {str(end.get("link")) for end in robot.iterfind("joint/child")}
         roots = [name for name in self.links if name not in children]
-        if len(roots) == 1 and BASE not in children and robot.find(f"link[@name='{BASE}']") is None:
+        if len(roots) == 1 and self.base not in children and robot.find(f"link[@name='{self.base}']") is None:
             return "", ()
-        if robot.find(f"link[@name='{BASE}']") is None:
-            add(robot, "link", name=BASE)
+        if robot.find(f"link[@name='{self.base}']") is None:
+            add(robot, "link", name=self.base)
         still = tuple(f"{model}{SEPARATOR}" for model, static in self.inner if static)
         fixed = {name for name in roots if name in self.joint_of}  # by a joint to the world
         held = {name for name in roots if name in fixed or name.startswith(still)}
         for name in roots:
-            add_joint(robot, f"{name}_stands", "fixed", BASE, name, self.frame(name))
+            add_joint(robot, f"{name}_stands", "fixed", self.base, name, self.frame(name))
         free = tuple(name for name in roots if name not in held)
-        self.notes += settle_free(robot, BASE, free)
-        return BASE, free
+        self.notes += settle_free(robot, self.base, free)
+        return self.base, free
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""
@@ -192,7 +197,7 @@ class _Model:
         """A visual or collision; planes are left out, and so is what a URDF has no shape for."""
         found = item.find("geometry")
         shape = None if found is None else next((node for node in found if isinstance(node.tag, str)), None)
-        if shape is None or shape.tag not in (*SHAPES, "mesh", "ellipsoid", "cone"):
+        if found is None or shape is None or shape.tag not in (*SHAPES, "mesh", *SOLIDS):
             if shape is not None and shape.tag != "empty":
                 self.notes.append(f"link '{link.get('name')}': its <{shape.tag}> is left out")
             return
@@ -204,8 +209,13 @@ class _Model:
                 self.notes.append(f"link '{link.get('name')}': its mesh is taken whole, not its <submesh>")
             scale = self.numbers(shape, "scale", "1 1 1")
             add(geometry, "mesh", filename=self.text(shape, "uri"), scale=words(scale))
-        elif shape.tag in ("ellipsoid", "cone"):
-            add(geometry, "mesh", filename=self.made(shape, f"{link.get('name')}_{item.tag}_{item.get('name')}"))
+        elif shape.tag in SOLIDS:
+            name = f"{link.get('name')}_{item.tag}_{item.get('name')}"
+            try:
+                vertices, faces = solid_of(found.findall(str(shape.tag)), self.numbers)
+            except ValueError as error:
+                raise self.refused("sdf_shape", f"link '{link.get('name')}': <{shape.tag}> is {error}") from error
+            add(geometry, "mesh", filename=write_obj(self.work, name, vertices, faces))
         else:
             values = {key: words(self.numbers(shape, key, "1")) for key in SHAPES[str(shape.tag)]}
             add(geometry, str(shape.tag), **values)
@@ -213,30 +223,20 @@ class _Model:
         if item.tag == "visual" and color:
             add(add(element, "material", name=f"{link.get('name')}_{item.get('name')}"), "color", rgba=color)
 
-    def made(self, shape: Element, name: str) -> str:
-        """The file of a mesh of an ellipsoid or a cone, which stands along z about its middle."""
-        if shape.tag == "ellipsoid":
-            solid = trimesh.creation.icosphere(3).apply_scale(self.numbers(shape, "radii", "1 1 1"))
-        else:
-            radius, length = (self.numbers(shape, key, "1")[0] for key in ("radius", "length"))
-            solid = trimesh.creation.cone(radius, length).apply_translation([0.0, 0.0, -length / 2.0])
-        return write_obj(self.work, name, solid.vertices, solid.faces)
-
     def add_joint(self, robot: Element, joint: Element) -> None:
         """A joint, or the chain of hinges that stands for one of several axes. One that fixes a link to the world only
-        makes that link the root; a gearbox, which moves nothing by itself, is left out."""
+        makes that link the root."""
         name, kind = str(joint.get("name")), str(joint.get("type"))
         parent, child = self.text(joint, "parent"), self.text(joint, "child")
-        if kind == "gearbox" or (parent == "world" and kind == "fixed"):
-            fixed = f"link '{child}' is fixed to the world"
-            self.notes.append(fixed if kind == "fixed" else f"gearbox '{name}' is left out")
+        if parent == "world" and kind == "fixed":
+            self.notes.append(f"link '{child}' is fixed to the world")
             return
         self.check(name, kind, parent, child)
         above = np.eye(4) if parent == "world" else self.frame(parent)
         if parent == "world":
-            parent = BASE
-            if all(link.get("name") != BASE for link in robot.findall("link")):
-                add(robot, "link", name=BASE)
+            parent = self.base
+            if all(link.get("name") != parent for link in robot.findall("link")):
+                add(robot, "link", name=parent)
         if kind == "screw":
             self.notes.append(f"screw '{name}' turns without its thread, which a URDF cannot say")
         steps, pose = self.axes(joint, kind), np.linalg.inv(above) @ self.pose(name)
@@ -248,6 +248,31 @@ class _Model:
             simple = kind if kind in ("prismatic", "fixed") else "revolute"
             self.add_step(robot, name if last else f"{name}_{number + 1}", simple, axis, (parent, end), pose, name)
             parent, pose = end, np.eye(4)
+
+    def ties(self, gears: Sequence[Element]) -> Iterator[Tie]:
+        """The ties of hinges that gearboxes are, with a note on each that ties none."""
+        boxes = [
+            Gearbox(str(gear.get("name")), self.text(gear, "parent"), self.text(gear, "child"),
+                    self.text(gear, "gearbox_reference_body"), self.numbers(gear, "gearbox_ratio", "1")[0],
+                    (self.turn_axis(gear, "axis"), self.turn_axis(gear, "axis2")))
+            for gear in gears
+        ]  # fmt: skip
+        hinges = [
+            Hinge(str(item.get("name")), self.text(item, "parent"), self.text(item, "child"), self.turn_axis(item))
+            for item in self.model.findall("joint") if item.get("type") in ("revolute", "continuous")
+        ]  # fmt: skip
+        for found in gear_ties(boxes, hinges):
+            if isinstance(found, Tie):
+                yield found
+            else:
+                self.notes.append(found)
+
+    def turn_axis(self, joint: Element, tag: str = "axis") -> Array:
+        """(3,) an axis of a joint in the model's frame; z where it states none."""
+        pose, axis = self.pose(str(joint.get("name"))), joint.find(tag)
+        stated = etree.Element("axis") if axis is None else axis
+        turned: Array = pose[:3, :3] @ self.axis_in_joint(stated, pose)
+        return turned
 
     def check(self, name: str, kind: str, parent: str, child: str) -> None:
         """Refuse a joint of another kind, and one between links that are not there."""

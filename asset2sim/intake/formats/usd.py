@@ -22,6 +22,7 @@ from asset2sim.intake.formats.format import (
     add_origin,
     outermost,
     settle_free,
+    world_name,
     write_obj,
 )
 from asset2sim.intake.formats.usd_joints import Step, UsdJoint, read_joints
@@ -34,7 +35,7 @@ from asset2sim.physics.kinematics import apply
 if TYPE_CHECKING:
     from pxr import Usd
 
-WORLD, BASES = "", ("base", "world", "stage", "/")
+WORLD = ""
 """Path that stands for the world in joints, and names of the link for what stands still in it: the first that no body
 has."""
 
@@ -77,7 +78,7 @@ class _Object:
             key=lambda joint: joint.spare,
         )
         self.names = unique_names(self.bodies)
-        self.names[WORLD] = next(name for name in BASES if name not in self.names.values())
+        self.names[WORLD] = world_name(set(self.names.values()))
         self.joint_names = unique_names({joint.path: stage.stage.GetPrimAtPath(joint.path) for joint in self.joints})
         self.free: list[str] = []
         """Bodies that nothing holds, of several objects."""

@@ -1,0 +1,150 @@
+"""SDF and MJCF files in habits of robot benchmarks: what stands for the world, hands, gears, outlines, free bodies."""
+
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from asset2sim.assets.urdf.references import ANYWHERE
+from asset2sim.intake.formats.mjcf import urdf_of_mjcf
+from asset2sim.intake.formats.sdf import urdf_of_sdf
+from schemas.errors import AssetError
+from tests.assets import near, read
+
+pytestmark = pytest.mark.system
+"""Reading MJCF loads MuJoCo, which starts a program."""
+
+BOX = '<geom type="box" size="0.1 0.1 0.1" mass="2"/>'
+DOOR = f'<body name="door" pos="0.3 0 0"><joint name="hinge" axis="0 0 1" range="0 90"/>{BOX}</body>'
+
+
+def mjcf(folder: Path, world: str, rest: str = "") -> Path:
+    folder.mkdir(exist_ok=True)
+    file = folder / "model.xml"
+    file.write_text(f'<mujoco model="m">{rest}<worldbody>{world}</worldbody></mujoco>', encoding="utf-8")
+    return file
+
+
+def sdf_link(name: str, geometry: str = "<box><size>0.2 0.2 0.2</size></box>") -> str:
+    shape = f"<geometry>{geometry}</geometry>"
+    return f'<link name="{name}"><visual name="v">{shape}</visual><collision name="c">{shape}</collision></link>'
+
+
+def sdf(folder: Path, inside: str) -> Path:
+    file = folder / "model.sdf"
+    file.write_text(f'<sdf version="1.7"><model name="thing">{inside}</model></sdf>', encoding="utf-8")
+    return file
+
+
+def test_a_body_called_base_stands_beside_the_world(tmp_path: Path) -> None:
+    file = mjcf(tmp_path, f'<body name="base">{BOX}</body><body name="cabinet" pos="1 0 0">{BOX}{DOOR}</body>')
+    made = urdf_of_mjcf(file, tmp_path)
+    names = [str(link.get("name")) for link in made.robot.findall("link")]
+    assert sorted(names) == ["base", "cabinet", "door", "world"] and made.world == "world"
+    assert read(tmp_path).features.root == "world"
+
+
+def test_an_sdf_link_called_base_is_hinged_on_the_world(tmp_path: Path) -> None:
+    hinge = ('<joint name="turn" type="revolute"><parent>world</parent><child>base</child><axis><xyz>0 0 1</xyz>'
+             "<limit><lower>0</lower><upper>1</upper></limit></axis></joint>")  # fmt: skip
+    made = urdf_of_sdf(sdf(tmp_path, sdf_link("base") + hinge), tmp_path, ANYWHERE)
+    (joint,) = made.robot.findall("joint")
+    ends = [str(item.get("link")) for tag in ("parent", "child") for item in joint.findall(tag)]
+    assert ends == ["world", "base"]
+
+
+def test_three_slides_and_three_hinges_are_a_free_body(tmp_path: Path) -> None:
+    slides = "".join(f'<joint name="{k}{n}" type="{k}" axis="{a}"/>' for k in ("slide", "hinge")
+                     for n, a in enumerate(("1 0 0", "0 1 0", "0 0 1")))  # fmt: skip
+    alone = urdf_of_mjcf(mjcf(tmp_path, f'<body name="case">{slides}{BOX}{DOOR}</body>'), tmp_path)
+    assert [str(item.get("name")) for item in alone.robot.findall("joint")] == ["hinge"] and not alone.world
+    beside = f'<body name="cabinet" pos="1 0 0">{BOX}{DOOR}</body><body name="can">{slides}{BOX}</body>'
+    motor = '<actuator><motor joint="slide0"/></actuator>'
+    tied = '<equality><joint joint1="slide0" joint2="hinge"/></equality>'
+    world = mjcf(tmp_path, beside).read_text().replace("</worldbody>", f"</worldbody>{motor}{tied}")
+    (tmp_path / "model.xml").write_text(world)
+    made = urdf_of_mjcf(tmp_path / "model.xml", tmp_path)
+    assert made.free == ("can",) and {str(item.get("type")) for item in made.robot.findall("joint")} == {
+        "fixed", "revolute"}  # fmt: skip
+    limited = slides.replace('name="slide2"', 'name="slide2" range="0 1"')
+    held = urdf_of_mjcf(mjcf(tmp_path, f'<body name="lift">{limited}{BOX}</body>'), tmp_path)
+    assert len(held.robot.findall("joint")) == 6 and held.world == "base"
+
+
+@pytest.mark.parametrize("motors", [True, False])
+def test_a_hand_of_fingers_is_left_out_and_drawers_are_not(tmp_path: Path, motors: bool) -> None:
+    name = "part" if motors else "FFJ"
+    finger = '{}<body name="{n}a{i}"><joint name="{n}{i}0"/>{g}<body name="{n}b{i}"><joint name="{n}{i}1"/>{g}' \
+             '<body name="{n}c{i}"><joint name="{n}{i}2"/>{g}</body></body></body>'  # fmt: skip
+    hand = "".join(finger.format("", n=name, i=i, g='<geom size="0.01" mass="0.1"/>') for i in range(2))
+    drawers = "".join(
+        f'<body name="d{n}"><joint name="s{n}" type="slide" range="0 0.2"/>{BOX}</body>' for n in range(7)
+    )
+    driven = "".join(f'<motor joint="{name}{i}{k}"/>' for i in range(2) for k in range(3)) * motors
+    driven += "".join(f'<motor joint="s{n}"/>' for n in range(7))
+    world = f'<body name="mount" pos="0 0 1"><geom size="0.02"/>{hand}</body><body name="cabinet">{BOX}{drawers}</body>'
+    mjcf(tmp_path, world, f"<actuator>{driven}</actuator>")
+    found = read(tmp_path)
+    assert {joint.name for joint in found.features.movable_joints} == {f"s{n}" for n in range(7)}
+    assert "robot 'mount' with its 7 links is left out" in str(found.findings)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "axis", "ends", "turned"), [(-2.0, "0 0 1", "body wheel", 2.0), (2.0, "0 0 -1", "wheel body", -2.0)]
+)
+def test_a_gearbox_ties_two_hinges(tmp_path: Path, ratio: float, axis: str, ends: str, turned: float) -> None:
+    limit = "<limit><lower>{}</lower><upper>{}</upper></limit>"
+
+    def hinge(name: str, parent: str, child: str, axis: str, high: float) -> str:
+        return (f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child><axis>'
+                f"<xyz>{axis}</xyz>{limit.format(-high, high)}</axis></joint>")  # fmt: skip
+
+    first, second = ends.split()
+    gear = ('<joint name="gear" type="gearbox"><parent>knob</parent><child>wheel</child>'
+            f"<gearbox_ratio>{ratio}</gearbox_ratio><gearbox_reference_body>body</gearbox_reference_body>"
+            "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>")  # fmt: skip
+    inside = sdf_link("body") + sdf_link("knob") + sdf_link("wheel") + hinge("turn", "body", "knob", "0 1 0", 1.0)
+    made = urdf_of_sdf(sdf(tmp_path, inside + hinge("roll", first, second, axis, 3.0) + gear), tmp_path, ANYWHERE)
+    # θ₂ = -ratio · θ₁: the knob's turn about y, and the wheel's about z, both in the body.
+    (mimic,) = made.robot.iter("mimic")
+    assert mimic.get("joint") == "roll" and near(float(str(mimic.get("multiplier"))), 1.0 / turned)
+    told = urdf_of_sdf(sdf(tmp_path, inside + gear), tmp_path, ANYWHERE).notes
+    assert told == ("gearbox 'gear' is left out: it ties no two hinges of its reference body 'body'",)
+
+
+def test_outlines_are_extruded_and_those_within_are_holes(tmp_path: Path) -> None:
+    def polyline(points: str, height: float = 0.4) -> str:
+        inside = "".join(f"<point>{point}</point>" for point in points.split(","))
+        return f"<polyline>{inside}<height>{height}</height></polyline>"
+
+    notched = polyline("0 0,0.4 0,0.4 0.3,0.2 0.1,0 0.3") + polyline("0.1 0.02,0.3 0.02,0.3 0.06,0.1 0.06")
+    made = urdf_of_sdf(sdf(tmp_path, sdf_link("tray", notched)), tmp_path, ANYWHERE)
+    solid = trimesh.load_mesh(str(next(made.robot.iter("mesh")).get("filename")))
+    assert (
+        isinstance(solid, trimesh.Trimesh)
+        and near(solid.volume, 0.4 * (0.4 * 0.3 - 0.5 * 0.4 * 0.2 - 0.2 * 0.04), 1e-9)
+        and solid.is_watertight
+    )
+    assert near(solid.bounds.tolist(), [[0.0, 0.0, 0.0], [0.4, 0.3, 0.4]])
+    with pytest.raises(AssetError, match="link 'tray': <polyline> is an outline of fewer than three points"):
+        urdf_of_sdf(sdf(tmp_path, sdf_link("tray", polyline("0 0,1 0"))), tmp_path, ANYWHERE)
+
+
+LICENCE = "<!-- ~ Copyright\n ~\n-->\n\n"
+
+
+def test_a_licence_before_the_declaration_is_passed_over(tmp_path: Path) -> None:
+    file = mjcf(tmp_path, f'<body name="box">{BOX}<include file="door.xml"/></body>')
+    file.write_text(LICENCE + "<?xml version='1.0'?>\n" + file.read_text())
+    (tmp_path / "door.xml").write_text(f"{LICENCE}<?xml version='1.0'?>\n<mujocoinclude>{DOOR}</mujocoinclude>")
+    assert [joint.name for joint in read(tmp_path).features.movable_joints] == ["hinge"]
+
+
+def test_an_include_that_is_missing_is_named_where_it_stands(tmp_path: Path) -> None:
+    file = mjcf(tmp_path, f'<body name="box">{BOX}</body>', '<include file="parts.xml"/>')
+    (tmp_path / "parts.xml").write_text('<mujocoinclude>\n<include file="robot.xml"/></mujocoinclude>')
+    with pytest.raises(AssetError, match=r"its include 'robot.xml' \(parts.xml, line 2\) is not there"):
+        urdf_of_mjcf(file, tmp_path)
+    (tmp_path / "parts.xml").unlink()
+    with pytest.raises(AssetError, match=r"its include 'parts.xml' \(line 1\) is not there"):
+        urdf_of_mjcf(file, tmp_path)
