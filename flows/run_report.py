@@ -69,7 +69,8 @@ def _publish_site(
     from asset2sim.report.site import write_site
 
     try:
-        site = write_site(out, url, workers=run.settings.run.workers, before=run.settings.views.in_run)
+        before = run.settings.views.in_run
+        site = write_site(out, url, workers=run.settings.run.workers, before=before, loops=False)
     except Exception as error:  # whatever is wrong with it, the run's results are there
         why = (str(error).splitlines() or [type(error).__name__])[0]
         return None, f"the report of run {run.run_id} was not written: {why}; asset2sim report tries again"

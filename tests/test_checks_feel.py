@@ -13,7 +13,7 @@ from asset2sim.assets.hulls import collision_hulls
 from asset2sim.checks.effort import effort_verdict
 from asset2sim.checks.known_checks import check_of
 from asset2sim.checks.plain import MODE
-from asset2sim.checks.verify import verify_in
+from asset2sim.checks.verify import verify
 from asset2sim.validation.validate import validate
 from schemas.interaction import Effort
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
@@ -52,7 +52,7 @@ def thing(
 
 def found(engine: Engine, urdf: Path, overlay: PhysicsOverlay, mode: FailureMode) -> list[CheckVerdict]:
     """The verdicts of one check in one engine."""
-    report = verify_in(engine, urdf, overlay, lambda *_: OverlapCause.AUTHORED, NO_VIEWS, mode)
+    (report,) = verify([engine], urdf, overlay, lambda *_: OverlapCause.AUTHORED, NO_VIEWS, mode)
     assert report.problem is None and report.interaction is not None
     joints, limits = {joint.name: joint for joint in overlay.joints}, NO_VIEWS.thresholds
     check = check_of(mode)

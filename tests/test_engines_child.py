@@ -4,13 +4,15 @@ import faulthandler
 import os
 import signal
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from asset2sim.checks.rest import measure
-from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from schemas.errors import AssetError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, FailureMode
@@ -75,6 +77,32 @@ def test_any_other_error_is_a_problem_and_leaves_a_traceback(capfd: pytest.Captu
 def test_a_result_that_cannot_travel_is_a_problem(capfd: pytest.CaptureFixture[str]) -> None:
     problem = in_child(ENGINE, lambda: lambda: 1, time_limit_s=60.0).problem
     assert problem is not None and problem.startswith("pybullet failed: ")
+
+
+def test_engines_share_a_child() -> None:
+    every = (Engine.PYBULLET, Engine.MUJOCO, Engine.SAPIEN)
+    found = in_children(dict.fromkeys(every, os.getpid), time_limit_s=60.0)
+    assert list(found) == list(every) and len({ended.value for ended in found.values()}) == 1
+    assert os.getpid() not in {ended.value for ended in found.values()}
+
+
+@pytest.mark.parametrize("fault", [vanish, hang_holding_the_interpreter, refuse])
+def test_what_stops_one_engine_costs_the_others_a_new_child_and_no_more(
+    fault: Callable[[], None], capfd: pytest.CaptureFixture[str]
+) -> None:
+    calls = {Engine.PYBULLET: os.getpid, Engine.MUJOCO: fault, Engine.SAPIEN: os.getpid}
+    found = in_children(calls, time_limit_s=2.0)
+    assert list(found) == list(calls)
+    assert found[Engine.MUJOCO] == in_child(Engine.MUJOCO, fault, time_limit_s=2.0)
+    assert found[Engine.MUJOCO].problem is not None
+    before, after = (found[engine] for engine in (Engine.PYBULLET, Engine.SAPIEN))
+    assert before.problem is None and after.problem is None and before.value != after.value
+
+
+def test_each_engine_has_the_whole_time_limit() -> None:
+    calls = {engine: partial(time.sleep, 0.6) for engine in (Engine.PYBULLET, Engine.MUJOCO, Engine.SAPIEN)}
+    found = in_children(calls, time_limit_s=1.5)
+    assert all(ended.problem is None and 0.5 < ended.seconds < 1.5 for ended in found.values())
 
 
 def children_of(pid: int) -> list[int]:

@@ -202,6 +202,24 @@ def test_a_run_without_pictures_of_what_came_leaves_those_that_there_are(tmp_pat
 
 
 @pytest.mark.system
+def test_a_run_draws_what_failed_moving_and_the_command_draws_the_rest(tmp_path: Path) -> None:
+    for name in "ab":
+        drawer(tmp_path / "assets" / name)
+        view(tmp_path, name, "red")
+    failed = make_failure("b", FailureMode.EFFORT).model_copy(update={"ref": make_record("b").ref, "written": True})
+    published(tmp_path, make_record("a"), failed)
+    loops = {"sweep.webp", "release.webp"}
+    write_site(tmp_path, loops=False)
+    assert "size.webp" in pictures(tmp_path, "a") and not loops & pictures(tmp_path, "a")
+    assert "asset2sim report --out" in page(tmp_path, "a") and loops <= pictures(tmp_path, "b")
+    before = (tmp_path / "report/objects/b/sweep.webp").stat().st_mtime_ns
+    assert write_site(tmp_path).written == 1 and loops <= pictures(tmp_path, "a")
+    assert 'src="sweep.webp"' in page(tmp_path, "a") and "asset2sim report --out" not in page(tmp_path, "a")
+    assert write_site(tmp_path, loops=False).written == 0 and loops <= pictures(tmp_path, "a"), "those there are stay"
+    assert (tmp_path / "report/objects/b/sweep.webp").stat().st_mtime_ns == before
+
+
+@pytest.mark.system
 def test_the_report_of_a_bucket_lies_in_the_bucket_whichever_machine_writes_it(
     store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

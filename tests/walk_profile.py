@@ -137,8 +137,8 @@ def in_this_process(walk: Walk) -> Iterator[None]:
     def isolated(function: Any, args: tuple[Any, ...], **options: Any) -> Outcome:
         return Outcome(Ending.RETURNED, pkgutil.resolve_name(function)(*args, **options["services"]), "", 0.0)
 
-    def in_child(engine: object, function: Callable[..., Any], *args: object, time_limit_s: float) -> ChildOutcome[Any]:
-        return ChildOutcome(function(*args))
+    def in_children(calls: dict[Any, Callable[[], Any]], *, time_limit_s: float) -> dict[Any, ChildOutcome[Any]]:
+        return {engine: ChildOutcome(call()) for engine, call in calls.items()}
 
     def spread(client: object, jobs: Any, work: Any, most: int, in_flight: object, take: Any) -> None:
         for job in jobs:
@@ -148,7 +148,7 @@ def in_this_process(walk: Walk) -> Iterator[None]:
         for where, name, new in (
             (asset_attempt, "run_isolated", isolated),
             (asset_attempt, "preload", lambda pipeline: None),
-            (verification, "in_child", in_child),
+            (verification, "in_children", in_children),
             (refine_all, "spread", spread),
             (refine_all, "warm_up", lambda pipeline: None),
             (refine_all, "concurrency", lambda client: 1),

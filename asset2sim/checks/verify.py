@@ -4,8 +4,8 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from asset2sim.checks.rest import contacts_of, measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
 from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.checks.verdict import judged
-from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.engines.world import Opener
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
@@ -93,39 +93,42 @@ def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
 
 
 def verify(
-    engines: Sequence[Engine], urdf: Path, overlay: PhysicsOverlay, cause: CauseOf, settings: Settings
-) -> tuple[EngineReport, ...]:
-    """A report from each engine on the URDF in the overlay's initial state; an engine that dies costs only its report.
-    ``cause`` says of two overlapping links whether the authored meshes overlap or only their hulls."""
-    return tuple(verify_in(engine, urdf, overlay, cause, settings) for engine in engines)
-
-
-def verify_in(
-    engine: Engine,
+    engines: Sequence[Engine],
     urdf: Path,
     overlay: PhysicsOverlay,
     cause: CauseOf,
     settings: Settings,
     only: FailureMode | None = None,
-) -> EngineReport:
-    """One engine's report of every check, or ``only`` of the one that shows this failure, with the verdict on it."""
-    start, own = perf_counter(), settings.engine
-
-    def rest() -> Measurement:
-        state, friction = overlay.initial_positions, overlay.contact_friction
-        return measure(engine, urdf, state, friction, own, held=overlay.support.fixed)
-
-    def touch() -> tuple[Measurement | None, Interaction]:
-        return examine(engine, urdf, overlay, own, settings.thresholds, cause=cause, only=only)
-
+) -> tuple[EngineReport, ...]:
+    """A report from each engine of every check, or ``only`` of the one that shows this failure, on the URDF in the
+    overlay's initial state, with the verdict on it; an engine that dies costs only its report. ``cause`` says of two
+    overlapping links whether the authored meshes overlap or only their hulls."""
+    own, seen = settings.engine, partial(examine, limits=settings.thresholds, cause=cause, only=only)
     know_points(urdf)
-    touched: ChildOutcome[tuple[Measurement | None, Interaction]] = ChildOutcome(None)
+    touched: dict[Engine, ChildOutcome[tuple[Measurement | None, Interaction]]] = {}
     if own.interact and only not in AT_REST.modes:
-        touched = in_child(engine, touch, time_limit_s=own.time_limit_s)
+        calls = {engine: partial(seen, engine, urdf, overlay, own) for engine in engines}
+        touched = in_children(calls, time_limit_s=own.time_limit_s)
+    nothing: ChildOutcome[tuple[Measurement | None, Interaction]] = ChildOutcome(None)
+    return tuple(report_of(engine, touched.get(engine, nothing), urdf, overlay, settings, only) for engine in engines)
+
+
+def report_of(
+    engine: Engine,
+    touched: ChildOutcome[tuple[Measurement | None, Interaction]],
+    urdf: Path,
+    overlay: PhysicsOverlay,
+    settings: Settings,
+    only: FailureMode | None,
+) -> EngineReport:
+    """One engine's report of what came of its checks; where they left no measurement at rest, it is taken now."""
+    own = settings.engine
     rested, interaction = touched.value or (None, None)
     measured = ChildOutcome(rested)
     if rested is None and (only is None or only in AT_REST.modes):
         # An engine that dies in an interaction check still leaves its measurement at rest.
+        state, friction = overlay.initial_positions, overlay.contact_friction
+        rest = partial(measure, engine, urdf, state, friction, own, held=overlay.support.fixed)
         measured = in_child(engine, rest, time_limit_s=own.time_limit_s)
     report = EngineReport(
         engine=engine,
@@ -137,7 +140,7 @@ def verify_in(
         died=measured.died or touched.died,
         refused=measured.refused or touched.refused,
         starved=measured.starved or touched.starved,
-        seconds=perf_counter() - start,
+        seconds=measured.seconds + touched.seconds,
     )
     return report.model_copy(update={"judged": judged(report, overlay, settings.thresholds)})
 
@@ -166,16 +169,13 @@ def verify_cached(
     again: the machine may have been at fault.
     """
     written = digest(folder, overlay)
-    reports = []
-    for engine in engines:
-        report = known.reports.get((written, engine, only))
-        if report is None:
-            report = verify_in(engine, folder.urdf, overlay, cause, settings, only)
-            known.seconds += report.seconds
-            if report.problem is None:
-                known.reports[written, engine, only] = report
-        reports.append(report)
-    return tuple(reports)
+    found = {engine: report for engine in engines if (report := known.reports.get((written, engine, only)))}
+    for report in verify([item for item in engines if item not in found], folder.urdf, overlay, cause, settings, only):
+        found[report.engine] = report
+        known.seconds += report.seconds
+        if report.problem is None:
+            known.reports[written, report.engine, only] = report
+    return tuple(found[engine] for engine in engines)
 
 
 def digest(folder: Folder, overlay: PhysicsOverlay) -> str:

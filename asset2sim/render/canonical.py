@@ -18,8 +18,10 @@ from schemas.settings import ViewSettings
 
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 
-OVERSAMPLING = 1.5
-"""Pixels drawn per pixel shown, along each side: TinyRenderer smooths no edges, and its time goes with the square."""
+STEP, SHARED = 6.0, 0.5
+"""Change of grey (0 to 255) between two pixels from which they are an edge, and the share that the four neighbours have
+of a pixel at one. TinyRenderer smooths no edges, and its time goes with the pixels: drawn so at the size shown, six
+objects differ by 5.6 levels (RMS) from pictures of 16 pixels a pixel, and by 5.5 with 1.5 pixels along each side."""
 BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
 """Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
 DARK, LIGHTER, DARKER = 70.0, 90.0, 0.75
@@ -32,7 +34,6 @@ def render_views(
     settings: ViewSettings,
     names: Sequence[str] = VIEW_NAMES,
     loaded: dict[Path, tuple[Surface, ...]] | None = None,
-    oversampling: float = OVERSAMPLING,
 ) -> dict[str, Image.Image]:
     """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero);
     besides the canonical views there is ``top``. ``loaded`` remembers mesh files already read.
@@ -51,8 +52,22 @@ def render_views(
     }
     if len(cameras) == 1:
         batches = facing(batches, next(iter(cameras.values())).eye)
-    frames = render(batches, cameras, round(oversampling * settings.width), round(oversampling * settings.height))
-    return {name: finish(frames[name], settings.width, settings.height) for name in names}
+    frames = render(batches, cameras, settings.width, settings.height)
+    return {name: smoothed(finish(frames[name], settings.width, settings.height)) for name in names}
+
+
+def smoothed(image: Image.Image) -> Image.Image:
+    """The picture with the steps of its edges blurred."""
+    color = np.asarray(image, dtype=np.float32)
+    grey, edge = color.mean(axis=2), np.zeros(color.shape[:2], dtype=bool)
+    for level, at in ((grey, edge), (grey.T, edge.T)):
+        step = np.abs(np.diff(level, axis=0)) > STEP
+        at[1:] |= step
+        at[:-1] |= step
+    near = np.pad(color, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    mean = 0.25 * (near[:-2, 1:-1] + near[2:, 1:-1] + near[1:-1, :-2] + near[1:-1, 2:])
+    softer = np.where(edge[..., None], (1.0 - SHARED) * color + SHARED * mean, color)
+    return Image.fromarray((softer + 0.5).astype(np.uint8), "RGB")
 
 
 def finish(frame: RenderedPicture, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:

@@ -11,9 +11,6 @@ from asset2sim.intake.origin import open_origin
 from asset2sim.render import render_views
 from schemas.settings import ViewSettings
 
-OVERSAMPLING = 1.0
-"""Pixels drawn per pixel of the picture, along each side: 1.25 took 16 to 55 % longer on three objects."""
-
 
 @dataclass(frozen=True)
 class Before:
@@ -45,5 +42,5 @@ def draw_before(
     if urdf is None:
         source = open_origin(before.raw, reach=before.reach)  # what is made of it is there as long as this is
         urdf = source.urdf
-    picture = render_views(urdf, {}, settings, ("perspective",), loaded, OVERSAMPLING)["perspective"]
+    picture = render_views(urdf, {}, settings, ("perspective",), loaded)["perspective"]
     picture.save(before.to, quality=before.quality, method=before.method)

@@ -89,6 +89,7 @@ def object_page(
         "turned": [item["message"] for item in own["findings"] if item["code"] == TURNED],
         "beside": beside,
         "view": shlex.join(["asset2sim", "view", asset["asset_id"], "--out", beside.out]),
+        "draw": shlex.join(["asset2sim", "report", "--out", beside.out]),
         "method": method_of(asset),
         "facts": facts(asset),
         "kept": kept(asset),

@@ -60,11 +60,13 @@ def write_before(before: Before, log: Path) -> bool:
     return outcome.ending is Ending.RETURNED
 
 
-def write_pictures(refined: Path | str, raw: Path, reach: AllowedFolders, folder: Path, log: Path, owner: str) -> None:
-    """Write the picture of an object as it came, where its files are here, and the loops and the size picture of the
-    refined one into ``folder``, where those there are of another; ``refined`` is its folder, or the URL of one, which
-    is fetched. The object as it came is in the loops where its files name none outside. What goes wrong is a line in
-    the log. ``stop_children(owner)`` ends it. Raises StoreError."""
+def write_pictures(
+    refined: Path | str, raw: Path, reach: AllowedFolders, folder: Path, log: Path, owner: str, moving: bool
+) -> None:
+    """Write the picture of an object as it came, where its files are here, and the size picture of the refined one, and
+    loops where it is to be shown ``moving``, into ``folder``, where those there are of another. ``refined`` is its
+    folder, or the URL of one, which is fetched. The object as it came is in the loops where its files name none
+    outside. What goes wrong is a line in the log. ``stop_children(owner)`` ends it. Raises StoreError."""
     before = Before(raw, reach, folder / BEFORE, QUALITY, METHOD) if raw.exists() else None
     with tempfile.TemporaryDirectory(prefix="asset2sim-report-") as place:
         if isinstance(refined, str):
@@ -75,9 +77,9 @@ def write_pictures(refined: Path | str, raw: Path, reach: AllowedFolders, folder
             fetch_objects(files)
             refined = here
         urdf = raw_file(raw, reach)
-        if (refined / "overlay.json").is_file() and not is_current(refined, urdf, folder):
+        if (refined / "overlay.json").is_file() and not is_current(refined, urdf, folder, moving):
             # One process for all: it reads the meshes once.
-            write_loops(refined, urdf, folder, owner, before)
+            write_loops(refined, urdf, folder, owner, before, moving)
     if before is not None and not before.to.is_file():
         write_before(before, log)
 

@@ -46,8 +46,8 @@ STYLE, SCRIPT = "report.css", "index.js"
 VIEW = "views/perspective.png"
 AT_ONCE = 200
 """Objects whose rows are in memory at once."""
-WHOLE = "+"
-"""Ending of the key of pictures among which is the object as it came."""
+FURTHER = "+"
+"""Ending of the key of pictures among which is the object as it came; twice where there are loops, too."""
 
 MOTIONS = "motions"
 """Folder of recorded interactions, relative to OUT."""
@@ -83,9 +83,12 @@ def write_report_of(out: Path | str, *, workers: int = 1, anew: bool = False) ->
         raise store_usage_error(error) from error
 
 
-def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: bool = True, anew: bool = False) -> Site:
+def write_site(
+    out: Path, url: str | None = None, *, workers: int = 1, before: bool = True, loops: bool = True, anew: bool = False
+) -> Site:
     """Write the report of OUT; ``out`` is the folder of this machine with its tables, ``url`` the URL that this
-    mirrors, if it does. ``before`` draws objects as they came, where their files are here; ``anew`` makes every page
+    mirrors, if it does. ``before`` draws objects as they came, where their files are here, and ``loops``
+    then all of them moving, else what failed; ``anew`` makes every page
     anew. Raises UsageError where there is no catalog, OSError and StoreError where files cannot be written."""
     found = read_snapshot(out)
     folder = out / FOLDER
@@ -95,7 +98,7 @@ def write_site(out: Path, url: str | None = None, *, workers: int = 1, before: b
             pull(url, out, (f"{FOLDER}/{STATE}",))
         state = {} if anew else _read_state(folder)
         assets = newest(found)
-        drawn = _draw(found, assets, out, url, state, workers, before)
+        drawn = _draw(found, assets, out, url, state, workers, before, loops)
         ids = sorted(assets)
         near = dict(zip(ids, zip([None, *ids[:-1]], [*ids[1:], None], strict=True), strict=True))
         pages = {name: _page_key(row, None if url else folder, near[name]) for name, row in assets.items()}
@@ -128,12 +131,17 @@ def _draw(
     state: Mapping[str, Sequence[str]],
     workers: int,
     before: bool,
+    loops: bool,
 ) -> dict[str, str]:
     """Draw the pictures of what changed; asset id → what its pictures are made of now."""
-    keys = {name: _picture_key(row, None if url else out) for name, row in assets.items()}
+    moving = {name: before and (loops or row["status"] != "ok") for name, row in assets.items()}
+    keys = {
+        name: _picture_key(row, None if url else out) + FURTHER * (before + moving[name])
+        for name, row in assets.items()
+    }
     had = {name: state[name][0] for name in assets if name in state}
-    # A run without pictures of objects as they came leaves those that there are.
-    kept = {name: had[name] for name, key in keys.items() if had.get(name) in {key + WHOLE, *([] if before else [key])}}
+    # A run with fewer pictures leaves those that there are.
+    kept = {name: had[name] for name, key in keys.items() if had.get(name, "").startswith(key)}
     # What takes longest comes first, so that no worker has it left at the end.
     todo = sorted((name for name in assets if name not in kept), key=lambda name: -assets[name]["seconds_total"])
     reaches = {row["run_id"]: allowed_folders_of_run(row) for row in rows(found.tables["runs"])}
@@ -150,7 +158,7 @@ def _draw(
         if before and seen:
             refined = out / "assets" / name if url is None else f"{url}/assets/{name}"
             log = out / "logs" / f"{name}.report.log"
-            write_pictures(refined, raw, reaches[asset["run_id"]], folder, log, str(out))
+            write_pictures(refined, raw, reaches[asset["run_id"]], folder, log, str(out), moving[name])
 
     pool = ThreadPoolExecutor(max(1, workers))
     try:
@@ -160,7 +168,7 @@ def _draw(
         raise
     finally:
         pool.shutdown(cancel_futures=True)
-    return {name: kept.get(name, key + WHOLE * before) for name, key in keys.items()}
+    return keys | kept
 
 
 def allowed_folders_of_run(run: Row) -> AllowedFolders:

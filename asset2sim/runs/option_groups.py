@@ -85,7 +85,7 @@ class ViewOptions(CatalogOptions, FileOptions):
 
 
 class ReportOptions(CatalogOptions, FileOptions):
-    """Write the report for people, OUT/report: an index and a page an object, as a run does at its end."""
+    """Write the report for people, OUT/report: an index and a page an object, as a run does at its end, with loops."""
 
     workers: typed.N | None = Field(None, description="objects drawn at once (default: all cores)")
     force: CliToggleFlag[bool] = Field(False, description="make every page anew")

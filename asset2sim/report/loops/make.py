@@ -56,18 +56,20 @@ Recordings = Mapping[str, LoopMotion]
 log = logging.getLogger(__name__)
 
 
-def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | None = None) -> list[str]:
-    """Write the loops, the size picture and that of the joints of one refined object into a folder, each whole or not
-    at all; the names written. Then the picture of it ``before``, of the meshes that are read by then, if it can be
-    drawn. Raises AssetError where the refined object cannot be read or loaded."""
+def make_loops(
+    refined: Path, raw_urdf: Path | None, to: Path, before: Before | None = None, moving: bool = True
+) -> list[str]:
+    """Write the loops, if it is to be shown ``moving``, the size picture and that of the joints of one refined object
+    into a folder, each whole or not at all; the names written. Then the picture of it ``before``, of the meshes that
+    are read by then, if it can be drawn. Raises AssetError where the refined object cannot be read or loaded."""
     overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text(encoding="utf-8"))
     urdf, settings, loaded = refined / URDF_NAME, EngineSettings(), dict[Path, tuple[Surface, ...]]()
     start = overlay.initial_positions
     figure = read_figure(urdf, start, loaded)
     names = [joint.name for joint in overlay.joints]
-    starts = starts_of(urdf, overlay, settings)
+    starts = starts_of(urdf, overlay, settings) if moving else Starts(None, None, {})
     played = play(urdf, starts, overlay.contact_friction, settings)
-    if names:
+    if names and moving:
         played[SWEEP] = sweep(figure, start, names, SWEEP_FRAMES, LEAST_FRAMES)
     resting = LoopMotion(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
     items = [standing(figure, resting, "refined"), cube()]
@@ -79,7 +81,7 @@ def make_loops(refined: Path, raw_urdf: Path | None, to: Path, before: Before | 
             raw_urdf = raw_urdf if source is None else source.urdf
             remember_twins(loaded, refined, raw_urdf.parent)
             came = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
-            raw = raw_acts(raw_urdf, loaded, came, overlay, played, starts, settings)
+            raw = raw_acts(raw_urdf, loaded, came, overlay, played, starts, settings) if played else {}
             items.insert(0, standing(came, at_rest({}, 1), "raw"))
     except (AssetError, ValueError) as error:  # it cannot be drawn, and its picture says so
         log.warning("raw %s: %s", raw_urdf, error)

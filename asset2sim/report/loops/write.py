@@ -46,32 +46,32 @@ def loops_key(refined: Path, raw_urdf: Path | None) -> str:
     return digest.hexdigest()
 
 
-def is_current(refined: Path, raw_urdf: Path | None, to: Path) -> bool:
-    """Whether the loops in the folder ``to`` are there and are of the object as it is now."""
+def is_current(refined: Path, raw_urdf: Path | None, to: Path, moving: bool = True) -> bool:
+    """Whether the pictures in the folder ``to`` are of the object as it is now, with loops where it is to be shown
+    ``moving``."""
     try:
         record = json.loads((to / RECORD).read_text(encoding="utf-8"))
-        return bool(record["key"] == loops_key(refined, raw_urdf)) and all(
-            (to / name).is_file() for name in record["files"]
-        )
+        current = record["key"] == loops_key(refined, raw_urdf) and record.get("moving", True) >= moving
+        return bool(current) and all((to / name).is_file() for name in record["files"])
     except (OSError, ValueError, KeyError, TypeError):
         return False
 
 
 def write_loops(
-    refined: Path, raw_urdf: Path | None, to: Path, owner: str = "", before: Before | None = None
+    refined: Path, raw_urdf: Path | None, to: Path, owner: str = "", before: Before | None = None, moving: bool = True
 ) -> list[str]:
-    """Write an object's loops and size picture into the folder ``to``, in a child process that may crash or hang; the
-    names of the files, none where that failed, which is a warning in the log. ``raw_urdf``: the URDF that it was
-    refined from, None where it is no longer at hand. The picture of it ``before`` is drawn there too, if it can be.
-    ``stop_children(owner)`` ends it."""
+    """Write an object's size picture, and its loops where it is to be shown ``moving``, into the folder ``to``, in a
+    child process that may crash or hang; the names of the files, none where that failed, which is a warning in the log.
+    ``raw_urdf``: the URDF that it was refined from, None where it is no longer at hand. The picture of it ``before`` is
+    drawn there too, if it can be. ``stop_children(owner)`` ends it."""
     to.mkdir(parents=True, exist_ok=True)
     key = loops_key(refined, raw_urdf)
-    outcome = in_child(Work(make_loops, (refined, raw_urdf, to, before), LIMIT_S), owner)
+    outcome = in_child(Work(make_loops, (refined, raw_urdf, to, before, moving), LIMIT_S), owner)
     if outcome.ending is not Ending.RETURNED or not isinstance(outcome.value, list):
         log.warning("%s: no loops of it: %s", refined.name, outcome.reason)
         return []
     names = [str(name) for name in outcome.value]
-    save(to / RECORD, (json.dumps({"key": key, "files": names}) + "\n").encode())
+    save(to / RECORD, (json.dumps({"key": key, "files": names, "moving": moving}) + "\n").encode())
     return names
 
 
