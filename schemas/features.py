@@ -2,6 +2,8 @@
 
 import math
 
+from pydantic import Field
+
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Vector3
 from schemas.vocabulary import VolumeSource
 
@@ -22,6 +24,13 @@ class LinkInertial(Frozen):
     mass_kg: NonNegative
     com: Vector3
     inertia: Inertia6
+
+
+class LinkContact(Frozen):
+    """What a file states of a link's contacts: Coulomb coefficient, and restitution from 0 (dead) to 1."""
+
+    friction: Finite | None = None
+    restitution: Finite | None = None
 
 
 class LinkFeatures(Frozen):
@@ -48,6 +57,9 @@ class LinkFeatures(Frozen):
     shell_inertia: Inertia6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     materials: tuple[str, ...]
     inertial: LinkInertial | None
+    contact: LinkContact | None = Field(None, exclude_if=lambda stated: stated is None)
+    shapes_doubt: str = Field("", exclude_if=lambda doubt: not doubt)
+    """Why its collision shapes are not used as its file has them; empty where they are, or where it has none."""
 
     @property
     def box_size(self) -> Vector3:
@@ -59,6 +71,11 @@ class LinkFeatures(Frozen):
     def diagonal_m(self) -> float:
         """Diagonal of the link's box, m."""
         return math.hypot(*self.box_size)
+
+    @property
+    def has_shapes(self) -> bool:
+        """Whether its file gives it collision shapes of its own."""
+        return any(mesh.role == "collision" for mesh in self.meshes)
 
     @property
     def has_geometry(self) -> bool:
@@ -109,6 +126,10 @@ class JointFeatures(Frozen):
     closed: Finite | None
     open: Finite | None
     openness_confidence: Fraction
+    stiffness: Finite | None = Field(None, exclude_if=lambda stated: stated is None)
+    """Of its spring, N·m/rad or N/m; None where the file states none."""
+    start: Finite | None = Field(None, exclude_if=lambda stated: stated is None)
+    """Where the file says that it starts, rad or m from the zero at which it is drawn; None where it does not."""
 
     @property
     def movable(self) -> bool:

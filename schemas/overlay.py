@@ -103,6 +103,16 @@ class JointProposal(Frozen):
     mechanism: MechanismName | None = None
 
 
+class Disagreement(Frozen):
+    """A model's objection to a number that a file in metres states: its own ``value`` for the ``quantity`` of the link
+    or joint that it is ``about`` (in the unit in which it was told, sizes as a scale), and ``why``."""
+
+    quantity: Literal["size", "mass", "damping", "friction", "springs", "start", "contact"]
+    about: str = ""
+    value: Finite
+    why: str = ""
+
+
 class MassChange(Frozen):
     """The whole object's mass, kg, as its parts gave it and as it was brought to, and why in words."""
 
@@ -123,7 +133,8 @@ class Overlay(Frozen):
     ``joints.NAME.FIELD``, ``initial_joint_positions.NAME``. ``uncertainty`` is that of the numbers that it may be asked
     about again: ``scale`` → relative, a joint's name → of its asked position, rad or m at the authored scale.
     ``mass_change`` says that the links' masses were scaled together. ``size_reason`` is how the scale was found,
-    ``findings`` are remarks by kind, ``unclear`` is what could not be told. ``contact_friction`` and ``restitution``
+    ``findings`` are remarks by kind, ``unclear`` is what could not be told, ``disagrees`` which of a file's own numbers
+    it holds to be wrong. ``contact_friction`` and ``restitution``
     are stated only where the user does.
     """
 
@@ -143,6 +154,7 @@ class Overlay(Frozen):
     notes: tuple[str, ...] = ()
     findings: tuple[ModelNote, ...] = ()
     unclear: tuple[Unclear, ...] = ()
+    disagrees: tuple[Disagreement, ...] = Field((), exclude_if=lambda said: not said)
 
 
 class LinkPhysics(Frozen):
@@ -168,6 +180,8 @@ class LinkPhysics(Frozen):
     com_source: Source
     inertia: Inertia6
     inertia_source: Source
+    shapes_source: Source | None = Field(None, exclude_if=lambda source: source is None)
+    """Where its collision shapes come from; None for one without geometry, or that was not validated."""
 
 
 class JointPhysics(Frozen):
@@ -243,6 +257,8 @@ class PhysicsOverlay(Frozen):
     scale: Positive
     scale_source: Source
     contact_friction: NonNegative
+    contact_source: Source | None = Field(None, exclude_if=lambda source: source is None)
+    """Where that comes from; None where it was not validated."""
     rolling_friction_m: NonNegative = 0.0
     """Lever of the rolling resistance of every contact, m; engines without rolling resistance ignore it."""
     turned_rad: Vector3 = (0.0, 0.0, 0.0)

@@ -131,6 +131,13 @@ class PhysicsSettings(Frozen):
     alike_inertia: Positive = 10.0
     """Largest over smallest effective inertia of joints with one and the same damping, friction or spring, beyond which
     that was written for all of them and measured of none."""
+    least_contact_friction: Positive = 0.03
+    """Least Coulomb coefficient that is believed of a file: PTFE on steel has 0.04 ..."""
+    most_contact_friction: Positive = 1.5
+    """... and most: rubber on dry concrete has 1.0 to 1.2; simulators' files state 100 where parts are to stick."""
+    disputed_factor: Positive = 3.0
+    """Factor beyond which a model's number stands against a plausible one of a file: models' masses are within a factor
+    of two of weighed ones nine times in ten, units and placeholders are off by ten and more."""
     kept_massless_share: Fraction = 0.01
     """Share of a mass that is kept which a link without geometry takes over: four such links leave it within a
     twentieth of what its file says."""

@@ -57,6 +57,7 @@ _ASSETS: tuple[Column, ...] = (
     ("support_confidence", REAL, "1", "0 to 1: how sure it is of that"),
     ("doubtful", TEXT, "", "What of it is a guess that a person should look at: codes of findings; null for nothing"),
     ("contact_friction", REAL, "1", "Coulomb coefficient of every contact"),
+    ("contact_source", TEXT, "", "Where that came from"),
     ("n_links", COUNT, "1", "Links, the root included"),
     ("n_joints", COUNT, "1", "Movable joints"),
     ("penetration_mm", REAL, "mm", "Φ at the initial position; null where it was never measured"),
@@ -116,6 +117,7 @@ _LINKS: tuple[Column, ...] = (
         for ab in ("xx", "xy", "xz", "yy", "yz", "zz")
     ),
     ("inertia_source!", TEXT, "", "Where the inertia came from"),
+    ("shapes_source", TEXT, "", "Where the collision shapes came from; null without geometry"),
     ("n_meshes", COUNT, "1", "Meshes and primitives of the link"),
     ("n_watertight", COUNT, "1", "How many of them are watertight"),
     ("n_faces", COUNT, "1", "Faces of all of them"),

@@ -242,6 +242,8 @@ class Quantity(StrEnum):
     FRICTION = "friction"
     SPRINGS = "springs"
     LIMITS = "limits"
+    START = "start"
+    CONTACT = "contact"
     SHAPES = "shapes"
 
 

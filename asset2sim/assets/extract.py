@@ -19,7 +19,7 @@ from asset2sim.assets.metric import metric_evidence
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
-from asset2sim.assets.urdf.read import front_of, read_urdf, root_of
+from asset2sim.assets.urdf.read import front_of, read_contacts, read_dynamics, read_starts, read_urdf, root_of
 from asset2sim.assets.urdf.references import AllowedFolders, Refused
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -129,12 +129,13 @@ def read_asset(
     companions, left_out = companions_of(folder, reach)
     told += left_out
     labels = read_semantics(companions.get("semantics.txt"))
+    contacts, starts = read_contacts(document.robot), read_starts(document.robot)
     links: list[LinkFeatures] = []
     geometry: dict[str, LinkGeometry] = {}
     for link in robot.links:
         kind, label = labels.get(link.name, ("", ""))
         link_features, geometry[link.name] = read_link(link, label, kind, reader)
-        links.append(link_features)
+        links.append(link_features.model_copy(update={"contact": contacts.get(link.name)}))
     if store is not None and reader.met.keys() != reader.known.keys():
         write_shapes(store, reader.met)
     points = {name: item.points for name, item in geometry.items()}
@@ -151,6 +152,9 @@ def read_asset(
     diagonal = float(np.linalg.norm(high - low))
     check_spread(urdf, points, diagonal)
     joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
+    springs = {name: own.stiffness for name, own in read_dynamics(urdf).items() if own.stiffness}
+    beyond = {joint.name: {"start": starts.get(joint.name), "stiffness": springs.get(joint.name)} for joint in joints}
+    joints = [joint.model_copy(update=beyond[joint.name]) for joint in joints]
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
     told += find_textures(document.robot, base, reader)

@@ -209,6 +209,9 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         message = f"link '{link.name}': {doubt}; collision shapes are made from its looks instead"
         reader.note("collision_unlike_looks", message, link.name)
     own = placed["visual"] if doubt is not None else placed["collision"] or placed["visual"]
+    hollow = any(not item.shape.exact for item in placed["collision"])
+    if doubt is None and hollow:
+        doubt = "a mesh of them is not closed and convex: engines would fill its hollow"
     inertial = read_inertial(link.inertial)
     if link.inertial is not None and inertial is None:
         problem = "its inertial lacks a mass or an inertia, or holds a number that is not finite; it counts as none"
@@ -242,6 +245,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         shell_inertia=six(walls.inertia / (walls.area or 1.0)),
         materials=link_paints(painted),
         inertial=inertial,
+        shapes_doubt=(doubt or "") if wanted["collision"] else "",
     )
     return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))
 

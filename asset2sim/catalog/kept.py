@@ -22,6 +22,8 @@ def numbers_of(overlay: PhysicsOverlay) -> Iterator[tuple[Quantity, str, Source]
         yield Quantity.MASS, link.name, link.mass_source
         yield Quantity.CENTRE, link.name, link.com_source
         yield Quantity.INERTIA, link.name, link.inertia_source
+        if link.shapes_source is not None:
+            yield Quantity.SHAPES, link.name, link.shapes_source
     for joint in overlay.all_joints:
         yield Quantity.DAMPING, joint.name, joint.damping_source
         yield Quantity.FRICTION, joint.name, joint.friction_source
@@ -29,11 +31,17 @@ def numbers_of(overlay: PhysicsOverlay) -> Iterator[tuple[Quantity, str, Source]
             yield Quantity.SPRINGS, joint.name, joint.stiffness_source
         if joint.lower is not None:
             yield Quantity.LIMITS, joint.name, joint.limits_source
+        if joint.mimic is None:
+            yield Quantity.START, joint.name, joint.position_source
+    if overlay.contact_source is not None:
+        yield Quantity.CONTACT, "", overlay.contact_source
 
 
 def counted(overlay: PhysicsOverlay) -> Counter[tuple[Quantity, str]]:
     """How many numbers of each quantity are kept, supplied and mended; those of the user's words are none of these."""
     stated = {(item.quantity, name) for item in overlay.authored for name in item.of or ("",)}
+    # A coefficient of contacts is stated link by link, and the object has one.
+    stated |= {(quantity, "") for quantity, _ in stated if quantity is Quantity.CONTACT}
     found: Counter[tuple[Quantity, str]] = Counter()
     for quantity, name, source in numbers_of(overlay):
         if source is not Source.USER:

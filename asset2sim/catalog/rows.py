@@ -221,6 +221,7 @@ def _shape_columns(record: AssetRecord) -> Row:
         **{f"size_{axis}_m": edge for axis, edge in zip("xyz", size, strict=True)},
         **_support_columns(overlay),
         "contact_friction": overlay.contact_friction if overlay else None,
+        "contact_source": overlay.contact_source.value if overlay and overlay.contact_source else None,
         "n_links": None if links is None else len(links),
         "n_joints": None if joints is None else len(joints),
     }

@@ -69,10 +69,21 @@ def parse_overlay(text: str, features: Features) -> Overlay:
             for index, name in enumerate(overlay.asked)
             if name != "scale" and name not in joints and not name.startswith(tuple(f"{joint}." for joint in joints))
         ),
+        *_dispute_violations(overlay, links, joints),
     ]
     if violations:
         raise InvalidFieldsError(violations)
     return overlay
+
+
+def _dispute_violations(overlay: Overlay, links: Sequence[str], joints: Sequence[str]) -> list[str]:
+    known: dict[str, Sequence[str]] = {"size": ["", "scale"], "mass": links, "contact": links}
+    return [
+        f"disagrees[{index}].about: '{_quoted(item.about)}' has no {item.quantity}; choose from "
+        f"{_listed(known.get(item.quantity, joints))}"
+        for index, item in enumerate(overlay.disagrees)
+        if item.about not in known.get(item.quantity, joints)
+    ]
 
 
 def parse_refinement(text: str, focus: Sequence[str]) -> RefinementAnswer:
@@ -167,18 +178,22 @@ REASONED = ("appearance", "size_reason", "findings", "unclear")
 STATED = ("contact_friction", "restitution")
 """Fields that only the synthesis asks for: what the user states of contacts."""
 
+DISPUTED = ("disagrees",)
+"""Fields that only the synthesis asks for, of an object whose file states numbers in metres."""
+
 WITHOUT: dict[str, tuple[str, ...]] = {
-    "synthesis": ("sigmas", "notes", *OWN_FIELDS),
-    "direct": ("sigmas", "notes", "uncertainty", *OWN_FIELDS, *RULE_FIELDS, *STATED),
-    "ivw": ("notes", "uncertainty", *OWN_FIELDS, *RULE_FIELDS, *STATED),
+    "synthesis": ("sigmas", "notes", *OWN_FIELDS, *DISPUTED),
+    "direct": ("sigmas", "notes", "uncertainty", *OWN_FIELDS, *RULE_FIELDS, *STATED, *DISPUTED),
+    "ivw": ("notes", "uncertainty", *OWN_FIELDS, *RULE_FIELDS, *STATED, *DISPUTED),
 }
 """Purpose → fields of an overlay that its prompt does not ask for."""
 
 
 @functools.cache
-def overlay_schema(purpose: str) -> dict[str, Any]:
-    """The schema of the answer to ``purpose``; titles, descriptions and defaults are left out, being in the prompt."""
-    without = frozenset(WITHOUT.get(purpose, OWN_FIELDS))
+def overlay_schema(purpose: str, *, disputable: bool = False) -> dict[str, Any]:
+    """The schema of the answer to ``purpose``; titles, descriptions and defaults are left out, being in the prompt.
+    ``disputable``: whether the object has numbers of its own to disagree with."""
+    without = frozenset(WITHOUT.get(purpose, OWN_FIELDS)) - (frozenset(DISPUTED) if disputable else frozenset())
     schema: dict[str, Any] = trimmed(Overlay.model_json_schema(), without)
     text = json.dumps(schema)
     schema["$defs"] = {name: item for name, item in schema["$defs"].items() if f"#/$defs/{name}" in text}

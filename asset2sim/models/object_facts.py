@@ -19,7 +19,10 @@ def object_facts(features: Features) -> dict[str, object]:
         **({"lengths": features.metric} if features.metric else {}),
         "size_m": features.rest_size,
         "size_closed_m": features.closed_size,
-        "links": [_link(link, features.link_centers.get(link.name)) for link in features.links],
+        "links": [
+            _link(link, features.link_centers.get(link.name)) | (_stated_contact(link) if features.metric else {})
+            for link in features.links
+        ],
         "joints": [_joint(joint) | (_stated(joint) if features.metric else {}) for joint in features.joints],
     }
 
@@ -80,7 +83,15 @@ def _joint(joint: JointFeatures) -> dict[str, object]:
     }
 
 
+def _stated_contact(link: LinkFeatures) -> dict[str, object]:
+    """The coefficient of its contacts as a file in metres states it."""
+    stated = None if link.contact is None else link.contact.friction
+    return {} if stated is None else {"file_states": {"contact": stated}}
+
+
 def _stated(joint: JointFeatures) -> dict[str, object]:
-    """Damping and friction as a file in metres states them: they stay where a hand bears them."""
-    stated = {name: value for name in ("damping", "friction") if (value := getattr(joint, name))}
+    """Damping, friction, spring and start as a file in metres states them: they stay where they are plausible."""
+    terms = {"damping": joint.damping, "friction": joint.friction, "springs": joint.stiffness}
+    stated = {name: value for name, value in terms.items() if value}
+    stated |= {} if joint.start is None else {"start": joint.start}
     return {"file_states": stated} if stated else {}

@@ -18,6 +18,8 @@ it answers."""
 SYNTHESIS = "synthesis"
 DIRECT = "direct"
 IVW = "ivw"
+AUTHORED = "authored"
+"""The file of the section on numbers that a file in metres states itself, which our method asks about."""
 
 _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
@@ -42,12 +44,13 @@ def overlay_request(
     facts = synthesis_facts(features, overlaps)
     information = {"purpose": purpose, **facts, **({} if view is None else {"view": view})}
     text = f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}"
+    disputable = purpose == SYNTHESIS and bool(features.metric)
     return ModelRequest(
         purpose=purpose,
-        system=system_text(purpose),
+        system=f"{system_text(purpose)}\n\n{_prompt_file(AUTHORED)}" if disputable else system_text(purpose),
         text=text,
         images=tuple(images),
-        answer_schema=overlay_schema(purpose),
+        answer_schema=overlay_schema(purpose, disputable=disputable),
     )
 
 

@@ -68,6 +68,6 @@ class RefinementContext:
         may stay."""
         made, _ = validate(
             self.extraction, self.proposal, self.source, overlay.contact_friction, self.settings.physics,
-            overlay.support, placed=placed, keep_terms=keep_terms,
+            overlay.support, placed=placed, keep_terms=keep_terms, contact_source=overlay.contact_source,
         )  # fmt: skip
         return made

@@ -74,9 +74,9 @@ ROUNDING_SHARE = 1e-6
 
 def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
     """Band that still counts as the requested state: a share of the range to either side, within the limits; nothing
-    beside a position that the user states as a number."""
+    beside a position that the user states as a number, and beside an end to which its mechanism snaps it back."""
     position = joint.initial_position
-    if joint.exact:
+    if joint.exact or (joint.bias is not None and joint.bias.kind == "bistable"):
         span = 1.0 if joint.lower is None or joint.upper is None else joint.upper - joint.lower
         return Band(position, position, position, span)
     if joint.lower is None or joint.upper is None:

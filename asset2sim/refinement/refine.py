@@ -28,8 +28,12 @@ from schemas.settings import Settings
 from schemas.verdict import Verdict
 from schemas.vocabulary import NOT_MEASURED, CollisionMode, Engine, FailureMode, Proposer, Source, Stage
 
+FATAL = "fatal_shape_boxed"
+"""Code of the finding for a collision shape of which an engine died."""
 DECOMPOSED = "collision_decomposed"
 """Code of the finding for a link decomposed into convex pieces."""
+RESHAPED = frozenset(("collision_cut", FATAL))
+"""Codes of findings for a link whose collision shapes were changed after they were made."""
 
 GOOD_PHI_M = 5e-4
 """Φ above which plain hulls are tried, m: our goal for the paper's nine objects."""
@@ -99,15 +103,24 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
     best = without_fatal_shapes(chosen, with_lasting_state(chosen, best, questions))
+    told = (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings)
     return RefinementResult(
-        best.mended.overlay,
+        with_shapes_by_rule(best.mended.overlay, told),
         best.state.folder,
         best.mended.reports,
         (*best.state.trace, *best.mended.trace),
         tuple(questions.calls),
-        (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings),
+        told,
         job.known.seconds,
     )
+
+
+def with_shapes_by_rule(overlay: PhysicsOverlay, told: Sequence[Finding]) -> PhysicsOverlay:
+    """The overlay in which the collision shapes that were changed, as these findings say, are no longer its file's."""
+    changed = {finding.link for finding in told if finding.code in RESHAPED}
+    update = {"shapes_source": Source.RULE}
+    links = (link.model_copy(update=update) if link.name in changed else link for link in overlay.links)
+    return overlay.model_copy(update={"links": tuple(links)})
 
 
 def attempt_pieces_then_hulls(
@@ -183,7 +196,7 @@ def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAt
         assert text is not None, "a box with thickness has volume"
         (folder.path / part.file).write_text(text, encoding="ascii")
         message = f"link '{part.name}': {dead} dies of {part.file} ({part.facts}); it collides as its box"
-        notes = (*notes, warning(code="fatal_shape_boxed", link=part.name, message=message))
+        notes = (*notes, warning(code=FATAL, link=part.name, message=message))
     mended, verdict = verify_and_mend(job, overlay, folder, ())
     return replace(tried, notes=notes, mended=mended, verdict=verdict)
 

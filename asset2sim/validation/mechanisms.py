@@ -12,7 +12,7 @@ from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
 from schemas.mechanism import Bias
 from schemas.settings import PhysicsSettings
-from schemas.vocabulary import DynamicsRule
+from schemas.vocabulary import DynamicsRule, Source
 
 SNAP_FRICTION = 0.1
 """Dry friction of a part that snaps, as a share of its kind's least effort: between its ends it must not stay."""
@@ -26,7 +26,14 @@ def at_their_ends(
     """Joint → its start, those of bistable mechanisms at the end that is nearer, in doubt the closed one: none of them
     stays between. Those that the user states as a number, or that a search has placed (``kept``), stay."""
     moved = {name for name, start in starts.items() if name not in kept and snaps(start.range, handled[name])}
-    return {n: replace(start, position=nearer_end(start)) if n in moved else start for n, start in starts.items()}
+    return {n: at_end(start) if n in moved else start for n, start in starts.items()}
+
+
+def at_end(start: Start) -> Start:
+    """The start moved to its nearer end, by rule where its file has it elsewhere."""
+    end = nearer_end(start)
+    own = start.source is Source.AUTHORED and end != start.position
+    return replace(start, position=end, source=Source.RULE if own else start.source)
 
 
 def snaps(span: Range, kind: Handling) -> bool:

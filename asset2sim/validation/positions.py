@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import mechanism
@@ -39,9 +40,10 @@ def initial_positions(
     source: Source,
     settings: PhysicsSettings,
     notes: Notes,
+    stated: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, Start]:
-    """Where every movable joint starts: as proposed, else where its spring brings it (``rests``), else closed where
-    geometry is sure of it, else at zero. ``proposed`` and ``rests`` are at the authored scale."""
+    """Where every movable joint starts: as proposed, else where its spring brings it (``rests``), else where its file
+    has it (``stated``), else closed where geometry is sure of it, else at zero. All at the authored scale."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -54,6 +56,10 @@ def initial_positions(
             if rest is not None:
                 at = span.clamp(turned(span, rest * (scale if span.joint.prismatic else 1.0)))
                 starts[name] = Start(span, at, Source.RULE, False)
+                continue
+            if name in stated:
+                at = span.clamp(turned(span, stated[name] * (scale if span.joint.prismatic else 1.0)))
+                starts[name] = Start(span, at, Source.AUTHORED, False)
                 continue
             sure = span.joint.openness_confidence >= settings.sure_of_closed
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)

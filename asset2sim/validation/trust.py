@@ -3,7 +3,9 @@ what hands do with parts, and by whether one number stands for parts that differ
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from asset2sim.assets.urdf.read import Dynamics
 from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.dynamics import WEAKEST_HZ
 from asset2sim.physics.inertia import tensor_of
+from asset2sim.validation.disputes import Disputes, Judge
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import felt_friction
 from schemas.authored import Authored, Belief, wanted
@@ -56,6 +59,7 @@ class Opinion:
 
     words: tuple[str, ...]
     in_metres: bool
+    disputes: Disputes
     found: dict[tuple[Quantity, str], Belief] = field(default_factory=dict)
 
     @property
@@ -63,12 +67,18 @@ class Opinion:
         """Whether any term of a joint's dynamics may be kept."""
         return self.in_metres or any(wanted(self.words, quantity) is Keep.ALL for quantity in TERMS)
 
-    def add(self, quantity: Quantity, name: str, belief: Belief) -> Belief:
-        """Add what is believed of one number, unless it is not to be kept; a doubtful one that is to be stays."""
+    def add(
+        self, quantity: Quantity, name: str, belief: Belief, stated: float | None = None, judge: Judge | None = None
+    ) -> Belief:
+        """Add what is believed of one number, unless it is not to be kept; a doubtful one that is to be stays. A model
+        may dispute a ``stated`` number with another, which ``judge`` judges."""
         keep = wanted(self.words, quantity)
+        judged = keep is Keep.ALL or (keep is Keep.PLAUSIBLE and self.in_metres)
+        if stated is not None and judge is not None and judged:
+            belief = self.disputes.settle(quantity, name, stated, belief, judge, keep)
         if keep is Keep.ALL and belief.trust is Trust.DOUBTFUL:
             belief = Belief(trust=Trust.PLAUSIBLE, reason=f"kept as asked, though {belief.reason}")
-        if keep is Keep.ALL or (keep is Keep.PLAUSIBLE and self.in_metres):
+        if judged:
             self.found[quantity, name] = belief
         return belief
 
@@ -95,7 +105,9 @@ def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings)
     for link in features.links:
         if link.inertial is None:
             continue
-        mass = opinion.add(Quantity.MASS, link.name, judged_mass(link, link.inertial, placeholders))
+        belief = judged_mass(link, link.inertial, placeholders)
+        other = partial(judged_other_mass, link, link.inertial)
+        mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
         rest = (ALONE, ALONE)
         if mass.trust is Trust.PLAUSIBLE:
             rest = judged_centre(link, link.inertial), judged_inertia(link, link.inertial, settings)
@@ -116,6 +128,12 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool) ->
     if not LEAST_DENSITY_KG_M3 <= density <= MOST_DENSITY_KG_M3:
         return doubtful(f"not {PLAUSIBLE_MASS.reason}")
     return PLAUSIBLE_MASS
+
+
+def judged_other_mass(link: LinkFeatures, stated: LinkInertial, mass_kg: float) -> Belief:
+    """Another mass in place of the stated one, kg."""
+    other = stated.model_copy(update={"mass_kg": mass_kg})
+    return judged_mass(link.model_copy(update={"inertial": other}), other, placeholders=False)
 
 
 def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
@@ -155,13 +173,12 @@ def judge_joints(
         for joint in every:
             own = stated[joint.name]
             value = float(getattr(own, term))
-            if value < 0.0:
-                opinion.add(quantity, joint.name, impossible("it would feed the motion instead of braking it"))
-            elif value > 0.0 and joint.name in alike:
-                opinion.add(quantity, joint.name, doubtful("joints that move far more and far less have the same"))
-            elif value > 0.0:
-                belief = judged_term(quantity, own, joint, handled[joint.name], settings)
-                opinion.add(quantity, joint.name, belief)
+            if value == 0.0:
+                continue
+            judge = partial(judged_value, quantity, own, joint, handled[joint.name], settings)
+            shared = joint.name in alike and value > 0.0
+            belief = doubtful("joints that move far more and far less have the same") if shared else judge(value)
+            opinion.add(quantity, joint.name, belief, value, judge)
 
 
 def shared_by_unlike(
@@ -178,6 +195,16 @@ def shared_by_unlike(
         if len(kinds) > 1 or max(moved) > settings.alike_inertia * min(moved):
             unlike.update(joint.name for joint in group)
     return frozenset(unlike)
+
+
+def judged_value(
+    quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, settings: PhysicsSettings, value: float
+) -> Belief:
+    """A value of one term beside the others that are stated."""
+    if value < 0.0:
+        return impossible("it would feed the motion instead of braking it")
+    changed: dict[str, Any] = {TERMS[quantity]: value}
+    return judged_term(quantity, replace(stated, **changed), joint, kind, settings)
 
 
 def judged_term(

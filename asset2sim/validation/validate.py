@@ -1,6 +1,6 @@
 """The whole of validation: scale, masses, limits, positions, joint dynamics, in that order."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -16,6 +16,7 @@ from asset2sim.physics.arrays import six, vector
 from asset2sim.physics.kinematics import locked, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.build import as_thick_as_their_kind
+from asset2sim.validation.disputes import Disputes
 from asset2sim.validation.followers import follow, leaders_positions
 from asset2sim.validation.handling import Handling, handlings, is_pressed
 from asset2sim.validation.hanging import hangs_on_wall
@@ -35,7 +36,9 @@ from asset2sim.validation.trust import (
     with_limits,
     without_bounds_of,
 )
+from asset2sim.validation.trust_surroundings import judge_contact, judge_shapes, judge_starts
 from schemas.authored import KEPT_AS_ASKED
+from schemas.features import LinkFeatures
 from schemas.finding import Finding, Notes
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
@@ -62,11 +65,13 @@ def validate(
     guidance: Guidance = NOTHING_ASKED,
     placed: Mapping[str, float] = MappingProxyType({}),
     keep_terms: bool = True,
+    contact_source: Source | None = None,
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
     what ``overlay.asked`` names counts as the user's. ``support`` says what carries the object; None: it is found, from
     the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked. Not
-    to ``keep_terms`` supplies the damping, friction and springs that a file in metres states, too."""
+    to ``keep_terms`` supplies the damping, friction and springs that a file in metres states, too. With a
+    ``contact_source`` the coefficient of contacts is final."""
     notes, features = Notes(), extraction.features
     if features.metric == KEPT_AS_ASKED and "scale" not in overlay.asked:
         overlay = overlay.model_copy(update={"scale": 1.0})
@@ -77,14 +82,26 @@ def validate(
         message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}"
         notes.info("rescaled", message, value=scale, limit=1.0)
     note_mass_change(overlay, notes)
-    opinion = Opinion(features.keep, in_metres)
+    opinion = Opinion(features.keep, in_metres, Disputes.of(overlay, settings))
+    opinion.disputes.refuse_size(features.metric)
     judge_links(opinion, features, settings)
-    unmoved = Completion(extraction, scale, scale_source, source, contact_friction, settings, guidance, placed, opinion)
+    judge_shapes(opinion, features.links)
+    coefficient = judge_contact(opinion, features, settings)
+    sprung = {joint.name for joint in features.joints if joint.stiffness}
+    sprung |= {item.name for item in overlay.joints if item.spring_rest is not None}
+    starts = judge_starts(opinion, features, sprung)
+    contact = contact_friction, contact_source or (source if overlay.contact_friction is None else Source.USER)
+    overlay = opinion.disputes.applied(overlay)
+    disputed = opinion.disputes.of_contact
+    if contact_source is None and contact[1] is not Source.USER:
+        contact = (disputed, source) if disputed else coefficient or contact
+    unmoved = Completion(extraction, scale, scale_source, source, contact, settings, guidance, placed, opinion, starts)
     told = Notes()
     done, handled = complete(unmoved, overlay, support, told)
     if opinion.on_joints and keep_terms and settings.dynamics is not DynamicsRule.PAPER:
         stated = read_dynamics(extraction.urdf)
         judge_joints(opinion, done.all_joints, stated, handled, settings)
+        overlay = opinion.disputes.applied(overlay)
         kept = with_kept_terms(overlay, opinion, stated, done.all_joints)
         if kept != overlay:
             told = Notes()
@@ -93,25 +110,26 @@ def validate(
             told.findings = without_bounds_of(done, told.findings)
     if opinion.found or features.metric:
         done = done.model_copy(update={"authored": with_limits(opinion, done, features.metric).grouped()})
-    notes.findings.extend(told.findings)
+    notes.findings.extend((*opinion.disputes.notes.findings, *told.findings))
     note_unmet_mass(overlay, guidance, done.mass_kg, notes)
     return done, tuple(notes.findings)
 
 
 @dataclass(frozen=True)
 class Completion:
-    """All that completes a proposal, beside it: the asset, its final scale and whose that is, who proposes, and what of
-    the file is believed."""
+    """All that completes a proposal, beside it: the asset, its final scale and the coefficient of its contacts and
+    whose these are, who proposes, what of the file is believed, and where joints start by it (authored scale)."""
 
     extraction: Extraction
     scale: float
     scale_source: Source
     source: Source
-    contact_friction: float
+    contact: tuple[float, Source]
     settings: PhysicsSettings
     guidance: Guidance
     placed: Mapping[str, float]
     opinion: Opinion
+    starts: Mapping[str, float]
 
 
 def complete(
@@ -135,7 +153,7 @@ def complete(
     ranges = {name: span for name, span in spans.items() if span is not None}
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
-    starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes)
+    starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
     starts = follow(features, starts, scale, notes)
     note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
@@ -148,7 +166,7 @@ def complete(
         hung, hangs = is_hung(extraction), hangs_on_wall(extraction, given.guidance.category)
         support = support_of(features, overlay, source, given.guidance, *standing, hung=hung, hangs=hangs)
     handled = handlings(
-        known, points, tree, bodies, positions, proposals, given.contact_friction, settings, carried=support.kind
+        known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
     )
     exact = {name for name in starts if f"initial_joint_positions.{name}" in asked}
     starts = at_their_ends(starts, handled, exact | given.placed.keys())
@@ -161,9 +179,10 @@ def complete(
         asset_id=features.asset_id,
         scale=scale,
         scale_source=given.scale_source,
-        contact_friction=given.contact_friction,
+        contact_friction=given.contact[0],
+        contact_source=given.contact[1],
         support=support,
-        links=tuple(link_physics(masses[link.name], link.label) for link in features.links),
+        links=tuple(link_physics(masses[link.name], link, believed[link.name]) for link in features.links),
         joints=tuple(joint for joint in joints if joint.mimic is None),
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
@@ -205,11 +224,11 @@ def note_unmet_mass(overlay: Overlay, guidance: Guidance, mass_kg: float, notes:
         notes.warn("mass_unmet", message, value=wanted, limit=mass_kg)
 
 
-def link_physics(item: LinkMass, label: str) -> LinkPhysics:
-    """The ``LinkPhysics`` record of one link."""
+def link_physics(item: LinkMass, link: LinkFeatures, kept: Collection[Quantity]) -> LinkPhysics:
+    """The ``LinkPhysics`` record of one link, of which these quantities are ``kept``."""
     return LinkPhysics(
         name=item.name,
-        label=label,
+        label=link.label,
         material=item.made.material,
         density_kg_m3=item.made.density,
         hollow_factor=item.made.hollow,
@@ -225,7 +244,16 @@ def link_physics(item: LinkMass, label: str) -> LinkPhysics:
         com_source=item.com_source,
         inertia=six(item.inertia),
         inertia_source=item.inertia_source,
+        shapes_source=shapes_source(link, kept),
     )
+
+
+def shapes_source(link: LinkFeatures, kept: Collection[Quantity]) -> Source | None:
+    """Where a link's collision shapes come from: its file, where they may stay, or our rules; None without geometry."""
+    if not link.has_geometry:
+        return None
+    stay = Quantity.SHAPES in kept or not link.shapes_doubt
+    return Source.AUTHORED if link.has_shapes and stay else Source.RULE
 
 
 def contact_friction(material: str | None, settings: PhysicsSettings) -> float:

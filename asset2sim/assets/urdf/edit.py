@@ -55,7 +55,7 @@ def refined_urdf(
         if not keep:
             write_collision(link, collision_files.get(str(link.get("name")), ()))
         write_inertial(link, links[str(link.get("name"))])
-        write_contact(link, overlay.rolling_friction_m)
+        write_contact(link, overlay.contact_friction, overlay.rolling_friction_m)
     for element in robot.findall("joint"):
         authored = features.joint(str(element.get("name")))
         scale_origin(element, overlay.scale)
@@ -187,8 +187,14 @@ def write_inertial(link: Element, physics: LinkPhysics) -> None:
     link.insert(0, inertial)
 
 
-def write_contact(link: Element, rolling_friction_m: float) -> None:
-    """State the rolling resistance of a link's contacts (m) in the element that Bullet reads; nothing where it is 0."""
+def write_contact(link: Element, friction: float, rolling_friction_m: float) -> None:
+    """State the rolling resistance of a link's contacts (m) in the element that Bullet reads, nothing where it is 0;
+    where the file states a coefficient there it becomes the object's, without bouncing."""
+    stated = link.find("contact")
+    if stated is not None:
+        child(stated, "lateral_friction").set("value", word(friction))
+        for old in stated.findall("restitution"):
+            stated.remove(old)
     if rolling_friction_m > 0.0:
         child(child(link, "contact"), "rolling_friction").set("value", word(rolling_friction_m))
 
@@ -213,6 +219,7 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     dynamics = child(element, "dynamics")
     dynamics.set("damping", word(physics.damping))
     dynamics.set("friction", word(physics.friction))
+    dynamics.attrib.pop("start", "")
     stiffness, reference = plain_spring(physics, settings)
     dynamics.set("spring_stiffness", word(stiffness))
     dynamics.set("spring_reference", word(reference))

@@ -18,6 +18,7 @@ from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, transform
 from schemas.errors import AssetError
+from schemas.features import LinkContact
 from schemas.vocabulary import FailureMode
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
@@ -176,6 +177,30 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
         found = Dynamics(damping, friction, stiffness, reference, armature, (slope, none_at, least, most))
         terms[str(joint.get("name"))] = found
     return terms
+
+
+def read_starts(robot: "etree._Element") -> dict[str, float]:
+    """Joint → where its file says that it starts, rad or m, of those that have a ``start`` beside their dynamics: URDF
+    has no field for it, and our converters write it there."""
+    stated = ((joint, joint.find("dynamics")) for joint in robot.findall("joint"))
+    found = {str(joint.get("name")): item.get("start") for joint, item in stated if item is not None}
+    return {name: float(text) for name, text in found.items() if text}
+
+
+def read_contacts(robot: "etree._Element") -> dict[str, LinkContact]:
+    """Link → friction and restitution of its contacts, as Bullet's ``<contact>`` or Gazebo's ``mu1`` state them."""
+    found: dict[str, LinkContact] = {}
+    for link in robot.findall("link"):
+        values = {key: link.find(f"contact/{key}") for key in ("lateral_friction", "restitution")}
+        friction, restitution = (None if item is None else item.get("value") for item in values.values())
+        name = str(link.get("name"))
+        for gazebo in robot.findall("gazebo"):
+            if gazebo.get("reference") == name and friction is None:
+                friction = gazebo.findtext("mu1")
+        if friction or restitution:
+            numbers = (float(text) if text else None for text in (friction, restitution))
+            found[name] = LinkContact(**dict(zip(("friction", "restitution"), numbers, strict=True)))
+    return found
 
 
 def passing_pairs(robot: "etree._Element") -> tuple[tuple[str, str], ...]:

@@ -153,6 +153,20 @@ def write_obj(work: Path, name: str, vertices: Array, faces: Faces, uv: Array | 
     return str(place)
 
 
+def add_contact(
+    link: Element, frictions: Sequence[float], restitution: float | None = None, *, default: float = 0.0
+) -> None:
+    """State the mean Coulomb coefficient of a link's shapes, and its restitution, as Bullet reads them; nothing where
+    each is the format's ``default``, which is no statement."""
+    said = any(value != default for value in frictions)
+    if said or restitution is not None:
+        contact = add(link, "contact")
+        if said:
+            add(contact, "lateral_friction", value=words([sum(frictions) / len(frictions)]))
+        if restitution is not None:
+            add(contact, "restitution", value=words([restitution]))
+
+
 def add_inertial(link: Element, mass: float, pose: Array, inertia: Sequence[float]) -> None:
     """State a link's mass (kg) and its inertia about the centre of mass (ixx ixy ixz iyy iyz izz, kg·m²) in the axes of
     ``pose``, which lies in the centre of mass."""

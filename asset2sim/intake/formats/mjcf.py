@@ -19,6 +19,7 @@ from asset2sim.intake.formats.format import (
     Converted,
     Format,
     add,
+    add_contact,
     add_inertial,
     add_joint,
     add_origin,
@@ -33,6 +34,8 @@ from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
+MUJOCO_FRICTION = 1.0
+"""Coefficient of geoms that state none."""
 SHOWN_GROUPS = (0, 1, 2)
 """Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
@@ -164,6 +167,11 @@ class _Model:
         spanned = {kind: len(axes[kind]) and np.linalg.matrix_rank(axes[kind], 1e-3) == 3 for kind in axes}
         return bool(spanned[slide] and (ball in types or spanned[hinge]))
 
+    def key(self) -> int:
+        """The keyframe in which the model starts: that named ``home``, else the first."""
+        named = self.mj.mj_name2id(self.model, self.mj.mjtObj.mjOBJ_KEY, "home")
+        return max(int(named), 0)
+
     def geoms(self, body: int) -> list[int]:
         """The geoms of a body."""
         start = self.model.body_geomadr[body]
@@ -202,6 +210,8 @@ class _Model:
             self.add_mass(link, body, body_to_link)
         for geom in self.geoms(body):
             self.add_geom(link, geom, body_to_link)
+        solid = [geom for geom in self.geoms(body) if m.geom_contype[geom] or m.geom_conaffinity[geom]]
+        add_contact(link, [float(m.geom_friction[geom][0]) for geom in solid], default=MUJOCO_FRICTION)
         for other in range(1, m.nbody):
             if m.body_parentid[other] == body:
                 self.add_body(robot, other, name, body_to_link)
@@ -243,6 +253,8 @@ class _Model:
                     "spring_reference": float(m.qpos_spring[at]) - zero}  # fmt: skip
         if (armature := float(m.dof_armature[dof])) > 0.0:
             dynamics["armature"] = armature
+        if m.nkey:
+            dynamics["start"] = float(m.key_qpos[self.key()][at]) - zero
         add(element, "dynamics", **{key: words([value]) for key, value in dynamics.items()})
 
     def add_geom(self, link: Element, geom: int, body_to_link: Array) -> None:

@@ -20,6 +20,7 @@ from asset2sim.intake.formats.format import (
     Converted,
     Format,
     add,
+    add_contact,
     add_inertial,
     add_joint,
     add_origin,
@@ -192,6 +193,12 @@ class _Model:
         for role in ("visual", "collision"):
             for item in source.findall(role):
                 self.add_shape(link, item, to_link @ self.own_pose(item))
+        surfaces = source.findall("collision/surface")
+        given = [item for item in surfaces if item.find("friction/ode/mu") is not None]
+        bounces = [item for item in surfaces if item.find("bounce/restitution_coefficient") is not None]
+        bounce = [self.numbers(item, "bounce/restitution_coefficient", "0")[0] for item in bounces]
+        frictions = [self.numbers(item, "friction/ode/mu", "0")[0] for item in given]
+        add_contact(link, frictions, max(bounce, default=None), default=math.inf)
 
     def add_shape(self, link: Element, item: Element, pose: Array) -> None:
         """A visual or collision; planes are left out, and so is what a URDF has no shape for."""
@@ -317,8 +324,11 @@ class _Model:
             add(element, "limit", **limit)
         keys = ("damping", "friction", "spring_stiffness", "spring_reference")
         stated = [key for key in keys if axis.find(f"dynamics/{key}") is not None]
-        if stated:
-            add(element, "dynamics", **{key: words(self.numbers(axis, f"dynamics/{key}", "0")) for key in stated})
+        terms = {key: words(self.numbers(axis, f"dynamics/{key}", "0")) for key in stated}
+        if axis.find("initial_position") is not None:
+            terms["start"] = words(self.numbers(axis, "initial_position", "0"))
+        if terms:
+            add(element, "dynamics", **terms)
         mimic = axis.find("mimic")
         if mimic is not None:
             ratio = self.numbers(mimic, "multiplier", "1")[0]

@@ -17,6 +17,7 @@ from asset2sim.intake.formats.format import (
     Converted,
     Format,
     add,
+    add_contact,
     add_inertial,
     add_joint,
     add_origin,
@@ -237,8 +238,8 @@ class _Object:
                 mass, pose, inertia = found
                 add_inertial(link, mass, to_link @ pose, inertia)
         friction = [item.friction for item in weighed if item.friction > 0.0]
-        if friction:
-            add(add(link, "contact"), "lateral_friction", value=words([sum(friction) / len(friction)]))
+        bounce = max((item.restitution for item in weighed), default=0.0)
+        add_contact(link, friction, bounce or None)
 
     def add_visuals(self, link: Element, prim: "Usd.Prim", form: Form, to_link: Array) -> None:
         """A piece of geometry as visuals, one for each of its paints."""

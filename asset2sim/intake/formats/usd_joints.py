@@ -183,8 +183,10 @@ def step(
         "spring_reference": reference if stiffness else 0.0,
         "armature": number(*armature) * inertia,
     }
+    start = number("state:{}:physics:position", default=math.nan) * unit
     kind = ("revolute" if "lower" in limit else "continuous") if turns else "prismatic"
-    return Step(kind, axis, limit, {key: value for key, value in dynamics.items() if value})
+    stated = {key: value for key, value in dynamics.items() if value}
+    return Step(kind, axis, limit, stated if math.isnan(start) else stated | {"start": start - zero})
 
 
 def mimic_of(stage: UsdStage, prim: "Usd.Prim") -> tuple[str, float, float] | None:

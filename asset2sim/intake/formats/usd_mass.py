@@ -32,13 +32,14 @@ PRIMITIVES: dict[str, Callable[..., Any]] = {
 @dataclass(frozen=True, eq=False)
 class WeighedForm:
     """Geometry in its body's frame, with what is stated for it, 0 where nothing is: its mass (kg), density (kg/m³),
-    the density and Coulomb friction of its physics material."""
+    the density, Coulomb friction and restitution of its physics material."""
 
     form: Form
     mass_kg: float = 0.0
     density_kg_m3: float = 0.0
     material_kg_m3: float = 0.0
     friction: float = 0.0
+    restitution: float = 0.0
 
     @classmethod
     def of(cls, stage: UsdStage, prim: "Usd.Prim", form: Form) -> "WeighedForm":
@@ -47,12 +48,13 @@ class WeighedForm:
 
         unit = stage.kilogram / stage.metre**3
         material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
-        density = friction = 0.0
+        density = friction = bounce = 0.0
         if material:
             density = stage.number(material.GetPrim(), "physics:density") * unit
             friction = stage.number(material.GetPrim(), "physics:dynamicFriction", "physics:staticFriction")
+            bounce = stage.number(material.GetPrim(), "physics:restitution")
         mass = stage.number(prim, "physics:mass") * stage.kilogram
-        return cls(form, mass, stage.number(prim, "physics:density") * unit, density, friction)
+        return cls(form, mass, stage.number(prim, "physics:density") * unit, density, friction, bounce)
 
     def solid(self) -> Solid | None:
         """Volume, centre and inertia; None for a sheet, which has none."""

@@ -199,7 +199,11 @@ def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | No
 def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More contact friction, so that the object does not creep or slide."""
     friction = min(1.5 * overlay.contact_friction, MAX_CONTACT_FRICTION)
-    return overlay.model_copy(update={"contact_friction": friction}) if friction > overlay.contact_friction else None
+    return (
+        overlay.model_copy(update={"contact_friction": friction, "contact_source": Source.RULE})
+        if friction > overlay.contact_friction
+        else None
+    )
 
 
 def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
