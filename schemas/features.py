@@ -27,7 +27,7 @@ class LinkInertial(Frozen):
 
 
 class LinkContact(Frozen):
-    """What a file states of a link's contacts: Coulomb coefficient, and restitution from 0 (dead) to 1."""
+    """Contacts of a link as its file states them: Coulomb coefficient, and restitution from 0 (dead) to 1."""
 
     friction: Finite | None = None
     restitution: Finite | None = None

@@ -21,7 +21,7 @@ JOINTS = frozenset((Quantity.DAMPING, Quantity.FRICTION, Quantity.SPRINGS))
 
 @dataclass
 class Disputes:
-    """What a model says of a file's numbers, by (quantity, link or joint; "" for the object): ``stands`` collects the
+    """A model's objections to numbers of a file, by (quantity, link or joint; "" for the object): ``stands`` collects the
     values that go before the file's, ``notes`` a finding for each."""
 
     said: Mapping[tuple[Quantity, str], Disagreement]
