@@ -21,8 +21,8 @@ JOINTS = frozenset((Quantity.DAMPING, Quantity.FRICTION, Quantity.SPRINGS))
 
 @dataclass
 class Disputes:
-    """A model's objections to numbers of a file, by (quantity, link or joint; "" for the object): ``stands`` collects the
-    values that go before the file's, ``notes`` a finding for each."""
+    """A model's objections to numbers of a file, by (quantity, link or joint; "" for the object): ``stands`` collects
+    the values that go before the file's, ``notes`` a finding for each."""
 
     said: Mapping[tuple[Quantity, str], Disagreement]
     settings: PhysicsSettings
