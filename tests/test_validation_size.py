@@ -9,9 +9,10 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.guidance import tables
+from asset2sim.guidance.category import identify
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
-from asset2sim.guidance.sizing import fitted_edges
+from asset2sim.guidance.sizing import fitted_edges, propose_scale
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size
 from schemas.finding import Notes
@@ -190,3 +191,17 @@ def test_edges_that_disagree_make_a_size_less_sure_and_other_categories_have_non
     usual, odd = (fitted_edges(edges, "Window") for edges in ((0.08, 0.85, 1.3), (0.9, 3.0, 0.7)))
     assert usual is not None and odd is not None and odd.sigma > 1.5 * usual.sigma
     assert fitted_edges((0.1, 0.1, 0.1), "Bottle") is None and fitted_edges((0.0, 1.0, 1.0), "Window") is None
+
+
+@pytest.mark.parametrize(
+    ("category", "edge", "kept"), [("Bottle", 0.081, True), ("Bottle", 0.05, False), ("Bottle", 1.6, False),
+                                   ("Laptop", 0.33, True), ("Laptop", 0.1, False), ("Thing", 0.2, True)],
+)  # fmt: skip
+def test_what_is_smaller_than_normalised_and_usual_is_in_metres(category: str, edge: float, kept: bool) -> None:
+    """Datasets normalise to a unit cube or sphere; a pill bottle of 8 cm is one of 8 cm."""
+    info = ObjectInfo.from_json(thing(category, size=edge))
+    size = tables.sizes()[identify(info, ())[0]]
+    found = propose_scale(info, size, NOTHING_ASKED.size).value
+    assert (found == 1.0) is kept, found
+    if kept:
+        assert with_sensible_size(info, read_guidance("", info), Overlay(scale=1.0), Notes()).scale == 1.0

@@ -19,6 +19,9 @@ REAL_SLACK = 1.5
 """Factor by which an object that its user calls real-sized may be outside the table's range."""
 METRIC_SLACK = 5.0
 """Factor by which an object whose file is in metres may be outside the table's range: toys, and models for a robot."""
+NORMALISED_M = 0.45
+"""Longest edge under which no dataset normalises its objects (a unit cube or sphere, 0.5 to 2): one that is smaller,
+and of a usual size for its kind, is in metres."""
 DEEPEST = 4.0 / 3.0
 """Depth over width from which a kitchen appliance (0.55 to 0.68 m deep at 0.6 m, EN 1116) has its front along y."""
 SIDEWAYS = 6.0
@@ -110,6 +113,8 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
     if keeps_size(info, size, asked):
         return Scale(1.0, real, authored, f"scale 1: {info.lengths}")
     phrase, factor = size_word(asked)
+    if not phrase and usual_as_it_is(info, size):
+        return Scale(1.0, real, authored, f"scale 1: {authored:.3g} m is usual, and less than what is normalised")
     fit = fitted_edges(info.size_closed_m, size.category)
     usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
     target = usual * factor
@@ -173,6 +178,13 @@ def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
     if info.lengths == KEPT_AS_ASKED or not info.category:
         return True
     return size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
+
+
+def usual_as_it_is(info: ObjectInfo, size: Size) -> bool:
+    """Whether an object of unknown units is smaller than what is normalised, and about usual for its kind in metres."""
+    most = REAL_SLACK * min(size.max_m, narrow_enough(info, size))
+    usual = size.min_m / REAL_SLACK <= dimension(info, size) <= most
+    return usual and 0.0 < max(info.size_closed_m) < NORMALISED_M
 
 
 def dimension(info: ObjectInfo, size: Size) -> float:

@@ -213,9 +213,11 @@ def evidence(seen: RestingShape, up: Array) -> dict[str, float]:
     }
     found |= joint_evidence(seen, up)
     share: dict[str, list[float]] = {"high": [], "low": []}
+    # A single wheel is as likely turned by a hand as it carries anything.
+    low_words = LOW if sum("wheel" in words for words, _ in seen.named) > 1 else LOW - {"wheel"}
     for words, points in seen.named:
         place = ((points.min(axis=0) + points.max(axis=0)) @ up / 2.0 - floor) / max(high - floor, 1e-12) - 0.5
-        if words & LOW:
+        if words & low_words:
             share["low"].append(-place)
         elif words & HIGH:
             share["high"].append(place)

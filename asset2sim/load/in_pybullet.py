@@ -8,6 +8,7 @@ import numpy as np
 
 from asset2sim.load.description import Description
 from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, copied, free_name, module, point, transform
+from asset2sim.load.shapes import carried_inertia
 
 
 class PyBulletObject(Loaded):
@@ -67,8 +68,8 @@ class PyBulletObject(Loaded):
                 )
                 bullet.changeConstraint(gear, gearRatio=-joint.mimic[1], maxForce=1e4, erp=0.2, **at)
         self.body, self.joints, self.pushed, self.moved = body, joints, set[str](), dict[str, float]()
-        self.weigh()
         self.places = [joints[name] for name in self.joint_names]
+        self.weigh()
         self.links = {info[12].decode(): info[0] for info in infos}
         self.start = bullet.getBasePositionAndOrientation(body, **at)  # of the centre of mass, as it is set
 
@@ -86,12 +87,9 @@ class PyBulletObject(Loaded):
         self.weigh()
 
     def weigh(self) -> None:
-        """Take the inertia of all that a joint with an armature turns or shifts, from the object as it is."""
+        """Take the inertia of all that joints move, from the object as it is, where one has an armature."""
         if any(joint.armature > 0.0 for joint in self.about.joints):
-            names = sorted(self.joints, key=lambda name: self.joints[name])
-            states = [self.bullet.getJointState(self.body, self.joints[name], **self.at)[0] for name in names]
-            matrix = np.array(self.bullet.calculateMassMatrix(self.body, states, **self.at))
-            self.moved = dict(zip(names, np.diag(matrix)[-len(names) :].tolist(), strict=True))
+            self.moved = carried_inertia(self.about.urdf, self.about.root, self.positions())
 
     def place(self) -> None:
         self.bullet.resetBasePositionAndOrientation(self.body, *self.start, **self.at)

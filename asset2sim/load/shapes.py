@@ -69,6 +69,35 @@ def link_poses(urdf: ET.Element, root: str, positions: Mapping[str, float]) -> d
     return poses
 
 
+def carried_inertia(urdf: ET.Element, root: str, positions: Mapping[str, float]) -> dict[str, float]:
+    """Joint → inertia of all beyond it about its axis, kg·m², or its mass where it slides, kg, the root held."""
+    poses, found = link_poses(urdf, root, positions), dict[str, float]()
+    joints, inertials = (
+        urdf.findall("joint"),
+        {str(link.get("name")): link.find("inertial") for link in urdf.iter("link")},
+    )
+    for joint in (one for one in joints if one.get("type") != "fixed"):
+        links, total = [end(joint, "child")], 0.0
+        at = poses[links[0]]
+        axis = vector(joint.find("axis"), "xyz", "1 0 0")
+        along = at[:3, :3] @ axis / np.linalg.norm(axis)
+        for link in links:
+            links.extend(end(one, "child") for one in joints if end(one, "parent") == link)
+            inertial = inertials[link]
+            if inertial is not None:
+                mass, frame = vector(inertial.find("mass"), "value", "0")[0], poses[link] @ pose_of(inertial)
+                (xx,), (yy,), (zz,), (xy,), (xz,), (yz,) = (
+                    vector(inertial.find("inertia"), name, "0")[:1]
+                    for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+                )
+                own = frame[:3, :3].T @ along
+                spin = own @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ own
+                lever = np.cross(along, frame[:3, 3] - at[:3, 3])
+                total += float(mass if joint.get("type") == "prismatic" else spin + mass * lever @ lever)
+        found[str(joint.get("name"))] = total
+    return found
+
+
 def points_of(link: ET.Element, tag: str, names: tuple[str, ...] = ("",)) -> np.ndarray:
     """(n, 3) points that span a link's shapes of this tag whose name begins so, in the link's frame, m. Raises
     LoadError for a collision mesh that is not there or no OBJ; visual ones are left out."""

@@ -13,6 +13,7 @@ from asset2sim.guidance.sizing import (
     narrow_enough,
     size_word,
     stated_scale,
+    usual_as_it_is,
 )
 from asset2sim.guidance.tables import Size
 from schemas.finding import Notes
@@ -88,4 +89,6 @@ def size_bounds(info: ObjectInfo, size: Size, asked: AskedSize) -> SizeBounds:
     low, high = min(size.min_m, (1.0 - KEEP_WITHIN) * widest) * factor, min(size.max_m, widest) * factor
     if factor < 1.0:
         low = min(low, HAND_M)
+    if not word and usual_as_it_is(info, size):
+        low, high = min(low, authored), max(high, authored)
     return SizeBounds(low, high, f"'{word}' of {kind}" if word else kind, asked=bool(word))
