@@ -13,8 +13,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import link_to_root
 from asset2sim.viewer.live_object import HAND_MOST_N, LiveObject, open_live_object
 from asset2sim.viewer.serve import open_viewer
-from asset2sim.viewer.session import RAW, REFINED, ViewerSession
-from asset2sim.viewer.trial_load import why_not
+from asset2sim.viewer.session import RAW, REFINED, ViewerSession, why_not
 from asset2sim.viewer.viewed_object import ViewedObject, raw_subject, refined_subject
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
@@ -199,17 +198,17 @@ def test_the_raw_object_goes_in_step_and_one_that_is_refused_costs_itself_alone(
     raw_table = raw_subject(DATA / "Table/table_two_drawers", held=False)
     subjects: dict[str, ViewedObject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_table}
     with ViewerSession(subjects, Engine.PYBULLET, SETTINGS) as session:
-        session.step(24)
+        session.each(LiveObject.step, 24)
         assert not session.problems and all(side.seconds == pytest.approx(0.1) for side in session.sides.values())
-        session.drop()
+        session.each(LiveObject.drop)
         raw = session.sides[RAW]
         height = raw.poses()[raw.subject.root][2, 3]
-        session.step(48)
+        session.each(LiveObject.step, 48)
         assert raw.poses()[raw.subject.root][2, 3] < height - 0.03
     with ViewerSession(subjects, Engine.MUJOCO, SETTINGS) as session:
         assert "MuJoCo refuses" in session.problems[RAW] and list(session.moving()) == [REFINED]
-        session.nudge()
-        session.step(3)
+        session.each(LiveObject.nudge)
+        session.each(LiveObject.step, 3)
         assert session.sides[REFINED].readings().speeds["slide"] > 0.05
 
 
@@ -230,27 +229,27 @@ def test_a_raw_object_that_crashes_the_engine_is_tried_elsewhere_and_costs_its_o
     assert why_not(whole, Engine.MUJOCO, SETTINGS) is None
     subjects: dict[str, ViewedObject | str] = {REFINED: chest(tmp_path / "r"), RAW: broken}
     with ViewerSession(subjects, Engine.PYBULLET, SETTINGS, {RAW: said}) as session:
-        session.step(24)
+        session.each(LiveObject.step, 24)
         session.reset()
-        session.step(24)
+        session.each(LiveObject.step, 24)
         assert session.problems == {RAW: said} and session.sides[REFINED].seconds == pytest.approx(0.1)
 
 
 def test_an_explosion_is_a_line_until_the_reset(tmp_path: Path) -> None:
     with ViewerSession({REFINED: chest(tmp_path, upper=1e9)}, Engine.MUJOCO, SETTINGS) as session:
-        session.set_effort("slide", 1e9)
-        session.step(240)
+        session.only(REFINED, LiveObject.set_effort, "slide", 1e9)
+        session.each(LiveObject.step, 240)
         assert "exploded" in session.problems[REFINED] and not session.moving()
-        session.step(10)
+        session.each(LiveObject.step, 10)
         session.reset()
-        session.step(10)
+        session.each(LiveObject.step, 10)
         assert not session.problems and abs(session.sides[REFINED].positions()["slide"]) < 1e-3
 
 
 def test_a_python_error_of_an_engine_is_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with ViewerSession({REFINED: chest(tmp_path)}, Engine.PYBULLET, SETTINGS) as session:
         monkeypatch.setattr(session.sides[REFINED].world, "step", lambda count=1: 1 / 0)
-        session.step()
+        session.each(LiveObject.step)
         assert session.problems[REFINED] == "ZeroDivisionError: division by zero"
 
 
@@ -270,8 +269,8 @@ def test_a_position_is_a_share_of_each_object_s_own_range(tmp_path: Path) -> Non
         RAW: raw_subject(tmp_path / "raw", held=True),
     }
     with ViewerSession(subjects, Engine.PYBULLET, SETTINGS) as session:
-        session.set_position("slide", 0.5)
+        session.each(LiveObject.set_share, "slide", 0.5)
         found = {name: side.positions()["slide"] for name, side in session.sides.items()}
         assert found == {REFINED: pytest.approx(0.3), RAW: pytest.approx(0.6)}
-        session.drop()
+        session.each(LiveObject.drop)
         assert session.sides[REFINED].positions()["slide"] == pytest.approx(0.3), "it falls as it was placed"

@@ -168,3 +168,11 @@ def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFea
     """Joints as in the written URDF: those locked by validation are fixed."""
     kept = {joint.name for joint in (*overlay.joints, *overlay.followers)}
     return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]
+
+
+def pose_of(position: Sequence[float], xyzw: Sequence[float]) -> Array:
+    """(4, 4) transform of a position and an xyzw quaternion."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat(xyzw).as_matrix()
+    matrix[:3, 3] = position
+    return matrix

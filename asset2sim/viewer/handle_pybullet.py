@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from asset2sim.viewer.handles import GROUND, WorldContact, pose_of
+from asset2sim.physics.kinematics import pose_of
+from asset2sim.viewer.handles import GROUND, WorldContact
 
 BASE = -1
 """PyBullet's index of the root link."""

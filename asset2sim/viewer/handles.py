@@ -5,9 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.physics.arrays import Array
 
@@ -46,11 +43,3 @@ class Handle(Protocol):
 
     def kinetic_energy(self) -> float:
         """Kinetic energy of all links, J."""
-
-
-def pose_of(position: Sequence[float], xyzw: Sequence[float]) -> Array:
-    """(4, 4) transform of a position and an orientation."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_quat(xyzw).as_matrix()
-    matrix[:3, 3] = position
-    return matrix

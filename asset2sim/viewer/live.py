@@ -13,6 +13,7 @@ import viser
 
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.drawn_objects import DrawnObjects
+from asset2sim.viewer.live_object import LiveObject
 from asset2sim.viewer.session import ViewerSession
 
 Answer = TypeVar("Answer")
@@ -144,6 +145,6 @@ def step_for(session: ViewerSession, seconds: float, timestep_s: float, began: f
     count, done = math.floor(seconds / timestep_s), 0
     while done < count and time.perf_counter() - began < STEPPING_S:
         some = min(CHUNK, count - done)
-        session.step(some)
+        session.each(LiveObject.step, some)
         done += some
     return count, done

@@ -101,6 +101,12 @@ class LiveObject:
         if joint in self.joints:
             self._place({**self.positions(), joint: position})
 
+    def set_share(self, joint: str, share: float) -> None:
+        """The same at a share (0 to 1) of its range in this object."""
+        if joint in self.joints:
+            found = self.joints[joint]
+            self.set_position(joint, found.lower + share * (found.upper - found.lower))
+
     def set_effort(self, joint: str, effort: float) -> None:
         """Apply a constant effort (N·m or N) on one joint from now on."""
         if joint in self.joints:

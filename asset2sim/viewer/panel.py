@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import viser
 
@@ -14,6 +14,11 @@ from asset2sim.viewer.viewed_object import Movable
 from asset2sim.viewer.walk import LatestReview, Show, Stop
 from asset2sim.viewer.words import choice, ends, labels, plain, shown, table, user_name
 from schemas.vocabulary import Engine
+
+if TYPE_CHECKING:
+    from asset2sim.viewer.viewer import Viewer
+
+Given = ParamSpec("Given")
 
 ENGINES = (Engine.PYBULLET, Engine.MUJOCO)
 AT_ONCE = 8
@@ -39,45 +44,11 @@ RESET, DROP, NUDGE = "Reset", "Drop", "Nudge"
 GOOD, BAD = "Good", "Bad"
 
 
-class Wishes(Protocol):
-    """Requests of a person; each may be called in any thread, and is done in the simulation's."""
-
-    def go(self, asset_id: str) -> None:
-        """Open an asset."""
-
-    def walk(self, by: int) -> None:
-        """Open the next or the previous one of those chosen."""
-
-    def choose(self) -> None:
-        """Walk through others: ``Panel.show`` says which."""
-
-    def again(self) -> None:
-        """Open the same asset with the engine and the raw object as the panel says."""
-
-    def act(self, name: str) -> None:
-        """``RESET``, ``DROP`` or ``NUDGE``."""
-
-    def tilt(self) -> None:
-        """Lean gravity as the panel says."""
-
-    def put(self, joint: str) -> None:
-        """Put a joint where its slider is."""
-
-    def press(self, joint: str) -> None:
-        """Apply the effort of a joint's slider."""
-
-    def draw(self) -> None:
-        """Draw the overlays that the panel says."""
-
-    def review(self, verdict: str) -> None:
-        """Store a review of ``Panel.stop`` with the panel's note and name."""
-
-
 class Panel:
     """The controls of one server, shared by every browser that looks at it."""
 
-    def __init__(self, server: viser.ViserServer, wishes: Wishes, engine: Engine, count: int) -> None:
-        self.server, self.wishes = server, wishes
+    def __init__(self, server: viser.ViserServer, viewer: "Viewer", engine: Engine, count: int) -> None:
+        self.server, self.viewer = server, viewer
         gui = server.gui
         gui.main_panel.dock_right()
         gui.add_html(PHONE_STYLE)
@@ -101,47 +72,47 @@ class Panel:
         self.more: Any = None
         self.sliders: dict[str, tuple[Movable, Any, Any]] = {}
         self.touched: dict[str, float] = {}
-        self._when(steps, lambda: wishes.walk(1 if steps.value == NEXT else -1))
-        self._when(self.show_list, wishes.choose)
+        self._when(steps, lambda: self._do(viewer.walk, 1 if steps.value == NEXT else -1))
+        self._when(self.show_list, lambda: self._do(viewer.choose))
         self._when(self.asset, self._go)
         for label, key, act in (
-            ("Next asset", "N", lambda: wishes.walk(1)),
-            ("Previous asset", "P", lambda: wishes.walk(-1)),
-            ("Reset", "R", lambda: wishes.act(RESET)),
-            ("Drop", "D", lambda: wishes.act(DROP)),
+            ("Next asset", "N", lambda: self._do(viewer.walk, 1)),
+            ("Previous asset", "P", lambda: self._do(viewer.walk, -1)),
+            ("Reset", "R", lambda: self._do(viewer.act, RESET)),
+            ("Drop", "D", lambda: self._do(viewer.act, DROP)),
         ):
             self._command(label, key, act)
 
     def _move_tab(self, engine: Engine) -> None:
-        gui, wishes = self.server.gui, self.wishes
+        gui, viewer = self.server.gui, self.viewer
         gui.add_markdown("Drag a part with the mouse: a spring pulls it there.")
         acts = gui.add_button_group("Do", (RESET, DROP, NUDGE))
-        self._when(acts, lambda: wishes.act(acts.value))
+        self._when(acts, lambda: self._do(viewer.act, acts.value))
         self.run = gui.add_checkbox("Run", True, hint="Let time pass")
         self.joints = gui.add_folder("Joints")
         self.efforts = gui.add_folder("Torques and forces", expand_by_default=False)
         with gui.add_folder("World", expand_by_default=False):
             self.engine = gui.add_dropdown("Engine", [str(item) for item in ENGINES], initial_value=str(engine))
-            self._when(self.engine, wishes.again)
+            self._when(self.engine, lambda: self._do(viewer.go))
             self.tilts = tuple(
                 gui.add_slider(f"Tilt {axis} °", -TILT_DEG, TILT_DEG, 0.5, 0.0, hint=f"Leans gravity about {axis}")
                 for axis in "xy"
             )
             for slider in self.tilts:
-                self._when(slider, wishes.tilt)
+                self._when(slider, lambda: self._do(viewer.tilt))
 
     def _look_tab(self) -> None:
-        gui, wishes = self.server.gui, self.wishes
+        gui, viewer = self.server.gui, self.viewer
         self.beside = gui.add_checkbox("Raw beside it", True, hint="The object as it came, in step")
         self.true_size = gui.add_checkbox("Raw at its own size", False)
         for box in (self.beside, self.true_size):
-            self._when(box, wishes.again)
+            self._when(box, lambda: self._do(viewer.go))
         self.pieces = gui.add_checkbox("Collision pieces", False)
         self.centers = gui.add_checkbox("Centres of mass", False, hint="Larger is heavier")
         self.boxes = gui.add_checkbox("Inertia boxes", False, hint="Solid boxes of the same mass and inertia")
         self.contacts = gui.add_checkbox("Contacts", False, hint="Red where they overlap, with the depth")
         for box in (self.pieces, self.centers, self.boxes, self.contacts):
-            self._when(box, wishes.draw)
+            self._when(box, lambda: self._do(viewer.stage.overlay, self.overlays))
         self.dark = gui.add_checkbox("Dark", False)
         self._when(self.dark, self.theme)
 
@@ -152,7 +123,7 @@ class Panel:
         self.who = gui.add_text("By", user_name())
         self.on = gui.add_checkbox("Then the next", True)
         verdicts = gui.add_button_group("It is", (GOOD, BAD), hint="Stores the review in the table reviews")
-        self._when(verdicts, lambda: self.wishes.review(verdicts.value.lower()))
+        self._when(verdicts, lambda: self.viewer.review(verdicts.value.lower()))
 
     def theme(self) -> None:
         """Light or dark, as its box says."""
@@ -254,14 +225,14 @@ class Panel:
     def _put(self, joint: str) -> None:
         if self._reaches(self.sliders[joint][1]):
             self.touched[joint] = time.monotonic()
-            self.wishes.put(joint)
+            self._do(self.viewer.put, joint)
         # Else the slider follows its joint again.
 
     def _press(self, joint: str) -> None:
         slider = self.sliders[joint][2]
         if not self._reaches(slider):
             slider.value = 0.0
-        self.wishes.press(joint)
+        self._do(self.viewer.press, joint)
 
     def _reaches(self, slider: Any) -> bool:
         """Whether a slider's value is in its range: one that is typed may be beyond, which is said."""
@@ -274,7 +245,7 @@ class Panel:
 
     def _go(self) -> None:
         if self.asset.value in self.choices:
-            self.wishes.go(self.choices[self.asset.value])
+            self._do(self.viewer.go, self.choices[self.asset.value])
 
     def _slider(self, label: str, value: float, span: Sequence[float], digits: int) -> Any:
         low, high = (round(end, digits) for end in span)
@@ -287,6 +258,10 @@ class Panel:
             act()
 
         self.server.gui.add_command(label, hotkey=key).on_trigger(called)
+
+    def _do(self, act: Callable[Given, None], *given: Given.args, **options: Given.kwargs) -> None:
+        """Have it done in the simulation's thread."""
+        self.viewer.commands.put(partial(act, *given, **options))
 
     def _when(self, control: Any, act: Callable[[], None]) -> None:
         # A coroutine: others are called in no order. What the server itself sets has no client.

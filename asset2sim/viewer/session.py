@@ -2,16 +2,20 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
 from types import TracebackType
-from typing import Self
+from typing import Concatenate, ParamSpec, Self
 
 from asset2sim.engines.console import captured_console
-from asset2sim.physics.arrays import Array
+from asset2sim.experiments.isolation import Ending
+from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.viewer.live_object import ExplodedError, LiveObject, open_live_object
 from asset2sim.viewer.viewed_object import ViewedObject
 from schemas.errors import Asset2SimError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
+
+Options = ParamSpec("Options")
 
 REFINED, RAW = "refined", "raw"
 
@@ -53,66 +57,36 @@ class ViewerSession(AbstractContextManager["ViewerSession"]):
     ) -> None:
         self._open.close()
 
-    def step(self, count: int = 1) -> None:
-        """Advance every side that moves by that many time steps."""
-        self._each(lambda side, _: side.step(count))
-
     def reset(self) -> None:
         """Every side in its initial state, also one that had broken; nothing applied."""
         for name in self.sides:
             self.problems.pop(name, None)
-        self._each(lambda side, _: side.reset())
-
-    def drop(self) -> None:
-        """Let both fall from the height of the drop check."""
-        self._each(lambda side, _: side.drop())
-
-    def nudge(self) -> None:
-        """Nudge all joints."""
-        self._each(lambda side, _: side.nudge())
-
-    def tilt(self, about_x_rad: float, about_y_rad: float) -> None:
-        """Lean gravity."""
-        self._each(lambda side, _: side.tilt(about_x_rad, about_y_rad))
-
-    def set_position(self, joint: str, share: float) -> None:
-        """Put one joint at a share (0 to 1) of its range, in each object of its own range."""
-
-        def put(side: LiveObject, _: str) -> None:
-            if joint in side.joints:
-                found = side.joints[joint]
-                side.set_position(joint, found.lower + share * (found.upper - found.lower))
-
-        self._each(put)
-
-    def set_effort(self, joint: str, effort: float) -> None:
-        """Apply an effort (N·m or N) on one joint of the refined object: raw it may be a hundred times as heavy."""
-        self._each(lambda side, _: side.set_effort(joint, effort), only=REFINED)
-
-    def grab(self, name: str, link: str, point: Array, even_n_m: float | None = None) -> None:
-        """Take hold of a link of one object at a (3,) point in its world, by a spring that suits it or by an even one
-        (see ``LiveObject.hand``)."""
-        self._each(lambda side, _: side.grab(link, point, even_n_m=even_n_m), only=name)
-
-    def drag(self, target: Array) -> None:
-        """Move the hand."""
-        self._each(lambda side, _: side.drag(target))
-
-    def release(self) -> None:
-        """Let go."""
-        self._each(lambda side, _: side.release())
+        self.each(LiveObject.reset)
 
     def moving(self) -> dict[str, LiveObject]:
         """The sides that have no problem."""
         return {name: side for name, side in self.sides.items() if name not in self.problems}
 
-    def _each(self, act: Callable[[LiveObject, str], None], only: str | None = None) -> None:
-        for name, side in self.moving().items():
-            if only is None or name == only:
-                try:
-                    act(side, name)
-                except Exception as error:  # see above
-                    self.problems[name] = one_line(error)
+    def each(
+        self, act: Callable[Concatenate[LiveObject, Options], None], *given: Options.args, **options: Options.kwargs
+    ) -> None:
+        """Do this with every side that moves."""
+        for name in self.moving():
+            self.only(name, act, *given, **options)
+
+    def only(
+        self,
+        name: str,
+        act: Callable[Concatenate[LiveObject, Options], None],
+        *given: Options.args,
+        **options: Options.kwargs,
+    ) -> None:
+        """Do this with one side, if it moves."""
+        if name in self.moving():
+            try:
+                act(self.sides[name], *given, **options)
+            except Exception as error:  # see above
+                self.problems[name] = one_line(error)
 
 
 def one_line(error: Exception) -> str:
@@ -120,3 +94,25 @@ def one_line(error: Exception) -> str:
     if isinstance(error, ExplodedError | Asset2SimError):
         return str(error).splitlines()[0]
     return f"{type(error).__name__}: {error}".splitlines()[0]
+
+
+TRIED_STEPS = 60
+"""Steps for which it must live: what crashes does so as it is loaded, or at the first contacts."""
+LIMIT_S = 20.0
+"""Wall time that loading and these steps may take, s."""
+
+
+def why_not(subject: ViewedObject, engine: Engine, settings: EngineSettings) -> str | None:
+    """A line that says why an object cannot be simulated in this process, or None: it was loaded and stepped in another
+    one, and that died or hung. What an engine refuses without dying is left to the viewer's own world."""
+    shown = replace(subject, source=None)  # which keeps files alive, and is not sent
+    outcome = in_child(Work(live_a_little, (shown, engine, settings), LIMIT_S))
+    if outcome.ending in (Ending.RETURNED, Ending.RAISED):
+        return None
+    return f"{engine} dies of it, so it is shown and not moved: {outcome.reason}"
+
+
+def live_a_little(subject: ViewedObject, engine: Engine, settings: EngineSettings) -> None:
+    """Load it and let it be, nothing applied."""
+    with open_live_object(subject, engine, settings) as side:
+        side.step(TRIED_STEPS)

@@ -12,9 +12,9 @@ from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.reviews import Review
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.live import LivePage, step_for
-from asset2sim.viewer.panel import DROP, NUDGE, RESET, Panel
-from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line
-from asset2sim.viewer.trial_load import why_not
+from asset2sim.viewer.live_object import LiveObject
+from asset2sim.viewer.panel import DROP, RESET, Panel
+from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line, why_not
 from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
@@ -51,65 +51,9 @@ class Viewer(LivePage):
         self.panel = Panel(server, self, engine, len(self.stops))
         self.panel.theme()
 
-    # What the page wants.
-
-    def go(self, asset_id: str) -> None:
-        """See ``Wishes``."""
-        self.commands.put(lambda: self._open(self.by_id[asset_id]))
-
-    def walk(self, by: int) -> None:
-        """See ``Wishes``."""
-        self.commands.put(lambda: self._walk(by))
-
-    def choose(self) -> None:
-        """See ``Wishes``."""
-
-        def begin() -> None:
-            found = self._chosen()
-            if found and self.now not in found:
-                self._open(found[0])
-            self.panel.list(found, self.now.asset_id)
-            if not found:
-                self._tell([f"no {self.panel.show} here"])
-
-        self.commands.put(begin)
-
-    def again(self) -> None:
-        """See ``Wishes``."""
-        self.commands.put(lambda: self._open(self.now))
-
-    def act(self, name: str) -> None:
-        """See ``Wishes``."""
-
-        def done() -> None:
-            session = self._session()
-            {RESET: session.reset, DROP: session.drop, NUDGE: session.nudge}[name]()
-            if name == RESET:
-                self.problems = []
-                self.panel.rest()
-
-        self.commands.put(done)
-
-    def tilt(self) -> None:
-        """See ``Wishes``."""
-        x, y = (math.radians(slider.value) for slider in self.panel.tilts)
-        self.commands.put(lambda: self._session().tilt(x, y))
-
-    def put(self, joint: str) -> None:
-        """See ``Wishes``."""
-        self.commands.put(lambda: self._session().set_position(joint, self.panel.share(joint)))
-
-    def press(self, joint: str) -> None:
-        """See ``Wishes``."""
-        self.commands.put(lambda: self._session().set_effort(joint, self.panel.effort(joint)))
-
-    def draw(self) -> None:
-        """See ``Wishes``."""
-        self.commands.put(lambda: self.stage.overlay(self.panel.overlays))
-
     def review(self, verdict: str) -> None:
-        """See ``Wishes``."""
-        # Of what the page shows now: when it is the command's turn, another asset may be open.
+        """Have a review of what the page shows now stored, with its note and name: when it is the command's turn,
+        another asset may be open."""
         stop, note, who = self.panel.stop, self.panel.note.value.strip(), self.panel.who.value.strip() or "unknown"
         if stop is not None:
             self.commands.put(lambda: self._review(stop, verdict, note, who))
@@ -118,11 +62,12 @@ class Viewer(LivePage):
         """See ``LivePage``."""
 
         def done() -> None:
+            session = self._session()
             if phase == "start":
-                self._session().grab(side, link, held)
-            self._session().drag(target)
+                session.only(side, LiveObject.grab, link, held)
+            session.each(LiveObject.drag, target)
             if phase == "end":
-                self._session().release()
+                session.each(LiveObject.release)
 
         self.commands.put(done)
 
@@ -131,6 +76,41 @@ class Viewer(LivePage):
     def show_first(self) -> None:
         """Open the first asset."""
         self._open(self.now)
+
+    def choose(self) -> None:
+        """Walk through others, as the panel says."""
+        found = self._chosen()
+        if found and self.now not in found:
+            self._open(found[0])
+        self.panel.list(found, self.now.asset_id)
+        if not found:
+            self._tell([f"no {self.panel.show} here"])
+
+    def go(self, asset_id: str | None = None) -> None:
+        """Open an asset, or the same again, with the engine and the raw object as the panel says."""
+        self._open(self.now if asset_id is None else self.by_id[asset_id])
+
+    def act(self, name: str) -> None:
+        """``RESET``, ``DROP`` or ``NUDGE``."""
+        session = self._session()
+        if name == RESET:
+            session.reset()
+            self.problems = []
+            self.panel.rest()
+        else:
+            session.each(LiveObject.drop if name == DROP else LiveObject.nudge)
+
+    def tilt(self) -> None:
+        """Lean gravity as the panel says."""
+        self._session().each(LiveObject.tilt, *(math.radians(slider.value) for slider in self.panel.tilts))
+
+    def put(self, joint: str) -> None:
+        """Put a joint where its slider is, in each object at the same share of its range."""
+        self._session().each(LiveObject.set_share, joint, self.panel.share(joint))
+
+    def press(self, joint: str) -> None:
+        """Apply the effort of a joint's slider on the refined object: raw it may be a hundred times as heavy."""
+        self._session().only(REFINED, LiveObject.set_effort, joint, self.panel.effort(joint))
 
     def show_frame(self, late: float, began: float) -> float:
         """See ``LivePage``."""
@@ -205,7 +185,8 @@ class Viewer(LivePage):
         except Exception as error:  # a failed asset may fail here in as many ways
             return one_line(error)
 
-    def _walk(self, by: int) -> None:
+    def walk(self, by: int) -> None:
+        """Open the next or the previous one of those chosen."""
         stops = self._chosen()
         if not stops:
             self._tell([f"no {self.panel.show} here"])
@@ -227,7 +208,7 @@ class Viewer(LivePage):
         self.reviews.add([review.row])
         self.said = reviews_of(self.out, self.stops)
         if self.panel.on.value and self.now is stop:
-            self._walk(1)
+            self.walk(1)
         elif self.now is stop:
             self.panel.review(self.said.get(stop.asset_id))
 

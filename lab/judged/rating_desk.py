@@ -10,6 +10,7 @@ import viser
 from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.live import LivePage, step_for
+from asset2sim.viewer.live_object import LiveObject
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.session import REFINED, ViewerSession
 from asset2sim.viewer.viewed_object import ViewedObject
@@ -91,10 +92,10 @@ class RatingDesk(LivePage):
             if self.session is None or not self._touching:
                 return
             if phase == "start":
-                self.session.grab(side, link, held, HAND_N_M)
-            self.session.drag(target)
+                self.session.only(side, LiveObject.grab, link, held, even_n_m=HAND_N_M)
+            self.session.each(LiveObject.drag, target)
             if phase == "end":
-                self.session.release()
+                self.session.each(LiveObject.release)
 
         self.commands.put(done)
 
@@ -145,7 +146,7 @@ class RatingDesk(LivePage):
             self.page.wait(self.seconds >= self.durations.least_touched_s)
         if self._over:
             self.running = False
-            self.session.release()
+            self.session.each(LiveObject.release)
             self.page.wait(True)
         return left
 
@@ -244,7 +245,7 @@ class RatingDesk(LivePage):
             self.touched_s = self.seconds
         self.given.append(score)
         if self.session is not None:
-            self.session.release()
+            self.session.each(LiveObject.release)
         self._show_stage()
 
     def _store(self, shown: Shown | None, score: float, note: str) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from lxml import etree
-from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.mesh_files import without_materials
@@ -16,6 +15,7 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.intake.confine import references
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import pose_of
 from asset2sim.render.batch import mixed
 from schemas.settings import EngineSettings
 
@@ -48,7 +48,7 @@ def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settin
     tilt = settings.reset_rad
     with open_pybullet(urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=friction) as world:
         # What the pose of PyBullet's root is at, the inertial frame, when the root link's own is the world's.
-        inertial = pose(np.array(world.authored), np.array(world.upright))
+        inertial = pose_of(np.array(world.authored), np.array(world.upright))
         world.place(positions, height_m=settings.reset_m, tilt_rad=(tilt, -tilt, 0.0))
         return follow(world, inertial, DROP_TIMES_S)
 
@@ -59,7 +59,7 @@ def let_go(
     """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
     ``let_fall``."""
     with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
-        inertial = pose(np.array(world.authored), np.array(world.upright))
+        inertial = pose_of(np.array(world.authored), np.array(world.upright))
         world.place(positions)
         world.kick({name: speed for name, speed in speeds.items() if name in world.joint_names})
         return follow(world, inertial, RELEASE_TIMES_S)
@@ -135,7 +135,7 @@ def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> LoopMotion:
         finite = all(np.isfinite(array).all() for array in (position, orientation, positions))
         if not finite:
             break
-        roots.append(pose(position, orientation) @ np.linalg.inv(inertial))
+        roots.append(pose_of(position, orientation) @ np.linalg.inv(inertial))
         joints.append(positions)
         moved = max(np.ptp(states[-2:], axis=0).max(initial=0.0) for states in (roots, joints))
         still = still + 1 if len(roots) > 1 and moved < STILL else 0
@@ -145,11 +145,3 @@ def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> LoopMotion:
     roots, joints = roots + roots[-1:] * missing, joints + joints[-1:] * missing
     table = np.array(joints).reshape(len(times_s), -1)
     return LoopMotion(np.array(roots), dict(zip(world.joint_names, table.T, strict=True)), finite)
-
-
-def pose(position: Array, orientation: Array) -> Array:
-    """(4, 4) transform of a position and an xyzw quaternion."""
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_quat(orientation).as_matrix()
-    matrix[:3, 3] = position
-    return matrix
