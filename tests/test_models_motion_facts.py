@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asset2sim.assets.rest_overlaps import rest_overlaps
+from asset2sim.assets.authored_overlap import rest_overlaps
 from asset2sim.intake.origin import extract
 from asset2sim.models.motion_facts import Motion, joint_motions
 from asset2sim.models.synthesis_facts import synthesis_facts

@@ -16,13 +16,13 @@ from asset2sim.assets.surfaces import scene
 from asset2sim.assets.surfaces.load import load_surfaces
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.references import AllowedFolders
-from asset2sim.report.draw import Before, draw_before
-from asset2sim.report.loops import film, is_current, loops_key, make, write, write_loops
+from asset2sim.report.loops import film, make, write
 from asset2sim.report.loops.figure import read_alike, read_figure
 from asset2sim.report.loops.film import MOST_BYTES, SIDE
-from asset2sim.report.loops.make import SWEEP_FRAMES, make_loops
+from asset2sim.report.loops.make import SWEEP_FRAMES, Before, draw_before, make_loops
 from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, as_hulls, let_fall, points_of
 from asset2sim.report.loops.sizes import HEIGHT, WIDTH
+from asset2sim.report.loops.write import is_current, loops_key, write_loops
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine

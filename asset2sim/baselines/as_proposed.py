@@ -8,9 +8,8 @@ from asset2sim.assets.authored import LEAST, link_of, start_of
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.physics.arrays import six, vector
-from asset2sim.physics.inertia import box_inertia
+from asset2sim.physics.inertia import box_inertia, wall_volume
 from asset2sim.physics.kinematics import mimics_of, tree_of
-from asset2sim.physics.wall_material import wall_volume
 from asset2sim.validation.handling import handling
 from asset2sim.validation.holding import HELD_STATE
 from asset2sim.validation.validate import contact_friction

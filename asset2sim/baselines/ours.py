@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from asset2sim.assets.authored_overlap import rest_overlaps
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.rest_overlaps import rest_overlaps
 from asset2sim.baselines.declared_method import DeclaredMethod, ProposalJob, Proposed
 from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.prompts import SYNTHESIS, overlay_request

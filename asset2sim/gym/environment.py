@@ -25,8 +25,6 @@ from asset2sim.physics.arrays import Array
 from schemas.errors import UnknownChoiceError
 from schemas.learning_settings import LearningSettings
 
-ENVIRONMENT = "Asset2Sim-v0"
-"""The name under which Gymnasium knows it, once ``asset2sim.gym`` was imported."""
 OBSERVATION = MappingProxyType(
     {
         "arm_positions": (slice(0, 7), 4.0),
@@ -283,21 +281,3 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         if not np.isfinite(data.qpos).all() or any(data.warning.number[kind] for kind in DIVERGED):
             return True
         return bool(np.abs(data.geom_xpos[self.subject.part_geoms]).max() > LOST_M)
-
-
-def make_env(
-    folder: str | Path,
-    task: Task | str | None = None,
-    *,
-    action: Literal["tool", "joints"] = "tool",
-    settings: LearningSettings | None = None,
-    base: Array | None = None,
-) -> gymnasium.Env[NDArray[np.float32], Action]:
-    """An environment of the refined object in ``folder`` (as OUT/assets/ID), what ``ObjectEnv`` says of it. ``task`` is
-    one of ``trials.tasks`` or its name, None the object's first that moves a joint; ``action`` is ``tool`` or
-    ``joints``; ``base`` the (4, 4) pose of the arm's base, None to plan it (seconds, once a process and object).
-    Raises UsageError where there is nothing to learn, LoadError where the object cannot be loaded."""
-    return gymnasium.make(ENVIRONMENT, folder=str(folder), task=task, action=action, settings=settings, base=base)
-
-
-gymnasium.register(ENVIRONMENT, entry_point="asset2sim.gym.environment:ObjectEnv")

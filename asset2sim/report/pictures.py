@@ -12,9 +12,8 @@ from asset2sim.assets.urdf.references import AllowedFolders, outer_references
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work, in_child
 from asset2sim.intake.locate import find_source
-from asset2sim.report.draw import Before, draw_before
-from asset2sim.report.loops import is_current, write_loops
-from asset2sim.report.loops.write import REFERENCE
+from asset2sim.report.loops.make import Before, draw_before
+from asset2sim.report.loops.write import REFERENCE, is_current, write_loops
 from asset2sim.storage.objects import fetch_objects, list_objects
 from schemas.errors import AssetError
 

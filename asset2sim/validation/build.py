@@ -9,8 +9,7 @@ import numpy as np
 from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import materials, part_material, sizes
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.inertia import box_inertia, tensor_of
-from asset2sim.physics.wall_material import between, wall_volume
+from asset2sim.physics.inertia import between, box_inertia, tensor_of, wall_volume
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Notes
 from schemas.overlay import Content, LinkProposal

@@ -9,10 +9,9 @@ from numpy.linalg import LinAlgError
 
 from asset2sim.intake.authored_numbers import BOX_MARGIN
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.inertia import PhysicalTensor, make_physical, tensor_of
+from asset2sim.physics.inertia import PhysicalTensor, make_physical, plate_volume, tensor_of
 from asset2sim.physics.kinematics import link_to_root, transform, tree_of
 from asset2sim.physics.mass_matrix import JointSpace
-from asset2sim.physics.wall_material import plate_volume
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures

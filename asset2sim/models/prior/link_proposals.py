@@ -8,7 +8,7 @@ from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
 from asset2sim.guidance.parts import MovablePart, front, part_name
 from asset2sim.guidance.tables import Size
-from asset2sim.physics.wall_material import wall_volume
+from asset2sim.physics.inertia import wall_volume
 from schemas.guidance import AskedMass, Guidance
 from schemas.overlay import Content, LinkProposal, MassChange
 

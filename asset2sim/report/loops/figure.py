@@ -117,29 +117,11 @@ def limits_of(robot: yourdfpy.Robot) -> dict[str, tuple[float, float]]:
 
 
 def link_poses(tree: Sequence[TreeJoint], root: str, joints: Mapping[str, Array], frames: int) -> dict[str, Array]:
-    """Link → (frames, 4, 4) link-to-root transforms at (frames,) joint positions, rad or m; joints not named are at
-    zero, and those that follow others where these have them."""
-    poses = {root: np.broadcast_to(np.eye(4), (frames, 4, 4))}
-    for joint in tree:
-        leader = joint.name if joint.mimic is None else joint.mimic.joint
-        at = joints.get(leader, np.zeros(frames))
-        if joint.mimic is not None:
-            at = joint.mimic.multiplier * at + joint.mimic.offset
-        poses[joint.child] = poses[joint.parent] @ (joint.child_to_parent @ motions(joint, at))
-    return poses
-
-
-def motions(joint: TreeJoint, positions: Array) -> Array:
-    """(frames, 4, 4) transforms of a joint's own motion, as ``kinematics.motion``."""
-    found = np.tile(np.eye(4), (len(positions), 1, 1))
-    x, y, z = joint.axis
-    if joint.type in ("revolute", "continuous"):
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        sine, rest = np.sin(positions)[:, None, None], (1.0 - np.cos(positions))[:, None, None]
-        found[:, :3, :3] += sine * cross + rest * (cross @ cross)
-    elif joint.type == "prismatic":
-        found[:, :3, 3] = positions[:, None] * joint.axis
-    return found
+    """Link → (frames, 4, 4) link-to-root transforms at (frames,) joint positions, rad or m, as ``link_to_root``."""
+    each = [
+        link_to_root(tree, root, {name: float(at[frame]) for name, at in joints.items()}) for frame in range(frames)
+    ]
+    return {link: np.stack([poses[link] for poses in each]) for link in (root, *(joint.child for joint in tree))}
 
 
 def sweep(figure: LoopFigure, start: Mapping[str, float], names: Sequence[str], frames: int, least: int) -> LoopMotion:

@@ -1,4 +1,5 @@
-"""Making the loops and the size picture of one object: read, record, draw, and write."""
+"""Making the pictures of one object: loops, sizes, joints, and as it came; in a child process, since an engine and files
+may crash it."""
 
 import filecmp
 import logging
@@ -10,14 +11,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from PIL import Image
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.surfaces.surface import Surface
+from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.intake.origin import open_origin
+from asset2sim.render import render_views
 from asset2sim.render.zbuffer import ALIKE
-from asset2sim.report.draw import Before, draw_before
 from asset2sim.report.loops.axes import axes_picture
 from asset2sim.report.loops.figure import LoopFigure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
@@ -33,7 +36,7 @@ from asset2sim.report.loops.record import (
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
-from schemas.settings import EngineSettings
+from schemas.settings import EngineSettings, ViewSettings
 from schemas.vocabulary import Engine
 
 SWEEP, DROP, RELEASE, SIZE, AXES = "sweep", "drop", "release", "size", "axes"
@@ -54,6 +57,18 @@ RAW_LIMIT_S = 10.0
 Recordings = Mapping[str, LoopMotion]
 
 log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Before:
+    """The picture of an asset as it came: of the folder ``raw``, of what is within ``reach``, into the file ``to``, as
+    a WebP of this quality (0 to 100) and effort (0 to 6)."""
+
+    raw: Path
+    reach: AllowedFolders
+    to: Path
+    quality: int
+    method: int = 2
 
 
 def make_loops(
@@ -236,3 +251,25 @@ def save(path: Path, content: bytes | None) -> None:
     temporary = path.with_name(f".{path.name}.new")
     temporary.write_bytes(content)
     os.replace(temporary, path)
+
+
+def draw_before(
+    before: Before,
+    loaded: dict[Path, tuple[Surface, ...]] | None = None,
+    urdf: Path | None = None,
+    view: Path | None = None,
+) -> None:
+    """Draw an asset's own files, every joint at zero, from the view that its refined picture has. ``loaded`` remembers
+    mesh files already read; ``urdf`` is the asset's own as it is read, if that is known, all of whose files are within
+    reach; ``view`` a picture that shows the same, which is taken where it is as large. Raises AssetError."""
+    settings = ViewSettings()
+    if view is not None and view.is_file():
+        with Image.open(view) as image:
+            if image.size == (settings.width, settings.height):
+                image.convert("RGB").save(before.to, quality=before.quality, method=before.method)
+                return
+    if urdf is None:
+        source = open_origin(before.raw, reach=before.reach)  # what is made of it is there as long as this is
+        urdf = source.urdf
+    picture = render_views(urdf, {}, settings, ("perspective",), loaded)["perspective"]
+    picture.save(before.to, quality=before.quality, method=before.method)

@@ -11,8 +11,7 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.engines.registry import engine_version
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work, in_child
-from asset2sim.report.draw import Before
-from asset2sim.report.loops.make import make_loops, save
+from asset2sim.report.loops.make import Before, make_loops, save
 from schemas.vocabulary import Engine
 
 RECORD = "loops.json"
