@@ -1,4 +1,4 @@
-"""Inertia tensors: closed forms, the repair of tensors that no rigid body could have, and how much material a wall is."""
+"""Inertia tensors: closed forms, and the repair of those that no rigid body could have; how much material a wall is."""
 
 from dataclasses import dataclass
 

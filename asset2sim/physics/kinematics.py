@@ -170,7 +170,7 @@ def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFea
     return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]
 
 
-def pose_of(position: Sequence[float], xyzw: Sequence[float]) -> Array:
+def pose_of(position: Sequence[float] | Array, xyzw: Sequence[float] | Array) -> Array:
     """(4, 4) transform of a position and an xyzw quaternion."""
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_quat(xyzw).as_matrix()

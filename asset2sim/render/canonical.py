@@ -1,8 +1,6 @@
 """The five canonical views of an asset: render, lay over a background, and write as PNG."""
 
 import io
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.render.batch import batches_of, facing
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, directions, fit
 from asset2sim.render.renderer import Pixels, RenderedPicture, render
+from asset2sim.storage.regular_files import write_whole
 from schemas.settings import ViewSettings
 
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
@@ -102,14 +101,6 @@ def write_views(
     written = []
     for name, image in images.items():
         path = folder / f"{name}.png"
-        handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}-", suffix=".png")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(png_bytes(image))
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        write_whole(path, png_bytes(image))
         written.append(path)
     return tuple(written)

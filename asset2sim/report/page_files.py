@@ -1,7 +1,6 @@
 """Pages from templates, and files that are written only where they differ."""
 
 import json
-import os
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -16,6 +15,7 @@ from asset2sim.catalog.text import number
 from asset2sim.report.charts import counted
 from asset2sim.report.index_page import duration
 from asset2sim.storage.objects import cache_root
+from asset2sim.storage.regular_files import write_whole
 from schemas.errors import printable
 
 FOLDER = "report"
@@ -33,9 +33,7 @@ def write_text(path: Path, text: str) -> None:
     if path.is_file() and path.stat().st_size == len(content) and path.read_bytes() == content:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    staged = path.with_name(f".{path.name}.new")
-    staged.write_bytes(content)
-    os.replace(staged, path)
+    write_whole(path, content)
 
 
 def source(name: str) -> str:

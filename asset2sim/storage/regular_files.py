@@ -1,8 +1,10 @@
-"""Reading regular files only: opening a pipe or a device can block for ever, and a link may lead nowhere."""
+"""Reading regular files only (opening a pipe or a device can block for ever, a link may lead nowhere), and writing each
+whole or not at all."""
 
 import errno
 import os
 import stat
+import tempfile
 from pathlib import Path
 
 NOT_THERE = "is not there"
@@ -82,6 +84,19 @@ def read_regular(path: Path, most: int | None = None) -> bytes:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise OSError(errno.EINVAL, "no regular file", str(path))
         return stream.read() if most is None else stream.read(most)
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file in one step, also where another process writes the same. Raises OSError, and leaves no part."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".new")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
 
 
 def printable(path: Path | str) -> str:

@@ -16,8 +16,8 @@ from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from asset2sim.assets.exports.visuals import together
-from asset2sim.assets.surfaces.scene import pieces_of, shape_paint
-from asset2sim.assets.surfaces.surface import Paint, Surface, posed
+from asset2sim.assets.surfaces.scene import painted_shapes
+from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.physics.arrays import Array
 
@@ -78,21 +78,12 @@ def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
     robot = read_urdf(urdf)
     names = tuple(str(link.name) for link in robot.links)
     loaded: dict[Path, tuple[Surface, ...]] = {}
-    materials = {material.name: material for material in robot.materials}
-
-    def surfaces(link: yourdfpy.Link, role: str) -> list[list[Surface]]:
-        found = []
-        for shape in getattr(link, role):
-            pose = np.eye(4) if shape.origin is None else np.array(shape.origin, dtype=float)
-            pose[:3, 3] *= scale
-            paint = shape_paint(getattr(shape, "material", None), materials, urdf.parent)
-            pieces, factors = pieces_of(shape.geometry, urdf.parent, loaded)
-            found.append([posed(piece, pose, scale * factors, paint) for piece in pieces])
-        return found
-
     role = "visuals" if any(link.visuals for link in robot.links) else "collisions"
-    seen = {str(link.name): [one for shape in surfaces(link, role) for one in shape] for link in robot.links}
-    hulls = {str(link.name): surfaces(link, "collisions") for link in robot.links}
+    drawn, hulls = (
+        {str(link.name): painted_shapes(robot, link, of, urdf.parent, loaded, scale=scale) for link in robot.links}
+        for of in (role, "collisions")
+    )
+    seen = {name: [surface for shape in shapes for surface in shape] for name, shapes in drawn.items()}
     return UrdfShapes(
         seen=seen,
         hulls=hulls,

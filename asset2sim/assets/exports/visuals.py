@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.assets.exports.refined_object import ExportObject
-from asset2sim.assets.surfaces.scene import pieces_of, shape_paint
-from asset2sim.assets.surfaces.surface import Paint, Surface, posed
+from asset2sim.assets.surfaces.scene import painted_shapes
+from asset2sim.assets.surfaces.surface import PLAIN, Paint, Surface
 
 LEAST_AREA_M2 = 1e-12
 """Area below which a surface is left out, m²: engines refuse meshes without an area."""
@@ -27,18 +27,13 @@ class Look:
 
 def looks_of(item: ExportObject) -> tuple[Look, ...]:
     """The looks of every link, from its URDF's visuals. Meshes that are missing or unreadable are left out."""
-    materials = {material.name: material for material in item.robot.materials}
     loaded: dict[Path, tuple[Surface, ...]] = {}
     looks: list[Look] = []
     for link in item.robot.links:
         by_paint: dict[Paint, list[Surface]] = {}
-        for visual in link.visuals:
-            to_link = np.eye(4) if visual.origin is None else np.asarray(visual.origin, dtype=float)
-            fallback = shape_paint(visual.material, materials, item.folder)
-            pieces, scale = pieces_of(visual.geometry, item.folder, loaded)
-            for piece in pieces:
-                surface = posed(piece, to_link, scale, fallback)
-                by_paint.setdefault(surface.paint or fallback, []).append(surface)
+        for shape in painted_shapes(item.robot, link, "visuals", item.folder, loaded):
+            for surface in shape:
+                by_paint.setdefault(surface.paint or Paint(PLAIN), []).append(surface)
         for paint, parts in by_paint.items():
             whole = together(parts, paint)
             if whole is not None:

@@ -41,18 +41,14 @@ def load_scene(
     """
     robot = read_urdf(urdf_file)
     poses = poses_of(robot, positions)
-    materials = {material.name: material for material in robot.materials}
     loaded = {} if loaded is None else loaded
     surfaces: list[Surface] = []
     names: list[str] = []
     for role in ("visuals", "collisions"):
         for link in robot.links:
-            for shape in getattr(link, role):
-                shape_to_root = poses[link.name] if shape.origin is None else poses[link.name] @ shape.origin
-                fallback = shape_paint(getattr(shape, "material", None), materials, urdf_file.parent)
-                pieces, scale = pieces_of(shape.geometry, urdf_file.parent, loaded)
-                surfaces.extend(posed(piece, shape_to_root, scale, fallback) for piece in pieces)
-                names.extend(link.name for _ in pieces)
+            for shape in painted_shapes(robot, link, role, urdf_file.parent, loaded, poses[link.name]):
+                surfaces.extend(shape)
+                names.extend(link.name for _ in shape)
         if surfaces:
             return Scene(tuple(surfaces), tuple(names), front_of(robot, urdf_file), robot)
     raise nothing_to_draw(urdf_file)
@@ -73,6 +69,29 @@ def poses_of(robot: yourdfpy.Robot, positions: Mapping[str, float]) -> dict[str,
             values[joint.name] = factor * positions.get(joint.mimic.joint, 0.0) + (joint.mimic.offset or 0.0)
     joints = parents_first([tree_joint(joint) for joint in robot.joints])
     return link_to_root(joints, root_of(robot), {name: float(value) for name, value in values.items()})
+
+
+def painted_shapes(
+    robot: yourdfpy.Robot,
+    link: yourdfpy.Link,
+    role: str,
+    folder: Path,
+    loaded: dict[Path, tuple[Surface, ...]],
+    to_frame: Floats | None = None,
+    scale: float = 1.0,
+) -> list[list[Surface]]:
+    """The surfaces of each shape of a link in a role (``visuals`` or ``collisions``), in the link's frame or moved by
+    (4, 4) ``to_frame``, ``scale`` times as large. ``loaded`` remembers files already read."""
+    materials = {material.name: material for material in robot.materials}
+    found = []
+    for shape in getattr(link, role):
+        pose = np.eye(4) if shape.origin is None else np.array(shape.origin, dtype=float)
+        pose[:3, 3] *= scale
+        fallback = shape_paint(getattr(shape, "material", None), materials, folder)
+        pieces, factors = pieces_of(shape.geometry, folder, loaded)
+        pose = pose if to_frame is None else to_frame @ pose
+        found.append([posed(piece, pose, scale * factors, fallback) for piece in pieces])
+    return found
 
 
 def shape_paint(material: yourdfpy.Material | None, materials: Mapping[str, yourdfpy.Material], folder: Path) -> Paint:

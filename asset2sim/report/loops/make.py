@@ -1,9 +1,8 @@
-"""Making the pictures of one object: loops, sizes, joints, and as it came; in a child process, since an engine and files
-may crash it."""
+"""Making the pictures of one object: loops, sizes, joints, and as it came; in a child process, since an engine and
+files may crash it."""
 
 import filecmp
 import logging
-import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -34,6 +33,7 @@ from asset2sim.report.loops.record import (
     let_go,
 )
 from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
+from asset2sim.storage.regular_files import write_whole
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, ViewSettings
@@ -117,7 +117,11 @@ def make_loops(
     drawn |= {SIZE: size_picture(row, clouds), AXES: axes_picture(figure, view)}
     written = [f"{name}.webp" for name in NAMES if drawn.get(name) is not None]
     for name in NAMES:
-        save(to / f"{name}.webp", drawn.get(name))
+        content = drawn.get(name)
+        if content is None:
+            (to / f"{name}.webp").unlink(missing_ok=True)
+        else:
+            write_whole(to / f"{name}.webp", content)
     if before is not None:
         with suppress(Exception):  # it is drawn alone then, and what is wrong with it said there
             same = came is not None and look_alike(came, figure, start)
@@ -241,16 +245,6 @@ def remember_twins(loaded: dict[Path, tuple[Surface, ...]], refined: Path, raw: 
             twin = raw / file.relative_to(refined)
             if twin.is_file() and filecmp.cmp(file, twin, shallow=False):
                 loaded[twin] = surfaces
-
-
-def save(path: Path, content: bytes | None) -> None:
-    """Write a file whole, or remove it where there is no content."""
-    if content is None:
-        path.unlink(missing_ok=True)
-        return
-    temporary = path.with_name(f".{path.name}.new")
-    temporary.write_bytes(content)
-    os.replace(temporary, path)
 
 
 def draw_before(

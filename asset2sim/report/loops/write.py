@@ -11,7 +11,8 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.engines.registry import engine_version
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work, in_child
-from asset2sim.report.loops.make import Before, make_loops, save
+from asset2sim.report.loops.make import Before, make_loops
+from asset2sim.storage.regular_files import write_whole
 from schemas.vocabulary import Engine
 
 RECORD = "loops.json"
@@ -70,7 +71,7 @@ def write_loops(
         log.warning("%s: no loops of it: %s", refined.name, outcome.reason)
         return []
     names = [str(name) for name in outcome.value]
-    save(to / RECORD, (json.dumps({"key": key, "files": names, "moving": moving}) + "\n").encode())
+    write_whole(to / RECORD, (json.dumps({"key": key, "files": names, "moving": moving}) + "\n").encode())
     return names
 
 
