@@ -193,11 +193,16 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
             names.append(file)
             if shape is None:
                 continue
-            meshes.append(mesh_features(file, role, shape))
+            meshes.append(
+                MeshFeatures(file=file, role=role, watertight=shape.watertight, flat=shape.flat, n_faces=shape.n_faces)
+            )
             if role == "visual":
                 painted.append((item, reader.files.get(file), shape.area))
             origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
-            placed[role].append(PlacedShape(shape, origin[:3, :3], origin[:3, 3], mesh_reference(item.geometry)))
+            mesh = (
+                None if item.geometry.mesh is None else (item.geometry.mesh.filename, scale_vector(item.geometry.mesh))
+            )
+            placed[role].append(PlacedShape(shape, origin[:3, :3], origin[:3, 3], mesh))
     if any(wanted.values()) and not meshes:
         causes = [reader.lost[name] for name in dict.fromkeys(names) if name in reader.lost]
         problem = f"none of its {sum(wanted.values())} meshes can be read; restore its files or remove the link"
@@ -267,11 +272,6 @@ def outer_area(items: list[PlacedShape], points: Array | None) -> float:
     return drawn if points is None else min(drawn, hull_area(points))
 
 
-def mesh_reference(geometry: yourdfpy.Geometry) -> tuple[str, Array] | None:
-    """The file reference and (3,) scale of a mesh, or None for a primitive."""
-    return None if geometry.mesh is None else (geometry.mesh.filename, scale_vector(geometry.mesh))
-
-
 def mesh_part(item: PlacedShape, reference: str, scale: Array) -> MeshPart:
     """One placed mesh with its pieces in the link's frame."""
     return MeshPart(
@@ -283,11 +283,6 @@ def mesh_part(item: PlacedShape, reference: str, scale: Array) -> MeshPart:
         item.points(item.shape.points) if item.shape.flat else None,
         item.shape.exact,
     )
-
-
-def mesh_features(file: str, role: str, shape: Shape) -> MeshFeatures:
-    """One mesh reference as a record."""
-    return MeshFeatures(file=file, role=role, watertight=shape.watertight, flat=shape.flat, n_faces=shape.n_faces)
 
 
 def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:

@@ -67,7 +67,7 @@ def histogram(values: Sequence[float | None], unit: str, title: str, what: str =
     if not found:
         return ""
     low, high = _bin_of(min(found)), _bin_of(max(found))
-    edges = [_edge(index) for index in range(low, high + 2)]
+    edges = [float(f"{10.0 ** (i // 3) * DECADE[i % 3]:.6g}") for i in range(low, high + 2)]
     counts = [0] * (high - low + 1)
     for value in found:
         counts[_bin_of(value) - low] += 1
@@ -132,10 +132,6 @@ def ticks_of(low: float, high: float) -> list[float]:
 def _bin_of(value: float) -> int:
     decade = math.floor(math.log10(value) + 1e-12)
     return 3 * decade + sum(value >= 10.0**decade * step * (1.0 - 1e-12) for step in DECADE) - 1
-
-
-def _edge(index: int) -> float:
-    return float(f"{10.0 ** (index // 3) * DECADE[index % 3]:.6g}")
 
 
 def counted(count: int, what: str) -> str:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-import pandas as pd
 from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -74,7 +73,7 @@ def _environment() -> Environment:
         "duration": duration,
         "page": page_path,
         "columns": _json,
-        "moment": _moment,
+        "moment": lambda time: f"{time:%Y-%m-%d %H:%M} UTC",
         "svg": Markup,
         "code": _code_words,
     }
@@ -99,7 +98,3 @@ def _place(path: str, parts: int = 2) -> Markup:
     words = path.rstrip("/").split("/")
     shown = path if len(words) <= parts + 1 else "…/" + "/".join(words[-parts:])
     return Markup('<code title="{}">{}</code>').format(path, shown)
-
-
-def _moment(time: pd.Timestamp) -> str:
-    return f"{time:%Y-%m-%d %H:%M} UTC"

@@ -87,7 +87,11 @@ def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
     return UrdfShapes(
         seen=seen,
         hulls=hulls,
-        inertials={str(link.name): inertial_of(link.inertial, scale) for link in robot.links if _weighs(link.inertial)},
+        inertials={
+            str(link.name): inertial_of(link.inertial, scale)
+            for link in robot.links
+            if link.inertial is not None and link.inertial.inertia is not None and link.inertial.mass
+        },
         corners={name: box_corners(parts) for name, parts in seen.items() if parts},
         links=names,
     )
@@ -166,10 +170,6 @@ def _glb(meshes: list[trimesh.Trimesh]) -> bytes:
     buffer = io.BytesIO()
     trimesh.Scene(meshes).export(buffer, file_type="glb")
     return buffer.getvalue()
-
-
-def _weighs(inertial: "yourdfpy.Inertial | None") -> bool:
-    return inertial is not None and inertial.inertia is not None and bool(inertial.mass)
 
 
 def inertial_of(inertial: yourdfpy.Inertial, scale: float = 1.0) -> Inertial:

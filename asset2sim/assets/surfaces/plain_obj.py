@@ -53,17 +53,14 @@ def plain_obj(path: Path, resolver: Resolver) -> list[MaterialMesh] | None:
     materials = materials_of(content.library, resolver)
     found = []
     for name, runs in reversed(content.faces.items()):
-        corners, tables = np.concatenate([run for run, _ in runs]) if one_kind(runs) else None, runs[0][1]
+        corners, tables = None, runs[0][1]
+        if all(of == tables for _, of in runs):
+            corners = np.concatenate([run for run, _ in runs])
         part = None if corners is None else part_of(corners, tables, whole)
         if part is None:
             return None
         found.append(MaterialMesh(*part, materials.get(name.decode(errors="replace"))))
     return found or None
-
-
-def one_kind(runs: list[tuple[Ints, tuple[int, ...]]]) -> bool:
-    """Whether the corners of all runs are of the same tables."""
-    return len({tables for _, tables in runs}) == 1
 
 
 def content_of(text: bytes) -> ObjContent | None:

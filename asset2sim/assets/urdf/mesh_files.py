@@ -113,13 +113,10 @@ def _material_files(file: Path, within: Counts, counts: Counts) -> list[Path]:
         libraries = [file.parent / name for name in libraries_of(file, counts)]
         read = [library for library in libraries if within(library) and library_problem(library) is None]
         return libraries + [library.parent / name for library in read for name in textures_of(library, counts)]
-    names = collada_names(file) if kind == ".dae" else gltf_names(file) if kind in (".gltf", ".glb") else []
+    names = gltf_names(file) if kind in (".gltf", ".glb") else []
+    if kind == ".dae":
+        names = [name.decode(errors="replace") for name in COLLADA_PICTURE.findall(file.read_bytes())]
     return [path for name in names if (path := named_file(name, file.parent, counts)) is not None]
-
-
-def collada_names(file: Path) -> list[str]:
-    """Names of the pictures of a COLLADA file."""
-    return [name.decode(errors="replace") for name in COLLADA_PICTURE.findall(file.read_bytes())]
 
 
 def gltf_names(file: Path) -> list[str]:
