@@ -8,8 +8,9 @@ import pybullet
 import pytest
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.assets.exports import export_mjcf, export_usd
+from asset2sim.assets.exports.mjcf import export_mjcf
 from asset2sim.assets.exports.refined_object import CLEARANCE_M, read_object
+from asset2sim.assets.exports.usd import export_usd
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.base import JOINT, WORLD, hung_from_world
 from schemas.overlay import PhysicsOverlay

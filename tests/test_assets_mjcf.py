@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, SCENE_NAME, export_mjcf
+from asset2sim.assets.exports.mjcf import HOME, SCENE_NAME, export_mjcf
+from asset2sim.assets.exports.refined_object import MJCF_NAME
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
 from asset2sim.load import load

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME
-from asset2sim.assets.exports.usd import USD_NAME
+from asset2sim.assets.exports.mjcf import HOME
+from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.engines.registry import installed, open_world
 from asset2sim.physics.inertia import tensor_of

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.exports.usd import GEOMETRY_NAME, USD_NAME, export_usd, require_usd, rotation_from_x
+from asset2sim.assets.exports import require_exports
+from asset2sim.assets.exports.refined_object import USD_NAME
+from asset2sim.assets.exports.usd import GEOMETRY_NAME, export_usd, rotation_from_x
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.read import read_urdf
 from schemas.errors import UsageError
+from schemas.vocabulary import Export
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
 
@@ -267,9 +270,9 @@ def test_x_is_turned_to_any_axis(axis: tuple[float, float, float]) -> None:
 
 
 def test_without_usd_core_the_user_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("asset2sim.assets.exports.usd.find_spec", lambda name: None)
+    monkeypatch.setattr("asset2sim.assets.exports.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"usd-core.*\.\[usd\]"):
-        require_usd()
+        require_exports((Export.USD,))
 
 
 NEWTON = """

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asset2sim.assets.authored import authored_overlay
-from asset2sim.assets.exports import export_mjcf
+from asset2sim.assets.exports.mjcf import export_mjcf
 from asset2sim.assets.folder import write_folder
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.origin import extract, parts_in

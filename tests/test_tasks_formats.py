@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.exports.mjcf import SCENE_NAME
-from asset2sim.assets.exports.usd import USD_NAME
+from asset2sim.assets.exports.refined_object import USD_NAME
 from asset2sim.engines.registry import installed, open_world
 from asset2sim.intake.dataset import load_dataset
 from schemas.asset import AssetRecord, AssetRef

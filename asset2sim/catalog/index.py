@@ -9,8 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from asset2sim.assets.exports.mjcf import MJCF_NAME
-from asset2sim.assets.exports.usd import USD_NAME
+from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME
 from asset2sim.assets.folder import INDEX_NAME, LOADER_NAME, URDF_NAME
 from asset2sim.catalog.stored_tables import stored_columns
 from asset2sim.catalog.switch import replace_file

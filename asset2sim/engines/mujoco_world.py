@@ -89,7 +89,6 @@ class MuJoCoWorld:
         self.data.qpos[2] = height_m - height
 
     def step(self, count: int = 1) -> None:
-        """See ``World``."""
         mujoco.mj_step(self.model, self.data, nstep=count)
 
     def root_pose(self) -> tuple[Array, Array]:
@@ -101,31 +100,25 @@ class MuJoCoWorld:
         return np.array(position), np.array([x, y, z, w])
 
     def root_center(self) -> Array:
-        """See ``World``."""
         mujoco.mj_kinematics(self.model, self.data)
         return np.array(self.data.xipos[1])
 
     def positions(self) -> Array:
-        """See ``World``."""
         values: Array = self.data.qpos[self.qpos]
         return values
 
     def velocities(self) -> Array:
-        """See ``World``."""
         values: Array = self.data.qvel[self.qvel]
         return values
 
     def kick(self, velocities: Mapping[str, float]) -> None:
-        """See ``World``."""
         for name, velocity in with_followers(self.mimics, velocities).items():
             self.data.qvel[self.qvel[self.index[name]]] = velocity
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        """See ``World``."""
         self.data.qfrc_applied[self.qvel] = [efforts.get(name, 0.0) for name in self.joint_names]
 
     def link_speeds(self) -> Array:
-        """See ``World``."""
         model, data = self.model, self.data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)

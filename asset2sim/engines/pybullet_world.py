@@ -100,7 +100,6 @@ class PyBulletWorld:
         self.item.place(positions)
 
     def step(self, count: int = 1) -> None:
-        """See ``World``."""
         client, body, driven = self.item.client, self.item.body, self.driven_joints
         # The client looks a function up anew each time.
         advance = client.stepSimulation
@@ -127,27 +126,22 @@ class PyBulletWorld:
         return np.array(self.item.client.getBasePositionAndOrientation(self.item.body)[0])
 
     def positions(self) -> Array:
-        """See ``World``."""
         return self.item.positions()
 
     def velocities(self) -> Array:
-        """See ``World``."""
         return self.item.velocities()
 
     def kick(self, velocities: Mapping[str, float]) -> None:
-        """See ``World``."""
         present = dict(zip(self.joint_names, self.positions(), strict=True))
         for name, velocity in with_followers(self.item.mimics, velocities).items():
             self.item.client.resetJointState(self.item.body, self.item.joint_index[name], present[name], velocity)
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        """See ``World``."""
         self.efforts = np.array([efforts.get(name, 0.0) for name in self.joint_names])
         self.driven = np.flatnonzero((self.stiffness > 0.0) | self.biased | (self.efforts != 0.0))
         self.driven_joints = [self.joints[i] for i in self.driven]
 
     def link_speeds(self) -> Array:
-        """See ``World``."""
         client, body = self.item.client, self.item.body
         speeds = [client.getBaseVelocity(body)[0]]
         if len(self.links) > 1:

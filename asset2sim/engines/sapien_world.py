@@ -156,7 +156,6 @@ class SapienWorld:
             body.set_root_angular_velocity(np.zeros(3))
 
     def step(self, count: int = 1) -> None:
-        """See ``World``."""
         body, system = self.item.articulation, self.item.system
         for _ in range(count):
             if self.sprung:
@@ -175,12 +174,10 @@ class SapienWorld:
         return np.array(pose.p, dtype=float), np.array([x, y, z, w], dtype=float)
 
     def root_center(self) -> Array:
-        """See ``World``."""
         root = self.item.articulation.get_root()
         return np.array((root.pose * root.cmass_local_pose).p, dtype=float)
 
     def positions(self) -> Array:
-        """See ``World``."""
         return np.array(self.item.articulation.get_qpos(), dtype=float)
 
     def velocities(self) -> Array:
@@ -193,20 +190,17 @@ class SapienWorld:
         return speeds
 
     def kick(self, velocities: Mapping[str, float]) -> None:
-        """See ``World``."""
         present = self.velocities()
         for name, velocity in with_followers(self.coupling.mimics, velocities).items():
             present[self.index[name]] = velocity
         self.item.articulation.set_qvel(present.astype(np.float32))
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        """See ``World``."""
         if self.joint_names:
             self.efforts = np.array([efforts.get(name, 0.0) for name in self.joint_names])
             self.item.articulation.set_qf(self.efforts.astype(np.float32))
 
     def link_speeds(self) -> Array:
-        """See ``World``."""
         speeds: Array = np.linalg.norm([link.linear_velocity for link in self.item.links], axis=1).astype(float)
         return speeds
 

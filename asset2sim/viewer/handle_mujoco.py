@@ -22,7 +22,6 @@ class MuJoCoHandle:
         self.body = {name: index for index, name in enumerate(self.names)}
 
     def poses(self) -> dict[str, Array]:
-        """See ``Handle``."""
         mujoco.mj_kinematics(self.model, self.data)
         found = {}
         for name, index in self.body.items():
@@ -33,11 +32,9 @@ class MuJoCoHandle:
         return found
 
     def masses(self) -> dict[str, float]:
-        """See ``Handle``."""
         return {name: float(self.model.body_mass[index]) for name, index in self.body.items() if index}
 
     def point_velocity(self, link: str, point: Array) -> Array:
-        """See ``Handle``."""
         mujoco.mj_comPos(self.model, self.data)
         jacobian = np.zeros((3, self.model.nv))
         mujoco.mj_jac(self.model, self.data, jacobian, None, point, self.body[link])
@@ -45,18 +42,15 @@ class MuJoCoHandle:
         return velocity
 
     def pull(self, link: str, point: Array, force: Array) -> None:
-        """See ``Handle``."""
         self.data.xfrc_applied[:] = 0.0
         index = self.body[link]
         self.data.xfrc_applied[index, :3] = force
         self.data.xfrc_applied[index, 3:] = np.cross(point - self.data.xipos[index], force)
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
-        """See ``Handle``."""
         self.model.opt.gravity[:] = gravity
 
     def touches(self) -> list[WorldContact]:
-        """See ``Handle``."""
         contact = self.data.contact
         bodies = self.model.geom_bodyid[contact.geom]
         found = []

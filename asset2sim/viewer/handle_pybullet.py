@@ -31,7 +31,6 @@ class PyBulletHandle:
         self.root_in_inertial = np.linalg.inv(pose_of(self.terms[BASE][3], self.terms[BASE][4]))
 
     def poses(self) -> dict[str, Array]:
-        """See ``Handle``."""
         base = pose_of(*self.client.getBasePositionAndOrientation(self.body)) @ self.root_in_inertial
         states = self._states(computeForwardKinematics=1)
         return {self.names[BASE]: base} | {
@@ -39,27 +38,22 @@ class PyBulletHandle:
         }
 
     def masses(self) -> dict[str, float]:
-        """See ``Handle``."""
         return {name: float(self.terms[index][0]) for index, name in self.names.items()}
 
     def point_velocity(self, link: str, point: Array) -> Array:
-        """See ``Handle``."""
         center, _, linear, angular = self._motion(self.index[link])
         velocity: Array = linear + np.cross(angular, point - center)
         return velocity
 
     def pull(self, link: str, point: Array, force: Array) -> None:
-        """See ``Handle``."""
         self.client.applyExternalForce(
             self.body, self.index[link], force.tolist(), point.tolist(), pybullet.WORLD_FRAME
         )
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
-        """See ``Handle``."""
         self.client.setGravity(*gravity)
 
     def touches(self) -> list[WorldContact]:
-        """See ``Handle``."""
         found = []
         for point in self.client.getContactPoints(bodyA=self.body):
             a, b = (
@@ -70,7 +64,6 @@ class PyBulletHandle:
         return found
 
     def kinetic_energy(self) -> float:
-        """See ``Handle``."""
         total = 0.0
         for index, terms in self.terms.items():
             _, orientation, linear, angular = self._motion(index)

@@ -8,7 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME
+from asset2sim.assets.exports.mjcf import HOME
+from asset2sim.assets.exports.refined_object import MJCF_NAME
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.physics.arrays import Array
 from lab.loaders.loaded import BALL_MASS_KG, BALL_RADIUS_M, Loader, Setting

@@ -1,22 +1,25 @@
-"""Formats written beside the URDF that keep its dynamics."""
+"""Formats written beside the URDF that keep its dynamics; what writes USD is imported where ``usd-core`` is there."""
 
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 from asset2sim.assets.exports.mjcf import export_mjcf
-from asset2sim.assets.exports.usd import UsdExport, export_usd, require_usd
-from asset2sim.assets.exports.usd_hulls import POLYGON_LIMIT, VERTEX_LIMIT
+from schemas.errors import UsageError
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Export, Severity, Stage
 
-__all__ = ["export_mjcf", "export_usd", "require_exports", "write_exports"]
+
+def has_usd() -> bool:
+    """Whether ``usd-core`` is installed."""
+    return find_spec("pxr") is not None
 
 
 def require_exports(exports: Sequence[Export]) -> None:
     """Raise UsageError where an export needs a package that is not installed; MJCF needs none."""
-    if Export.USD in exports:
-        require_usd()
+    if Export.USD in exports and not has_usd():
+        raise UsageError("export 'usd' needs usd-core, which is not installed; pip install -c constraints.txt '.[usd]'")
 
 
 def write_exports(
@@ -25,13 +28,18 @@ def write_exports(
     """Write these formats into a refined folder, with the checks' time step; findings of what differs in them. The
     folder's URDF must be the one that the overlay describes. Raises UsageError as ``require_exports`` does, and
     AssetError where the folder's URDF or meshes cannot be read."""
+    require_exports(exports)
     if Export.MJCF in exports:
         export_mjcf(folder, overlay, timestep_s)
-    return usd_findings(export_usd(folder, overlay)) if Export.USD in exports else ()
+    return usd_findings(folder, overlay) if Export.USD in exports else ()
 
 
-def usd_findings(export: UsdExport) -> tuple[Finding, ...]:
-    """A finding where collision hulls were made smaller for PhysX: how many, and by how much at most."""
+def usd_findings(folder: Path, overlay: PhysicsOverlay) -> tuple[Finding, ...]:
+    """Write USD; a finding where collision hulls were made smaller for PhysX: how many, and by how much at most."""
+    from asset2sim.assets.exports.usd import export_usd
+    from asset2sim.assets.exports.usd_hulls import POLYGON_LIMIT, VERTEX_LIMIT
+
+    export = export_usd(folder, overlay)
     if not export.limited:
         return ()
     finding = Finding(

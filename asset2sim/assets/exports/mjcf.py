@@ -17,14 +17,20 @@ from lxml.etree import _Element as Element
 
 from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.mjcf_visuals import write_looks
-from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject, ExportShape, read_object, wxyz_of
+from asset2sim.assets.exports.refined_object import (
+    MJCF_NAME,
+    ExportJoint,
+    ExportObject,
+    ExportShape,
+    read_object,
+    wxyz_of,
+)
 from asset2sim.assets.exports.visuals import looks_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import mimics_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.overlay import PhysicsOverlay
 
-MJCF_NAME = "mobility.xml"
 SCENE_NAME = "scene.xml"
 HOME = "home"
 """The keyframe of the initial state."""

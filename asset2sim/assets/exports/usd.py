@@ -19,27 +19,21 @@ its custom data, and the root layer sums them up in its own.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from asset2sim.assets.exports.refined_object import ExportBody, ExportJoint, read_object, wxyz_of
+from asset2sim.assets.exports.refined_object import USD_NAME, ExportBody, ExportJoint, read_object, wxyz_of
 from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_shape
 from asset2sim.assets.exports.usd_hulls import LimitedHull
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
-from asset2sim.assets.exports.usd_mimic import write_mimic
 from asset2sim.assets.exports.visuals import looks_of
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
-from schemas.errors import UsageError
+from schemas.features import Mimic
 from schemas.overlay import PhysicsOverlay
 
-if TYPE_CHECKING:
-    from pxr import Usd
-
-USD_NAME = "mobility.usda"
 GEOMETRY_NAME = "mobility_geometry.usdc"
 """The layer that holds the points: binary, so that the other one stays short enough to read."""
 
@@ -62,24 +56,9 @@ class UsdExport:
         return min((hull.volume_ratio for hull in self.limited), default=1.0)
 
 
-def has_usd() -> bool:
-    """Whether ``usd-core`` is installed."""
-    return find_spec("pxr") is not None
-
-
-def require_usd() -> None:
-    """Raise UsageError where ``usd-core`` is not installed, with what to install."""
-    if not has_usd():
-        raise UsageError("export 'usd' needs usd-core, which is not installed; pip install -c constraints.txt '.[usd]'")
-
-
 def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
     """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder. The default prim is the object, z
-    up, in its initial state, its lowest collision point at z = 0. Raises UsageError where ``usd-core`` is missing, and
-    what ``read_object`` raises."""
-    require_usd()
-    from pxr import Sdf, Usd, UsdGeom, UsdPhysics
-
+    up, in its initial state, its lowest collision point at z = 0. Raises what ``read_object`` raises."""
     item = read_object(folder, overlay)
     path, geometry_path = folder / USD_NAME, folder / GEOMETRY_NAME
     for old in (path, geometry_path):
@@ -143,11 +122,9 @@ def summary_data(export: UsdExport) -> dict[str, float | int]:
     }
 
 
-def hold_root(stage: "Usd.Stage", to_object: Array, link: str, path: str) -> "Usd.Prim":
+def hold_root(stage: Usd.Stage, to_object: Array, link: str, path: str) -> Usd.Prim:
     """A fixed joint at ``path`` that holds the root link to the world where it is written, ``to_object`` being its
     (4, 4) place in the object's prim, with which it moves when that is placed."""
-    from pxr import Gf, UsdPhysics
-
     joint = UsdPhysics.FixedJoint.Define(stage, path)
     # Without a first body the frame is the world's; the object's prim, which is no body, is taken as where it stands.
     joint.CreateBody0Rel().SetTargets([stage.GetDefaultPrim().GetPath()])
@@ -159,30 +136,24 @@ def hold_root(stage: "Usd.Stage", to_object: Array, link: str, path: str) -> "Us
     return joint.GetPrim()
 
 
-def filter_pairs(stage: "Usd.Stage", pairs: Sequence[tuple[str, ...]], links: Mapping[str, str]) -> None:
+def filter_pairs(stage: Usd.Stage, pairs: Sequence[tuple[str, ...]], links: Mapping[str, str]) -> None:
     """Have pairs of links, by their prims' paths, pass through each other."""
-    from pxr import UsdPhysics
-
     for first in dict.fromkeys(pair[0] for pair in pairs):
         api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(links[first]))
         api.CreateFilteredPairsRel().SetTargets([links[second] for other, second in pairs if other == first])
 
 
-def write_articulation(prim: "Usd.Prim") -> None:
+def write_articulation(prim: Usd.Prim) -> None:
     """Mark the object as one articulation with this root body, or this joint that holds it to the world, whose links
     collide with each other, except parent and child. On the object's prim, readers would choose a root by themselves:
     another link, with joints turned round."""
-    from pxr import UsdPhysics
-
     UsdPhysics.ArticulationRootAPI.Apply(prim)
     prim.AddAppliedSchema("PhysxArticulationAPI")
     give(prim, "physxArticulation:enabledSelfCollisions", True)
 
 
-def write_material(stage: "Usd.Stage", friction: float, path: str) -> str:
+def write_material(stage: Usd.Stage, friction: float, path: str) -> str:
     """The material of every contact: Coulomb friction, no bounce. Its path."""
-    from pxr import UsdPhysics, UsdShade
-
     material = UsdShade.Material.Define(stage, path)
     api = UsdPhysics.MaterialAPI.Apply(material.GetPrim())
     api.CreateStaticFrictionAttr(friction)
@@ -191,10 +162,8 @@ def write_material(stage: "Usd.Stage", friction: float, path: str) -> str:
     return path
 
 
-def write_body(stage: "Usd.Stage", body: ExportBody, to_world: Array, path: str) -> "Usd.Prim":
+def write_body(stage: Usd.Stage, body: ExportBody, to_world: Array, path: str) -> Usd.Prim:
     """One rigid body at its place in the initial state, with its mass, and its inertia by its principal axes."""
-    from pxr import Gf, UsdGeom, UsdPhysics
-
     xform = UsdGeom.Xform.Define(stage, path)
     place(xform, to_world)
     prim = xform.GetPrim()
@@ -215,11 +184,9 @@ def write_body(stage: "Usd.Stage", body: ExportBody, to_world: Array, path: str)
     return prim
 
 
-def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Usd.Prim":
+def write_joint(stage: Usd.Stage, joint: ExportJoint, names: PrimPaths) -> Usd.Prim:
     """One joint: frames whose x axis is the joint's, limits, the drive that is its spring and damper, dry friction, and
     its initial position."""
-    from pxr import Gf, UsdPhysics
-
     path = names.joints[joint.name]
     kind = UsdPhysics.RevoluteJoint if joint.turns else UsdPhysics.PrismaticJoint
     usd_joint = (kind if joint.moves else UsdPhysics.FixedJoint).Define(stage, path)
@@ -272,10 +239,8 @@ def write_joint(stage: "Usd.Stage", joint: ExportJoint, names: PrimPaths) -> "Us
     return prim
 
 
-def give(prim: "Usd.Prim", name: str, value: float | bool) -> None:
+def give(prim: Usd.Prim, name: str, value: float | bool) -> None:
     """Set an attribute of a schema that usd-core does not know, by name; its type is that of the value."""
-    from pxr import Sdf
-
     kind = Sdf.ValueTypeNames.Bool if isinstance(value, bool) else Sdf.ValueTypeNames.Float
     prim.CreateAttribute(name, kind, custom=False).Set(value)
 
@@ -287,3 +252,36 @@ def rotation_from_x(axis: Array) -> Array:
         return np.diag([-1.0, -1.0, 1.0])
     cross = np.array([[0.0, -y, -z], [y, 0.0, 0.0], [z, 0.0, 0.0]])
     return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + x))
+
+
+PHYSX_AXIS = "rotX"
+"""The axis of every joint of ours, in PhysX's words; a slider's mimic has an instance of the same name, since PhysX
+takes the degree of freedom of a one-axis joint whatever the instance is called."""
+
+
+def write_mimic(prim: Usd.Prim, mimic: Mimic, names: PrimPaths, turns: bool, leader_turns: bool) -> None:
+    """Bind a joint's prim to the joint that it follows: UsdPhysics has no schema for it. ``turns`` and ``leader_turns`` say which positions are angles,
+    which USD has in degrees.
+
+    ``PhysxMimicJointAPI`` (Isaac Sim) states q + gearing · q_leader + offset = 0, and ``NewtonMimicAPI`` (Newton, and
+    MuJoCo's USD reader) q = coef0 + coef1 · q_leader.
+    """
+    own, leader = (math.degrees(1.0) if angle else 1.0 for angle in (turns, leader_turns))
+    ratio, offset = mimic.multiplier * own / leader, mimic.offset * own
+    for schema, relation in (
+        (f"PhysxMimicJointAPI:{PHYSX_AXIS}", f"physxMimicJoint:{PHYSX_AXIS}:referenceJoint"),
+        ("NewtonMimicAPI", "newton:mimicJoint"),
+    ):
+        prim.AddAppliedSchema(schema)
+        prim.CreateRelationship(relation, custom=False).SetTargets([names.joints[mimic.joint]])
+    for name, value in (
+        (f"physxMimicJoint:{PHYSX_AXIS}:gearing", -ratio),
+        (f"physxMimicJoint:{PHYSX_AXIS}:offset", -offset),
+        ("newton:mimicCoef0", offset),
+        ("newton:mimicCoef1", ratio),
+    ):
+        prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, custom=False).Set(value)
+    token = prim.CreateAttribute(
+        f"physxMimicJoint:{PHYSX_AXIS}:referenceJointAxis", Sdf.ValueTypeNames.Token, custom=False
+    )
+    token.Set(PHYSX_AXIS)

@@ -1,27 +1,22 @@
 """Collision shapes in USD: geometry that PhysX takes as it is written, and the schemas that make it collide."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
 from asset2sim.assets.exports.refined_object import ExportShape, wxyz_of
 from asset2sim.assets.exports.usd_hulls import LimitedHull, limited_hull
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 
-if TYPE_CHECKING:
-    from pxr import Usd, UsdGeom
-
 CUSTOM_DATA = "asset2sim"
 """Key of the custom data of the root layer and of collision prims that say what was made smaller."""
 
 
-def write_shape(stage: "Usd.Stage", shape: ExportShape, folder: Path, path: str) -> LimitedHull | None:
+def write_shape(stage: Usd.Stage, shape: ExportShape, folder: Path, path: str) -> LimitedHull | None:
     """The geometry of one collision shape, in its link's frame. Returns the hull in its place if it had to be made
     smaller."""
-    from pxr import Gf, UsdGeom, Vt
-
     geometry: UsdGeom.Gprim
     smaller: LimitedHull | None = None
     if shape.kind == "mesh":
@@ -56,10 +51,8 @@ def write_shape(stage: "Usd.Stage", shape: ExportShape, folder: Path, path: str)
     return smaller
 
 
-def collide(prim: "Usd.Prim", shape: ExportShape, material: str) -> None:
+def collide(prim: Usd.Prim, shape: ExportShape, material: str) -> None:
     """Make a prim collide; a mesh collides as its convex hull."""
-    from pxr import UsdPhysics, UsdShade
-
     UsdPhysics.CollisionAPI.Apply(prim)
     if shape.kind == "mesh":
         UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
@@ -67,10 +60,8 @@ def collide(prim: "Usd.Prim", shape: ExportShape, material: str) -> None:
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(bound, UsdShade.Tokens.weakerThanDescendants, "physics")
 
 
-def place(xform: "UsdGeom.Xformable", to_parent: Array) -> None:
+def place(xform: UsdGeom.Xformable, to_parent: Array) -> None:
     """Give a prim its (4, 4) transform as a translation and an orientation, which physics engines can write back."""
-    from pxr import Gf, UsdGeom
-
     xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*(float(v) for v in to_parent[:3, 3])))
     xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(*wxyz_of(to_parent[:3, :3])))
 

@@ -4,16 +4,13 @@ import os
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
 
 from asset2sim.assets.exports.refined_object import ExportObject
 from asset2sim.assets.exports.visuals import Look
 from asset2sim.assets.surfaces.surface import Paint, Texture
-
-if TYPE_CHECKING:
-    from pxr import Usd, UsdShade
 
 READABLE = (".png", ".jpg", ".jpeg")
 """Image formats that every USD renderer reads."""
@@ -50,10 +47,8 @@ def identifier(name: str) -> str:
     return word if word and not word[0].isdigit() else f"_{word}"
 
 
-def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: PrimPaths) -> None:
+def write_looks(stage: Usd.Stage, looks: Sequence[Look], folder: Path, names: PrimPaths) -> None:
     """Define every look under its link, in the link's frame, bound to a material under ``looks``."""
-    from pxr import Sdf, UsdGeom, UsdShade, Vt
-
     if not looks:
         return
     UsdGeom.Scope.Define(stage, f"{names.top}/looks")
@@ -81,10 +76,8 @@ def write_looks(stage: "Usd.Stage", looks: Sequence[Look], folder: Path, names: 
         UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(materials[look.paint])
 
 
-def write_material(stage: "Usd.Stage", paint: Paint, path: str, folder: Path) -> "UsdShade.Material":
+def write_material(stage: Usd.Stage, paint: Paint, path: str, folder: Path) -> UsdShade.Material:
     """A preview material of the paint's colour, or of its texture where that is a picture inside the folder."""
-    from pxr import Sdf, UsdShade
-
     material = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, f"{path}/surface")
     shader.CreateIdAttr("UsdPreviewSurface")

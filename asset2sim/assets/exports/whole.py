@@ -15,11 +15,9 @@ from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets import mujoco_options
-from asset2sim.assets.exports.mjcf import HOME, MJCF_NAME, export_mjcf, numbers, placed, write_options
-from asset2sim.assets.exports.refined_object import ExportObject, read_object, wxyz_of
-from asset2sim.assets.exports.usd import USD_NAME, export_usd, filter_pairs, has_usd
-from asset2sim.assets.exports.usd_collision import place
-from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, paths
+from asset2sim.assets.exports import has_usd
+from asset2sim.assets.exports.mjcf import HOME, export_mjcf, numbers, placed, write_options
+from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME, ExportObject, read_object, wxyz_of
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.base import WORLD
 from asset2sim.assets.urdf.edit import serialised, words
@@ -84,8 +82,6 @@ def write_whole(
     etree.indent(document, space="  ")
     (folder / MJCF_SCENE).write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
     if has_usd():
-        for part in parts:
-            export_usd(part.folder, part.overlay)
         write_usd(folder, name, parts, items, pairs)
     rows = [placement(folder, part, item) for part, item in zip(parts, items, strict=True)]
     text = json.dumps({"scene": name, "parts": rows, "do_not_collide": pairs}, indent=1, ensure_ascii=False)
@@ -178,9 +174,15 @@ def write_usd(
     items: Sequence[ExportObject],
     passing: Sequence[tuple[str, ...]],
 ) -> None:
-    """Write the USD that refers to each part's own; pairs of links that are ``passing`` do not collide."""
+    """Write each part's own USD, and one that refers to them; pairs of links that are ``passing`` do not collide."""
     from pxr import Usd, UsdGeom, UsdPhysics
 
+    from asset2sim.assets.exports.usd import export_usd, filter_pairs
+    from asset2sim.assets.exports.usd_collision import place
+    from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, paths
+
+    for part in parts:
+        export_usd(part.folder, part.overlay)
     path = folder / USD_SCENE
     path.unlink(missing_ok=True)
     stage = Usd.Stage.CreateNew(str(path))
