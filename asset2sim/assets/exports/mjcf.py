@@ -69,12 +69,9 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
         etree.SubElement(body, "freejoint", name=free_name(item))
     write_body(body, item, item.root, geoms, names)
     contact = etree.SubElement(root, "contact")
-    for first, second in (*related_to_root(item), *item.passing):
-        named = {
-            "body1": mujoco_options.body_name(first, item.bodies),
-            "body2": mujoco_options.body_name(second, item.bodies),
-        }
-        etree.SubElement(contact, "exclude", named)
+    for pair in (*related_to_root(item), *item.passing):
+        first, second = (mujoco_options.body_name(name, item.bodies) for name in pair)
+        etree.SubElement(contact, "exclude", body1=first, body2=second)
     equality = etree.SubElement(root, "equality")
     write_mimics(equality, item, timestep_s)
     actuator = etree.SubElement(root, "actuator")

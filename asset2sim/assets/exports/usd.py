@@ -260,8 +260,8 @@ takes the degree of freedom of a one-axis joint whatever the instance is called.
 
 
 def write_mimic(prim: Usd.Prim, mimic: Mimic, names: PrimPaths, turns: bool, leader_turns: bool) -> None:
-    """Bind a joint's prim to the joint that it follows: UsdPhysics has no schema for it. ``turns`` and ``leader_turns`` say which positions are angles,
-    which USD has in degrees.
+    """Bind a joint's prim to the joint that it follows: UsdPhysics has no schema for it. ``turns`` and ``leader_turns``
+    say which positions are angles, which USD has in degrees.
 
     ``PhysxMimicJointAPI`` (Isaac Sim) states q + gearing · q_leader + offset = 0, and ``NewtonMimicAPI`` (Newton, and
     MuJoCo's USD reader) q = coef0 + coef1 · q_leader.
