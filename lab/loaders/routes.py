@@ -16,7 +16,6 @@ from lxml import etree
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.exports.mjcf import MJCF_NAME, SCENE_NAME
-from asset2sim.assets.exports.usd import USD_NAME
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
