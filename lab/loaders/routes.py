@@ -15,7 +15,8 @@ import pybullet
 from lxml import etree
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.assets.exports.mjcf import MJCF_NAME, SCENE_NAME
+from asset2sim.assets.exports.mjcf import SCENE_NAME
+from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
