@@ -3,20 +3,19 @@
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import Any, ParamSpec
 
 import viser
 
+from asset2sim.viewer.live import Commands
 from asset2sim.viewer.live_object import Readings
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.viewed_object import Movable
 from asset2sim.viewer.walk import LatestReview, Show, Stop
 from asset2sim.viewer.words import choice, ends, labels, plain, shown, table, user_name
 from schemas.vocabulary import Engine
-
-if TYPE_CHECKING:
-    from asset2sim.viewer.viewer import Viewer
 
 Given = ParamSpec("Given")
 
@@ -44,11 +43,28 @@ RESET, DROP, NUDGE = "Reset", "Drop", "Nudge"
 GOOD, BAD = "Good", "Bad"
 
 
+@dataclass(frozen=True)
+class Wishes:
+    """Requests of a person, by an asset's id, a number of steps in the list, an act, a joint or a verdict. All but
+    ``review`` are done in the simulation's thread, by ``commands``."""
+
+    commands: Commands
+    go: Callable[[str | None], None]
+    walk: Callable[[int], None]
+    choose: Callable[[], None]
+    tilt: Callable[[], None]
+    draw: Callable[[Overlays], None]
+    act: Callable[[str], None]
+    put: Callable[[str], None]
+    press: Callable[[str], None]
+    review: Callable[[str], None]
+
+
 class Panel:
     """The controls of one server, shared by every browser that looks at it."""
 
-    def __init__(self, server: viser.ViserServer, viewer: "Viewer", engine: Engine, count: int) -> None:
-        self.server, self.viewer = server, viewer
+    def __init__(self, server: viser.ViserServer, wishes: Wishes, engine: Engine, count: int) -> None:
+        self.server, self.wishes = server, wishes
         gui = server.gui
         gui.main_panel.dock_right()
         gui.add_html(PHONE_STYLE)
@@ -72,47 +88,47 @@ class Panel:
         self.more: Any = None
         self.sliders: dict[str, tuple[Movable, Any, Any]] = {}
         self.touched: dict[str, float] = {}
-        self._when(steps, lambda: self._do(viewer.walk, 1 if steps.value == NEXT else -1))
-        self._when(self.show_list, lambda: self._do(viewer.choose))
+        self._when(steps, lambda: self._do(wishes.walk, 1 if steps.value == NEXT else -1))
+        self._when(self.show_list, lambda: self._do(wishes.choose))
         self._when(self.asset, self._go)
         for label, key, act in (
-            ("Next asset", "N", lambda: self._do(viewer.walk, 1)),
-            ("Previous asset", "P", lambda: self._do(viewer.walk, -1)),
-            ("Reset", "R", lambda: self._do(viewer.act, RESET)),
-            ("Drop", "D", lambda: self._do(viewer.act, DROP)),
+            ("Next asset", "N", lambda: self._do(wishes.walk, 1)),
+            ("Previous asset", "P", lambda: self._do(wishes.walk, -1)),
+            ("Reset", "R", lambda: self._do(wishes.act, RESET)),
+            ("Drop", "D", lambda: self._do(wishes.act, DROP)),
         ):
             self._command(label, key, act)
 
     def _move_tab(self, engine: Engine) -> None:
-        gui, viewer = self.server.gui, self.viewer
+        gui, wishes = self.server.gui, self.wishes
         gui.add_markdown("Drag a part with the mouse: a spring pulls it there.")
         acts = gui.add_button_group("Do", (RESET, DROP, NUDGE))
-        self._when(acts, lambda: self._do(viewer.act, acts.value))
+        self._when(acts, lambda: self._do(wishes.act, acts.value))
         self.run = gui.add_checkbox("Run", True, hint="Let time pass")
         self.joints = gui.add_folder("Joints")
         self.efforts = gui.add_folder("Torques and forces", expand_by_default=False)
         with gui.add_folder("World", expand_by_default=False):
             self.engine = gui.add_dropdown("Engine", [str(item) for item in ENGINES], initial_value=str(engine))
-            self._when(self.engine, lambda: self._do(viewer.go))
+            self._when(self.engine, lambda: self._do(wishes.go, None))
             self.tilts = tuple(
                 gui.add_slider(f"Tilt {axis} °", -TILT_DEG, TILT_DEG, 0.5, 0.0, hint=f"Leans gravity about {axis}")
                 for axis in "xy"
             )
             for slider in self.tilts:
-                self._when(slider, lambda: self._do(viewer.tilt))
+                self._when(slider, lambda: self._do(wishes.tilt))
 
     def _look_tab(self) -> None:
-        gui, viewer = self.server.gui, self.viewer
+        gui, wishes = self.server.gui, self.wishes
         self.beside = gui.add_checkbox("Raw beside it", True, hint="The object as it came, in step")
         self.true_size = gui.add_checkbox("Raw at its own size", False)
         for box in (self.beside, self.true_size):
-            self._when(box, lambda: self._do(viewer.go))
+            self._when(box, lambda: self._do(wishes.go, None))
         self.pieces = gui.add_checkbox("Collision pieces", False)
         self.centers = gui.add_checkbox("Centres of mass", False, hint="Larger is heavier")
         self.boxes = gui.add_checkbox("Inertia boxes", False, hint="Solid boxes of the same mass and inertia")
         self.contacts = gui.add_checkbox("Contacts", False, hint="Red where they overlap, with the depth")
         for box in (self.pieces, self.centers, self.boxes, self.contacts):
-            self._when(box, lambda: self._do(viewer.stage.overlay, self.overlays))
+            self._when(box, lambda: self._do(wishes.draw, self.overlays))
         self.dark = gui.add_checkbox("Dark", False)
         self._when(self.dark, self.theme)
 
@@ -123,7 +139,7 @@ class Panel:
         self.who = gui.add_text("By", user_name())
         self.on = gui.add_checkbox("Then the next", True)
         verdicts = gui.add_button_group("It is", (GOOD, BAD), hint="Stores the review in the table reviews")
-        self._when(verdicts, lambda: self.viewer.review(verdicts.value.lower()))
+        self._when(verdicts, lambda: self.wishes.review(verdicts.value.lower()))
 
     def theme(self) -> None:
         """Light or dark, as its box says."""
@@ -225,14 +241,14 @@ class Panel:
     def _put(self, joint: str) -> None:
         if self._reaches(self.sliders[joint][1]):
             self.touched[joint] = time.monotonic()
-            self._do(self.viewer.put, joint)
+            self._do(self.wishes.put, joint)
         # Else the slider follows its joint again.
 
     def _press(self, joint: str) -> None:
         slider = self.sliders[joint][2]
         if not self._reaches(slider):
             slider.value = 0.0
-        self._do(self.viewer.press, joint)
+        self._do(self.wishes.press, joint)
 
     def _reaches(self, slider: Any) -> bool:
         """Whether a slider's value is in its range: one that is typed may be beyond, which is said."""
@@ -245,7 +261,7 @@ class Panel:
 
     def _go(self) -> None:
         if self.asset.value in self.choices:
-            self._do(self.viewer.go, self.choices[self.asset.value])
+            self._do(self.wishes.go, self.choices[self.asset.value])
 
     def _slider(self, label: str, value: float, span: Sequence[float], digits: int) -> Any:
         low, high = (round(end, digits) for end in span)
@@ -261,7 +277,7 @@ class Panel:
 
     def _do(self, act: Callable[Given, None], *given: Given.args, **options: Given.kwargs) -> None:
         """Have it done in the simulation's thread."""
-        self.viewer.commands.put(partial(act, *given, **options))
+        self.wishes.commands.put(partial(act, *given, **options))
 
     def _when(self, control: Any, act: Callable[[], None]) -> None:
         # A coroutine: others are called in no order. What the server itself sets has no client.

@@ -13,7 +13,7 @@ from asset2sim.catalog.reviews import Review
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.live import LivePage, step_for
 from asset2sim.viewer.live_object import LiveObject
-from asset2sim.viewer.panel import DROP, RESET, Panel
+from asset2sim.viewer.panel import DROP, RESET, Panel, Wishes
 from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line, why_not
 from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
@@ -48,7 +48,11 @@ class Viewer(LivePage):
         self.problems: list[str] = []
         self.now: Stop = self.by_id[asset_id] if asset_id is not None else self.stops[0]
         self.pace, self.read_at = 1.0, 0.0
-        self.panel = Panel(server, self, engine, len(self.stops))
+        wishes = Wishes(
+            self.commands, self.go, self.walk, self.choose, self.tilt, self.stage.overlay, self.act, self.put,
+            self.press, self.review,
+        )  # fmt: skip
+        self.panel = Panel(server, wishes, engine, len(self.stops))
         self.panel.theme()
 
     def review(self, verdict: str) -> None:
