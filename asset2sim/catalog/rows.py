@@ -95,7 +95,8 @@ def link_rows(key: Row, record: AssetRecord) -> list[Row]:
     rows = []
     for link in record.overlay.links:
         seen = features.get(link.name)
-        row = key | {"link": link.name} | link.model_dump(exclude={"name", "com", "inertia", "contents"})
+        row = key | {"link": link.name, "shapes_source": None}
+        row |= link.model_dump(exclude={"name", "com", "inertia", "contents"})
         row |= {
             "contents_kg": sum(item.mass_kg for item in link.contents),
             "joint_kind": seen.joint_kind if seen else None,
