@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.assets.meshes.surface import SheetSurface, joined_surfaces, surface_of
+from asset2sim.assets.meshes.volume import SheetSurface, joined_surfaces, surface_of
 from asset2sim.intake.origin import extract
 from schemas.asset import AssetRef
 from schemas.features import LinkFeatures

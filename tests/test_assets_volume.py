@@ -7,9 +7,8 @@ import pytest
 import trimesh
 import yourdfpy
 
-from asset2sim.assets.meshes.hull import hull_of, hull_vertices, hull_volume, solid
+from asset2sim.assets.meshes.hull import MOST_SHELLS, hull_of, hull_vertices, hull_volume, solid
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.meshes.shells import MOST_SHELLS
 from asset2sim.assets.meshes.volume import SLAB_THICKNESS, shape_of, slab
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource

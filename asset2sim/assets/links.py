@@ -12,11 +12,9 @@ from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
 from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
 from asset2sim.assets.meshes.paints import link_paints
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
-from asset2sim.assets.meshes.strays import FAR
-from asset2sim.assets.meshes.surface import NOTHING, SheetSurface, joined_surfaces
-from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.meshes.triangles import FAR, Triangles
 from asset2sim.assets.meshes.unusable import UnusableMeshError, check_mesh_file, check_size
-from asset2sim.assets.meshes.volume import Shape, Solid, combined, shape_of
+from asset2sim.assets.meshes.volume import NO_SURFACE, Shape, SheetSurface, Solid, combined, joined_surfaces, shape_of
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, Refused, find_mesh, why_missing
 from asset2sim.physics.arrays import Array, six, vector
@@ -223,7 +221,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         reader.note("inertial_unusable", f"link '{link.name}': {problem}", link.name)
     solids = shapes_with_mass(own)
     body, points = Solid(0.0, np.zeros(3), np.zeros((3, 3))), np.zeros((0, 3))
-    walls = NOTHING
+    walls = NO_SURFACE
     if own:
         walls = wall_surface(own, solids)
         body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solids])

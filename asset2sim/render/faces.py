@@ -8,8 +8,7 @@ import numpy as np
 from PIL import Image
 
 from asset2sim.assets.surfaces.scene import Scene
-from asset2sim.assets.surfaces.surface import PLAIN, Floats, Ints, Paint, Surface, Texture, face_normals
-from asset2sim.assets.surfaces.textures import decode_texture
+from asset2sim.assets.surfaces.surface import PLAIN, Floats, Ints, Paint, Surface, Texture, decode_texture, face_normals
 from asset2sim.physics.arrays import Array
 from asset2sim.render.batch import LIFT, QUANTUM, mixed, with_lifts
 from asset2sim.render.zbuffer import Singles

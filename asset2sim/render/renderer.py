@@ -10,8 +10,7 @@ import pybullet
 from numpy.typing import NDArray
 from PIL import Image
 
-from asset2sim.assets.surfaces.surface import Batch, unit
-from asset2sim.assets.surfaces.textures import DecodedTexture, decode_textures
+from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, decode_textures, unit
 from asset2sim.render.camera import Camera, axes
 
 Pixels = NDArray[np.float32]

@@ -9,8 +9,7 @@ import scipy
 import trimesh
 
 from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
-from asset2sim.assets.meshes.surface import SheetSurface
-from asset2sim.assets.meshes.volume import Shape, Solid
+from asset2sim.assets.meshes.volume import Shape, SheetSurface, Solid
 from asset2sim.physics.arrays import Array
 from schemas.vocabulary import VolumeSource
 

@@ -12,9 +12,8 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import outermost
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
-from asset2sim.assets.meshes.hull import hull_of
+from asset2sim.assets.meshes.hull import hull_of, shells
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
-from asset2sim.assets.meshes.shells import shells
 from asset2sim.physics.arrays import Array
 
 
