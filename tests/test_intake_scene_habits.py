@@ -1,5 +1,6 @@
 """SDF and MJCF files in habits of robot benchmarks: what stands for the world, hands, gears, outlines, free bodies."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,9 @@ import trimesh
 from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake.formats.mjcf import urdf_of_mjcf
 from asset2sim.intake.formats.sdf import urdf_of_sdf
+from asset2sim.intake.up_axis import find_up
 from schemas.errors import AssetError
+from schemas.vocabulary import UpAxis
 from tests.assets import near, read
 
 pytestmark = pytest.mark.system
@@ -148,3 +151,18 @@ def test_an_include_that_is_missing_is_named_where_it_stands(tmp_path: Path) -> 
     (tmp_path / "parts.xml").unlink()
     with pytest.raises(AssetError, match=r"its include 'parts.xml' \(line 1\) is not there"):
         urdf_of_mjcf(file, tmp_path)
+
+
+def test_a_format_of_simulators_is_not_turned_upright(tmp_path: Path) -> None:
+    legs = "".join(
+        f'<geom type="box" size="0.02 0.25 0.02" pos="{x} -0.25 {z}"/>' for x in (-0.4, 0.4) for z in (-0.3, 0.3)
+    )
+    lid = f'<body name="lid" pos="0 0 0"><joint name="hinge" axis="1 0 0" range="0 90"/>{BOX}</body>'
+    (tmp_path / "mjcf").mkdir()
+    mjcf(tmp_path / "mjcf", f'<body name="legs"><geom type="box" size="0.45 0.01 0.35"/>{legs}{lid}</body>')
+    found = read(tmp_path / "mjcf")
+    up, told = find_up(found)
+    assert up is UpAxis.Z and told is not None and told.code == "up_doubtful" and "its format has z up" in told.message
+    assert found.opened is not None
+    unsaid = replace(found, opened=replace(found.opened, metric_format=""))
+    assert find_up(unsaid)[0] is UpAxis.Y, "of any other file the shape decides"

@@ -1,5 +1,6 @@
 """What a file says and is plausible stays: sizes in metres, weighed masses. Words of the user go first."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -42,12 +43,12 @@ def complete(item: Extraction, overlay: Overlay) -> tuple[PhysicsOverlay, dict[s
 
 
 @pytest.mark.system  # reading MJCF loads MuJoCo, which starts a program
-@pytest.mark.parametrize(("kind", "metric"), [("sdf", "SDF"), ("mjcf", "MJCF"), ("xacro", "xacro"), ("urdf", "")])
-def test_formats_of_simulators_have_metres_and_a_urdf_without_masses_may_have_anything(
-    kind: str, metric: str, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("kind", ["sdf", "mjcf", "xacro", "urdf"])
+def test_formats_of_simulators_have_metres_and_so_has_a_urdf_of_drawn_boxes(kind: str, tmp_path: Path) -> None:
     folder = written_cabinet(tmp_path / "one", kind)
-    assert read(folder).features.metric == (f"lengths of {metric} are metres" if metric else "")
+    said = read(folder).features.metric
+    assert re.fullmatch(rf"lengths of {kind} are metres|its boxes and cylinders are drawn in .* millimetre", said, re.I)
+    assert said.startswith("its boxes") == (kind == "urdf")
     ref = AssetRef(asset_id="one", category="", path=str(folder))
     assert extract(ref, inputs=InputSettings(keep=("nothing",))).features.metric == ""
 
@@ -57,6 +58,27 @@ def test_masses_that_fit_their_volumes_speak_for_metres(tmp_path: Path) -> None:
     assert box_with_lid(tmp_path / "b").features.metric == "", "nothing is stated"
     assert box_with_lid(tmp_path / "c", 1.0, 1.0).features.metric == "", "placeholders"
     assert box_with_lid(tmp_path / "d", 3.0, 1.5, size=4.0).features.metric == "", "a normalised mesh"
+
+
+BOXES = ("0.6 0.58 0.72", "0.018 0.56 0.684", "0.9144 0.02 0.1", "0.6 0.41999999999999993 0.3")
+
+
+@pytest.mark.parametrize(
+    ("boxes", "metric"),
+    [
+        (BOXES, True),
+        ([box.replace("0.72", "0.7213457") for box in BOXES] + ["0.123456 0.234567 0.345678"], False),
+        (("0.5 0.2 0.4", "0.3 0.1 0.6", "0.8 0.7 0.9", "0.02 0.2 0.4"), False),
+        ((*BOXES, "1 0.02 0.02"), False),
+        (("0.6 0.58 0.72",), False),
+    ],
+    ids=["drawn", "measured", "round", "brought to 1", "one box"],
+)
+def test_boxes_drawn_with_a_ruler_speak_for_metres(boxes: list[str], metric: bool, tmp_path: Path) -> None:
+    parts = [link(f"part_{number}", shape(box)) for number, box in enumerate(boxes)]
+    fixed = [joint(f"joint_{number}", "fixed", "part_0", f"part_{number}") for number in range(1, len(boxes))]
+    said = read(written(tmp_path, robot(*parts, *fixed))).features.metric
+    assert said == ("its boxes and cylinders are drawn in tenths of a millimetre" if metric else "")
 
 
 def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:

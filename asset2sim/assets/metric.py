@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from statistics import median
 
+from lxml.etree import _Element as Element
+
 from schemas.authored import KEPT_AS_ASKED
 from schemas.features import LinkFeatures
 from schemas.vocabulary import Keep
@@ -11,12 +13,33 @@ LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3 = 5.0, 12_000.0
 """Density of a link over its hull, kg/m³: a cabinet of thin walls has 20, lead 11,300."""
 
 
-def metric_evidence(metric_format: str, links: Sequence[LinkFeatures], kept: Keep = Keep.PLAUSIBLE) -> str:
+GRID_M, ON_GRID_M = 1e-4, 1e-7
+"""Step of the lengths that people draw boxes and cylinders with in metres: a millimetre, a fraction of an inch (0.9144
+is a yard); and how near to it floating point leaves them. Of lengths of anything else one in 500 comes so near."""
+COARSE_M = 0.1
+"""Step of lengths that say nothing: a unit cube and its halves have them, too."""
+LEAST_LENGTHS, LEAST_FINE, DRAWN_SHARE = 4, 2, 0.9
+"""Different lengths, those of them that are finer than ``COARSE_M``, and the share on the grid, from which a drawing in
+metres is told."""
+DRAWN = "its boxes and cylinders are drawn in tenths of a millimetre"
+UNITS, OF_UNIT = (1.0, 2.0), 1e-3
+"""Longest edge or diagonal of what was brought to one size, and the share by which it is off."""
+
+
+def metric_evidence(
+    metric_format: str,
+    links: Sequence[LinkFeatures],
+    kept: Keep = Keep.PLAUSIBLE,
+    robot: Element | None = None,
+    size: Sequence[float] = (),
+) -> str:
     """The reason to take the authored lengths for metres; empty where there is none.
 
     ``metric_format`` is the name of a format that has metres, empty for one that may have anything. Metres has also a
     URDF whose masses fit its volumes: at ten times its size an object of those masses would be a thousand times too
-    light. The size is ``kept`` as the user asks: whatever it is, where it is plausible, or not at all.
+    light; and one of boxes, cylinders and spheres (of ``robot``) that somebody drew with a ruler, unless its ``size``
+    is of something that was brought to one. The size is ``kept`` as the user asks: whatever it is, where it is
+    plausible, or not at all.
     """
     if kept is not Keep.PLAUSIBLE:
         return KEPT_AS_ASKED if kept is Keep.ALL else ""
@@ -25,7 +48,37 @@ def metric_evidence(metric_format: str, links: Sequence[LinkFeatures], kept: Kee
     densities = [density for link in links if (density := authored_density(link)) is not None]
     if densities and not are_placeholders(links) and LEAST_DENSITY_KG_M3 <= median(densities) <= MOST_DENSITY_KG_M3:
         return "its masses fit its volumes in metres"
+    if robot is not None and is_drawn_in_metres(robot) and not is_unit(size):
+        return DRAWN
     return ""
+
+
+def is_drawn_in_metres(robot: Element) -> bool:
+    """Whether the lengths of a URDF's boxes, cylinders, capsules and spheres are those of a drawing."""
+    found = set[float]()
+    for geometry in robot.iterfind("link//geometry"):
+        for shape in geometry.iterchildren("box", "cylinder", "capsule", "sphere"):
+            edges, diameter = str(shape.get("size", "")).split(), shape.get("radius")
+            try:
+                lengths = [float(word) for word in (*edges, *filter(None, (shape.get("length"),)))]
+                found.update(lengths if diameter is None else (*lengths, 2.0 * float(diameter)))
+            except ValueError:
+                continue  # reading its geometry says what is wrong
+    found = {round(length, 9) for length in found if length > 0.0}
+    drawn = [length for length in found if off_grid(length, GRID_M) <= ON_GRID_M]
+    fine = [length for length in drawn if off_grid(length, COARSE_M) > ON_GRID_M]
+    return len(found) >= LEAST_LENGTHS and len(fine) >= LEAST_FINE and len(drawn) >= DRAWN_SHARE * len(found)
+
+
+def off_grid(length: float, step: float) -> float:
+    """The distance of a length from a whole number of steps."""
+    return abs(length - step * round(length / step))
+
+
+def is_unit(size: Sequence[float]) -> bool:
+    """Whether a box of these edges was brought to a longest edge or a diagonal of 1 or 2."""
+    diagonal = sum(edge * edge for edge in size) ** 0.5
+    return any(abs(length / unit - 1.0) <= OF_UNIT for length in (max(size, default=0.0), diagonal) for unit in UNITS)
 
 
 def authored_density(link: LinkFeatures) -> float | None:

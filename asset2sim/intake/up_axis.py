@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.metric import DRAWN
 from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -75,7 +76,8 @@ TELLING = {*HIGH, *LOW, "door", "drawer", "shelf", "tray", "button", "knob", "ha
 
 def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     """The axis that points up in an asset's file, and a finding where it is not z, or may not be. Things that are put
-    down on any side (a knife, a camera) are left as they are."""
+    down on any side (a knife, a camera) are left as they are, and so is what a file says has z up: formats of
+    simulators do, and boxes that somebody drew."""
     known = sizes().get(extraction.features.category)
     if known is not None and known.lies:
         return UpAxis.Z, None
@@ -90,13 +92,16 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     reasons = sorted(REASONS, key=lambda name: -gains[best].get(name, 0.0))[:3]
     said = ", ".join(REASONS[name] for name in reasons if gains[best].get(name, 0.0) > 0.0)
     weight_ = f"log odds {odds[best]:.2g}, sure from {least} on: {said}"
-    turned = odds[best] >= least
+    opened = extraction.opened
+    by_format = (opened is not None and bool(opened.metric_format)) or extraction.features.metric == DRAWN
+    turned = odds[best] >= least and not by_format
     if turned:
         code, severity = "turned_upright", Severity.WARNING
         message = f"its file has {best} up ({weight_}); it is turned upright: if that is wrong, state --up=z"
     else:
         code, severity = "up_doubtful", Severity.INFO
-        message = f"its file may have {best} up ({weight_}); it is left as it is: if it lies, state --up={best}"
+        why = "its format has z up, and it is left" if odds[best] >= least else "it is left"
+        message = f"its file may have {best} up ({weight_}); {why} as it is: if it lies, state --up={best}"
     finding = Finding(
         stage=Stage.EXTRACT, severity=severity, code=code, message=f"{message}, or `up` in the manifest",
         value=odds[best], limit=least,
