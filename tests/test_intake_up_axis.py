@@ -3,12 +3,13 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lxml import etree
 
 from asset2sim.guidance.tables import sizes
 from asset2sim.intake.origin import extract
-from asset2sim.intake.up_axis import find_up
+from asset2sim.intake.up_axis import RestingShape, evidence, find_up
 from schemas.asset import AssetRef
 from schemas.vocabulary import UpAxis
 from tests.assets import RAW, joint, link, read, robot, shape, written
@@ -51,6 +52,17 @@ def test_a_table_that_has_y_up_is_found(tmp_path: Path, up: UpAxis) -> None:
         assert "its top, lids and seats are high" in finding.message and "--up=z" in finding.message
         turned = extract(AssetRef(asset_id="t", path=str(tmp_path)), up=found)
         assert find_up(turned) == (UpAxis.Z, None), "what was turned is right"
+
+
+def test_the_top_drawer_is_not_the_top(tmp_path: Path) -> None:
+    """Of a chest whose drawers' names alone say anything, and say the same of every axis."""
+    boxes = "".join(link(f"{name}_drawer", shape("0.5 0.5 0.2", xyz=f"0 0 {z}")) for name, z in (("top", 0.8),
+                    ("middle", 0.5), ("low", 0.2)))  # fmt: skip
+    slides = "".join(joint(name, "fixed", "body", f"{name}_drawer") for name in ("top", "middle", "low"))
+    (tmp_path / "mobility.urdf").write_text(robot(link("body", shape("0.52 0.52 1", xyz="0 0 0.5")), boxes, slides))
+    seen = RestingShape.of(read(tmp_path))
+    assert {word for words, _ in seen.named for word in words} == {"body", "drawer", "middle", "low"}
+    assert evidence(seen, np.array((0.0, 0.0, 1.0)))["high"] == 0.0
 
 
 def test_what_may_lie_is_left_and_told(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.metric import DRAWN
 from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
@@ -73,11 +72,15 @@ LOW = {"wheel", "caster", "leg", "pad", "foot", "base", "stand", "pedal"}
 TELLING = {*HIGH, *LOW, "door", "drawer", "shelf", "tray", "button", "knob", "handle"}
 """... and of parts by which one knows what one sees."""
 
+WHICH = re.compile(
+    r"(?<![a-z])(top|base|back)[ _-]+(?=(basket|rack|drawer|door|shelf|tray|button|knob|handle|cabinet))"
+)
+
 
 def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     """The axis that points up in an asset's file, and a finding where it is not z, or may not be. Things that are put
-    down on any side (a knife, a camera) are left as they are, and so is what a file says has z up: formats of
-    simulators do, and boxes that somebody drew."""
+    down on any side (a knife, a camera) are left as they are, and so is what a format of simulators says, in all
+    of which z is up."""
     known = sizes().get(extraction.features.category)
     if known is not None and known.lies:
         return UpAxis.Z, None
@@ -93,7 +96,7 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     said = ", ".join(REASONS[name] for name in reasons if gains[best].get(name, 0.0) > 0.0)
     weight_ = f"log odds {odds[best]:.2g}, sure from {least} on: {said}"
     opened = extraction.opened
-    by_format = (opened is not None and bool(opened.metric_format)) or extraction.features.metric == DRAWN
+    by_format = opened is not None and bool(opened.metric_format)
     turned = odds[best] >= least and not by_format
     if turned:
         code, severity = "turned_upright", Severity.WARNING
@@ -185,8 +188,9 @@ class RestingShape:
 
 
 def words_of(label: str, name: str) -> frozenset[str]:
-    """The words of a label, or where there is none of a name."""
-    return frozenset(re.findall(r"[a-z]+", (label or name).lower()))
+    """The words of a label, or where there is none of a name, without those that tell one part from its like: the top
+    basket is not the top."""
+    return frozenset(re.findall(r"[a-z]+", WHICH.sub("", (label or name).lower())))
 
 
 def likeness(points: Array, middle: Array, diagonal: float) -> Array:
