@@ -178,7 +178,9 @@ def read_asset(
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=vector(front_of(robot, urdf)),
-        metric=metric_evidence(opened.metric_format, links, size_kept, document.robot, closed_high - closed_low),
+        metric=metric_evidence(
+            opened.metric_format, links, size_kept, document.robot, vector(closed_high - closed_low)
+        ),
         keep=keep,
     )
     return Extraction(
