@@ -98,7 +98,6 @@ def link_rows(key: Row, record: AssetRecord) -> list[Row]:
         row = key | {"link": link.name, "shapes_source": None}
         row |= link.model_dump(exclude={"name", "com", "inertia", "contents"})
         row |= {
-            "shapes_source": link.shapes_source,  # left out of a dump where it is none
             "contents_kg": sum(item.mass_kg for item in link.contents),
             "joint_kind": seen.joint_kind if seen else None,
             "n_meshes": len(seen.meshes) if seen else None,
