@@ -15,14 +15,13 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 import gymnasium
 from gymnasium.utils.env_checker import check_env
 
-from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, replay
+from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, planned_action, replay
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.record import powers, record
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.contact import ToolContacts
 from asset2sim.gym.environment import OBSERVATION
-from asset2sim.gym.scripted import planned_action
 from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
 from schemas.errors import UsageError

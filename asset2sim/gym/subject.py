@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.checks.reset import held_starts, starts
-from asset2sim.gym.arm.attempt import planned
 from asset2sim.gym.arm.franka import HAND, JOINTS, franka_spec, waiting
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import carried, vertices
-from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan
+from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan, planned
 from asset2sim.gym.arm.scene import TOOL, CompiledScene, base_at, build_stage
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
 from asset2sim.physics.arrays import Array

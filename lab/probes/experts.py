@@ -9,8 +9,7 @@ import numpy as np
 from asset2sim.gym.arm.franka import DAMPING, STIFFNESS, Arm
 from asset2sim.gym.arm.grasps import grasp_paths
 from asset2sim.gym.arm.gripper import PANDA
-from asset2sim.gym.arm.paths import Path as Way
-from asset2sim.gym.arm.paths import push_paths
+from asset2sim.gym.arm.paths import ToolPath, push_paths
 from asset2sim.gym.arm.planning import HELD_RAD, TILT_RAD, ToolPlan, follow, hand_fits, runs_into, timed, times_of
 from asset2sim.gym.arm.record import command
 from asset2sim.gym.arm.scene import place
@@ -104,7 +103,7 @@ def make_probe(name: str, folder: Path, task: NamedTask, seed: int) -> Policy:
     raise UnknownChoiceError("probe", name, ("scripted", "noisy"))
 
 
-def ways_of(scene: DroidScene) -> Iterator[Way]:
+def ways_of(scene: DroidScene) -> Iterator[ToolPath]:
     """Ways of the tool to do the task, best first."""
     stage, joint = scene.stage, scene.joint
     if joint is None:

@@ -10,8 +10,8 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed: it comes with the extra warp")
 import mujoco
 
+from asset2sim.gym import planned_action
 from asset2sim.gym.environment import OBSERVATION, ObjectEnv
-from asset2sim.gym.scripted import planned_action
 from lab.learning import warp_worlds
 from lab.learning.warp_env import WarpEnv, make_warp_env
 from lab.learning.warp_worlds import part_surfaces, surface

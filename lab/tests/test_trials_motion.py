@@ -9,9 +9,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.experiments.study import do_job
-from asset2sim.gym.arm.attempt import planned
 from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
-from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
+from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan, planned
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.scene import base_at, build_stage, pusher_spec
 from asset2sim.gym.arm.tasks import Task, Verb, tasks_of

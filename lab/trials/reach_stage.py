@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.engines.child import in_child
-from asset2sim.gym.arm.attempt import planned
+from asset2sim.gym.arm.planning import planned
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, target_of, tasks_of
 from asset2sim.load import LoadError

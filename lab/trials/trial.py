@@ -10,8 +10,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from asset2sim.gym.arm.attempt import planned
 from asset2sim.gym.arm.gripper import gripper_of
+from asset2sim.gym.arm.planning import planned
 from asset2sim.gym.arm.record import Track, record
 from asset2sim.gym.arm.scene import Bowl
 from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, target_of

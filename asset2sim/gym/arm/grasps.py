@@ -7,7 +7,7 @@ from itertools import pairwise, product
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.paths import Path, carried, vertices
+from asset2sim.gym.arm.paths import ToolPath, carried, vertices
 from asset2sim.gym.arm.scene import Bowl, CompiledScene
 from asset2sim.physics.arrays import Array
 
@@ -40,7 +40,7 @@ def bowl_for(stage: CompiledScene) -> Bowl:
     return Bowl((float(middle[0]), float(high[1]) + radius + 0.1), radius, 0.05)
 
 
-def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[Path]:
+def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:
     """Ways to lift the object into the bowl, each with another hold, the narrowest and nearest to its centre of mass
     first. None where nothing of it fits between the fingers."""
     bodies = frozenset(
@@ -123,7 +123,7 @@ def opened_for(stage: CompiledScene, width: float) -> float:
     return min(stage.gripper.opening_m, width + 4.0 * ROOM_M)
 
 
-def lifted(held: Array, across: Array, open_m: float, bowl: Bowl, below: float, top: float) -> Path:
+def lifted(held: Array, across: Array, open_m: float, bowl: Bowl, below: float, top: float) -> ToolPath:
     """The way of one hold: down to it, close, up, over the bowl, down, open, up. ``below`` is how far the object
     reaches below the hold, m."""
     up = np.array([0.0, 0.0, 1.0])
@@ -145,7 +145,7 @@ def lifted(held: Array, across: Array, open_m: float, bowl: Bowl, below: float, 
             opening.append(before[1] + share * (after[1] - before[1]))
             phases.append(after[2])
     axes = np.tile(-up, (len(points), 1))
-    return Path(
+    return ToolPath(
         np.array(points),
         axes,
         np.tile(across, (len(points), 1)),

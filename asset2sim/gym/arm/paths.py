@@ -30,7 +30,7 @@ LEANS = (0.35, 0.0, 0.7, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class ToolPath:
     """A tool's way in the object's world: (n, 3) ``points``, m, (n, 3) ``axes`` to which the fingers point, (n, 3)
     ``across`` along which they open, or None where that is free, (n,) ``opening`` of the fingers, m, and the
     ``phases``."""
@@ -44,7 +44,7 @@ class Path:
     """(n,) where the task's joint is meanwhile, rad or m; zeros where there is none."""
 
 
-def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: Verb) -> Iterator[Path]:
+def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: Verb) -> Iterator[ToolPath]:
     """Ways to push a part from where it starts to a target, each at another place or with another hand, best first.
     None where no place of the part can be seen from the side that must be pushed."""
     body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
@@ -125,7 +125,7 @@ def push_path(
     stage: CompiledScene, joint: JointPhysics, body: int, contact: Array, normal: Array, way: tuple[float, float],
     lean: float,
     verb: Verb,
-) -> Path | None:  # fmt: skip
+) -> ToolPath | None:  # fmt: skip
     """The way of a push at one place: to it, along with the part, a little further, and back. None where the fingers
     would point upwards."""
     start, target = way
@@ -156,7 +156,7 @@ def push_path(
     if (axes[:, 2] > 0.2).any():
         return None
     phases = ("approach", *[verb.value] * len(points), "retreat")
-    return Path(route, axes, None, np.zeros(len(route)), phases, np.array([start, *at, target]))
+    return ToolPath(route, axes, None, np.zeros(len(route)), phases, np.array([start, *at, target]))
 
 
 def pose_of(stage: CompiledScene, body: int) -> Array:

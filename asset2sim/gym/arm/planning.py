@@ -4,14 +4,30 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.franka import HOME, Arm
-from asset2sim.gym.arm.paths import Path, vertices
-from asset2sim.gym.arm.scene import PUSHER, TOOL, CompiledScene, base_at, place, quaternion
+from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
+from asset2sim.gym.arm.grasps import bowl_for, grasp_paths
+from asset2sim.gym.arm.gripper import PANDA, Gripper
+from asset2sim.gym.arm.paths import ToolPath, push_paths, vertices
+from asset2sim.gym.arm.pulls import pull_paths
+from asset2sim.gym.arm.scene import (
+    PUSHER,
+    TOOL,
+    Bowl,
+    CompiledScene,
+    base_at,
+    build_stage,
+    place,
+    pusher_spec,
+    quaternion,
+)
+from asset2sim.gym.arm.tasks import Task, Verb, target_of
 from asset2sim.physics.arrays import Array
+from schemas.overlay import JointPhysics
 
 AZIMUTHS = tuple(math.radians(angle) for angle in (-60, 60, -30, 30, -90, 90, 0, -120, 120, 180, 150, -150))
 """Where the base may stand about the object, seen from above."""
@@ -52,7 +68,7 @@ class ToolPlan:
     phases: tuple[str, ...]
 
 
-def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[Path]) -> ToolPlan | None:
+def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[ToolPath]) -> ToolPlan | None:
     """The first way that the arm can follow from somewhere about the object without running into it; None for none."""
     tried = 0
     for path in list(paths):  # all of them before the arm comes near: they are found by rays
@@ -82,7 +98,7 @@ def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[
     return None
 
 
-def hand_fits(stage: CompiledScene, arm: Arm, path: Path, base: Array, near: Array, tilt_rad: float) -> bool:
+def hand_fits(stage: CompiledScene, arm: Arm, path: ToolPath, base: Array, near: Array, tilt_rad: float) -> bool:
     """Whether hand and open fingers are free of the object where they are about to close."""
     last = max(index for index, phase in enumerate(path.phases) if phase == "approach")
     assert path.across is not None  # only such ways say how the hand is turned
@@ -95,7 +111,7 @@ def hand_fits(stage: CompiledScene, arm: Arm, path: Path, base: Array, near: Arr
     return found.off_m <= OFF_M and found.tilt_rad <= tilt_rad and deep <= OVERLAP_M
 
 
-def follow(arm: Arm, base: Array, path: Path, chosen: Sequence[int], tilt_rad: float) -> Array | None:
+def follow(arm: Arm, base: Array, path: ToolPath, chosen: Sequence[int], tilt_rad: float) -> Array | None:
     """(n, 7) joint positions along the chosen points; None where one cannot be reached."""
     turn, origin = base[:3, :3], base[:3, 3]
     across = None if path.across is None else path.across @ turn
@@ -113,7 +129,7 @@ def follow(arm: Arm, base: Array, path: Path, chosen: Sequence[int], tilt_rad: f
     return np.array(found)
 
 
-def timed(arm: Arm, base: Array, path: Path, joints: Array) -> ToolPlan:
+def timed(arm: Arm, base: Array, path: ToolPath, joints: Array) -> ToolPlan:
     """The arm's whole motion: wait, come from above, follow the way, go back up, wait."""
     lifted = []
     for index in (0, -1):
@@ -142,7 +158,7 @@ def times_of(tools: Array, commands: Array, phases: tuple[str, ...]) -> Array:
     return np.array(times)
 
 
-def plan_pusher(stage: CompiledScene, joint: str, paths: Iterable[Path]) -> ToolPlan | None:
+def plan_pusher(stage: CompiledScene, joint: str, paths: Iterable[ToolPath]) -> ToolPlan | None:
     """The first way that the bare pusher can follow without running into anything; None for none."""
     for path in paths:
         top = float(vertices(stage, frozenset(range(1, stage.model.nbody)))[:, 2].max())
@@ -155,7 +171,7 @@ def plan_pusher(stage: CompiledScene, joint: str, paths: Iterable[Path]) -> Tool
     return None
 
 
-def runs_into(stage: CompiledScene, joint: str | None, path: Path, plan: ToolPlan) -> bool:
+def runs_into(stage: CompiledScene, joint: str | None, path: ToolPath, plan: ToolPlan) -> bool:
     """Whether the arm would be in the object or the floor somewhere along a plan; of the finger tips while they push or
     hold, that is meant. What is carried is not looked at."""
     if plan.commands.shape[1] > len(PUSHER):
@@ -200,3 +216,40 @@ def move_base(stage: CompiledScene, base: Array) -> None:
     stage.model.body_pos[root], stage.model.body_quat[root] = base[:3, 3], quaternion(base)
     stage.base[:] = base
     mujoco.mj_kinematics(stage.model, stage.data)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedTrial:
+    """A planned trial: the tool's name and motion, in a world of its own."""
+
+    tool: str
+    stage: CompiledScene
+    plan: ToolPlan
+
+
+def planned(
+    folder: Path, task: Task, joint: JointPhysics | None, gripper: Gripper = PANDA
+) -> tuple[PlannedTrial | None, Bowl | None]:
+    """A trial's tool and motion, and the bowl where it needs one; the pusher pushes where the arm finds no way."""
+    arm = Arm(gripper)
+    bowl = bowl_for(build_stage(folder, None, np.eye(4))) if joint is None else None
+    stage = build_stage(folder, franka_spec(gripper), base_at(0.0, 1.0), bowl, gripper)
+    place(stage, stage.about_positions, waiting(gripper))
+    mujoco.mj_forward(stage.model, stage.data)
+    if joint is None:
+        assert bowl is not None
+        plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl))
+    else:
+        target, plan = target_of(task, joint), None
+        if task.verb is Verb.OPEN:
+            plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
+        plan = plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))
+    if plan is not None:
+        return PlannedTrial("arm", build_stage(folder, franka_spec(gripper), plan.base, bowl, gripper), plan), bowl
+    if joint is None:
+        return None, bowl
+    stage = build_stage(folder, pusher_spec(), np.eye(4))
+    place(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
+    mujoco.mj_forward(stage.model, stage.data)
+    plan = plan_pusher(stage, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
+    return (None if plan is None else PlannedTrial("pusher", stage, plan)), None

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from asset2sim.gym.arm.grasps import ROOM_M, between, first_hit_m, opened_for
-from asset2sim.gym.arm.paths import PACE_M, Path, carried, pose_of
+from asset2sim.gym.arm.paths import PACE_M, ToolPath, carried, pose_of
 from asset2sim.gym.arm.scene import CompiledScene, place
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
@@ -22,7 +22,7 @@ TURNS = 4
 """Directions along which the fingers may close, over half a turn."""
 
 
-def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iterator[Path]:
+def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iterator[ToolPath]:
     """Ways to take hold of a part where hands do and lead it to a target, each with another hold. None where nothing
     there fits between the fingers, or where they have no room."""
     number = int(stage.model.joint(stage.prefix + joint.name).id)
@@ -64,7 +64,7 @@ def pulled(
     out: Array,
     across: Array,
     width_target: tuple[float, float],
-) -> Path:
+) -> ToolPath:
     """The way of one hold: to it, close, along with the part, open, and back; hand and part turn together."""
     (width, target), start = width_target, joint.initial_position
     place(stage, {joint.name: start})
@@ -87,4 +87,4 @@ def pulled(
         sides.append(pose[:3, :3] @ local_across)
     place(stage, {joint.name: start})
     points[0], points[-1] = points[0] - axes[0] * BEFORE_M, points[-1] - axes[-1] * BEFORE_M
-    return Path(np.array(points), np.array(axes), np.array(sides), opening, phases, np.array(at))
+    return ToolPath(np.array(points), np.array(axes), np.array(sides), opening, phases, np.array(at))
