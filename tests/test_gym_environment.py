@@ -101,8 +101,8 @@ def test_the_observation_is_where_and_what_its_table_says(thing: Path) -> None:
     assert part["x"] == pytest.approx([OPEN_M / 0.1]) and part["x_target"] == [0.0] and part["touching"] == [0.0]
     to_world = env.stage.base[:3, :3]
     tool = to_world @ part["tool_point"] + env.stage.base[:3, 3]
-    # The drawer's front is a box of 0.02 x 0.18 x 0.1 m about (0.172, 0, 0.09).
-    half, middle = np.array([0.01, 0.09, 0.05]), np.array([0.112 + OPEN_M, 0.0, 0.09])
+    # The front of the drawer of a fixed object, 1 cm over the floor: 0.02 x 0.18 x 0.1 m about (0.172, 0, 0.1).
+    half, middle = np.array([0.01, 0.09, 0.05]), np.array([0.112 + OPEN_M, 0.0, 0.1])
     nearest = np.clip(tool, middle - half, middle + half)
     assert to_world @ part["to_part"] == pytest.approx(nearest - tool, abs=1e-3)
     assert part["tool_axis"] == pytest.approx([0.0, 0.0, -1.0], abs=0.02)
