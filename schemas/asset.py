@@ -95,6 +95,8 @@ class AssetRecord(Frozen):
     trace: tuple[TraceStep, ...] = ()
     findings: tuple[Finding, ...] = ()
     seconds: dict[str, float] = Field(default_factory=dict)
+    processor_s: dict[str, float] = Field(default_factory=dict)
+    """Stage → its processor time, engines included, s; empty where the process died."""
     written: bool = False
     """Whether its refined folder was written; a stage that fails leaves none, and so does a method that writes none."""
     content_hash: str = ""

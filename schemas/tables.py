@@ -89,6 +89,11 @@ _ASSETS: tuple[Column, ...] = (
         for stage in Stage
     ),
     ("seconds_total!", REAL, "s", "Wall time of the asset"),
+    *(
+        (f"processor_s_{stage.value}", REAL, "s", f"Processor time of the stage {stage.value}, its engines included")
+        for stage in Stage
+    ),
+    ("processor_s_total", REAL, "s", "Processor time of the asset's process and its engines; null where it died"),
     ("content_hash!", TEXT, "", "Hash of all that the result depends on: files, request, settings, code, engines"),
     ("source_path!", TEXT, "", "Folder that the asset was read from"),
     ("refined_path", TEXT, "", "Folder of the refined asset, relative to OUT; null where nothing was written"),

@@ -1,6 +1,8 @@
-"""Run the stages of one asset: their wall time, and what each leaves behind for the asset's record."""
+"""Run the stages of one asset: their wall and processor time, and what each leaves behind for the asset's record."""
 
+import os
 import traceback
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -83,15 +85,16 @@ class Progress:
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
+    processor_s: Counter[str] = field(default_factory=Counter)
     stage: Stage = Stage.EXTRACT
     written: bool = False
 
     def run(
         self, stage: Stage, function: Callable[Given, Result], *args: Given.args, **options: Given.kwargs
     ) -> Result:
-        """The stage's result, which is collected, as is its wall time; raises what the stage raises, and as AssetError
-        what stages raise that only read the asset."""
-        self.stage, start = stage, perf_counter()
+        """The stage's result, which is collected, as are its wall and processor time; raises what the stage raises, and
+        as AssetError what stages raise that only read the asset."""
+        self.stage, start, before = stage, perf_counter(), os.times()
         try:
             result = function(*args, **options)
         except READING_ERRORS as error:
@@ -103,6 +106,12 @@ class Progress:
             raise internal_error(stage, error) from error
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
+            now = os.times()
+            self.processor_s[stage] += now.user + now.system - before.user - before.system
+            # What refinement has children do is to measure.
+            by = Stage.MEASURE if stage is Stage.REFINE else stage
+            self.processor_s[by] += now.children_user + now.children_system
+            self.processor_s[by] -= before.children_user + before.children_system
         if result.measure_s:
             self.seconds[stage] -= result.measure_s
             self.seconds[Stage.MEASURE] = self.seconds.get(Stage.MEASURE, 0.0) + result.measure_s
@@ -154,5 +163,6 @@ class Progress:
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
             findings=tuple(self.findings),
             seconds=dict(self.seconds),
+            processor_s=dict(self.processor_s),
             written=self.written,
         )

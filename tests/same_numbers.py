@@ -27,8 +27,8 @@ LEFT_OUT_COLUMNS = {
     *("engine_version", "git_commit", "git_dirty", "versions_json", "content_hash", "prompt_hash", "answer_file"),
     *("dataset", "source_path"),
 }
-"""Columns that differ from run to run, beside those whose name begins with ``seconds``. Whether an answer came from the
-cache depends on what ran before."""
+"""Columns that differ from run to run, beside those whose name begins with ``seconds`` or ``processor_s``. Whether an
+answer came from the cache depends on what ran before."""
 LEFT_OUT_SETTINGS = ("run.workers", "run.hook")
 """Settings that say how a run is spread, not what it computes."""
 
@@ -170,7 +170,7 @@ def _key(row: dict[str, object], columns: list[str]) -> tuple[object, ...]:
 
 
 def _left_out(column: str) -> bool:
-    return column in LEFT_OUT_COLUMNS or column.startswith("seconds")
+    return column in LEFT_OUT_COLUMNS or column.startswith(("seconds", "processor_s"))
 
 
 def main(old: Path, new: Path) -> int:

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.assets.meshes.obj_file import read_obj
 from asset2sim.assets.surfaces import load
-from asset2sim.assets.surfaces.load import NearbyFiles, load_surfaces
-from asset2sim.assets.surfaces.plain_obj import plain_obj
+from asset2sim.assets.surfaces.load import load_surfaces
 from asset2sim.assets.surfaces.surface import Surface
 
 DATA = Path(__file__).resolve().parents[1] / "data" / "raw"
@@ -23,8 +23,8 @@ def corners(surface: Surface) -> np.ndarray:
 def test_the_samples_are_read_as_trimesh_reads_them(monkeypatch: pytest.MonkeyPatch) -> None:
     files = [file for name in ("Scissors", "Suitcase", "Microwave") for file in sorted((DATA / name).rglob("*.obj"))]
     ours = {file: load_surfaces(file) for file in files}
-    assert any(plain_obj(file, NearbyFiles(str(file))) is not None for file in files)
-    monkeypatch.setattr(load, "plain_obj", lambda *args: None)
+    assert any(read_obj(file.read_bytes()) is not None for file in files)
+    monkeypatch.setattr(load, "read_obj", lambda content: None)
     for file, found in ours.items():
         for one, other in zip(found, load_surfaces(file), strict=True):
             assert one.paint == other.paint and (one.normals is None) is (other.normals is None), file
@@ -35,7 +35,7 @@ def test_materials_and_windows_line_ends(tmp_path: Path) -> None:
     (tmp_path / "two.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\nd 0.5\n")
     text = f"mtllib two.mtl\n# a comment\n{CORNERS}usemtl red\nf 1//1 2//1 3//1\nusemtl blue\nf 2//1 4//1 3//1\n"
     (tmp_path / "two.obj").write_bytes(text.replace("\n", "\r\n").encode())
-    assert plain_obj(tmp_path / "two.obj", NearbyFiles(str(tmp_path / "two.obj"))) is not None
+    assert read_obj((tmp_path / "two.obj").read_bytes()) is not None
     paints = {surface.paint.color for surface in load_surfaces(tmp_path / "two.obj") if surface.paint is not None}
     assert paints == {(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5)}
 
@@ -57,4 +57,4 @@ def test_materials_and_windows_line_ends(tmp_path: Path) -> None:
 def test_what_is_not_plain_is_left_to_trimesh(tmp_path: Path, lines: str) -> None:
     file = tmp_path / "odd.obj"
     file.write_text(f"{CORNERS}{lines}\n")
-    assert plain_obj(file, NearbyFiles(str(file))) is None
+    assert read_obj(file.read_bytes()) is None

@@ -66,6 +66,11 @@ def test_an_asset_row_holds_hand_computed_numbers() -> None:
     assert (row["queries"], row["cached_calls"], row["prompt_tokens"], row["cost_usd"]) == (1, 1, 1000, 0.01)
     assert row["seconds_total"] == pytest.approx(0.1 + 0.2 + 0.3 + 0.4 + 0.5 + 0.6)
     assert row["seconds_publish"] is None
+    assert row["processor_s_total"] is None, "its process died"
+    spent = asset_row(
+        make_run("r"), make_record().model_copy(update={"processor_s": {"extract": 0.25, "measure": 1.5}})
+    )
+    assert (spent["processor_s_measure"], spent["processor_s_apply"], spent["processor_s_total"]) == (1.5, None, 1.75)
 
 
 def test_what_was_never_measured_is_null_not_zero(tmp_path: Path) -> None:

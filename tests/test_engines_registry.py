@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.meshes.load import load_mesh, mesh_points, obj_points
+from asset2sim.assets.meshes.load import load_mesh, mesh_points
+from asset2sim.assets.meshes.obj_file import read_obj
 from asset2sim.engines import registry
 from asset2sim.engines.registry import engine_version, installed, open_world, require
 from schemas.errors import AssetError, UsageError
@@ -88,20 +89,21 @@ def test_a_file_that_is_no_urdf_is_refused(tmp_path: Path, engine: Engine) -> No
 
 
 def test_the_points_of_an_obj_are_those_that_its_faces_use(tmp_path: Path) -> None:
-    text = "# a box\nv 9 9 9\n" + "".join(
+    text = "# a box\nv 9 9 9\nvn 0 0 1\n" + "".join(
         " ".join([line.split()[0], *(f"{int(word) + 1}//1" for word in line.split()[1:])]) + "\n"
         if line.startswith("f")
         else line + "\n"
         for line in box_obj((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)).splitlines()
     )
-    points = obj_points(text.encode())
-    assert points is not None and points.shape == (8, 3)
+    known = read_obj(text.encode())
+    assert known is not None and known.points.shape == (8, 3)
+    points = known.points
     assert points.min() == 0.0 and points.max() == 3.0
 
 
 @pytest.mark.parametrize("text", ["", "v 0 0 0\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n", "v a b c\nf 1 2 3\n"])
 def test_an_unusual_obj_goes_the_long_way(text: str) -> None:
-    assert obj_points(text.encode()) is None
+    assert read_obj(text.encode()) is None
 
 
 def test_an_obj_that_is_written_anew_has_its_new_points(tmp_path: Path) -> None:

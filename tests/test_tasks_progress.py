@@ -1,12 +1,15 @@
 """What a stage raises: an error of reading an asset is a finding of the stage, another one the program's own."""
 
 import errno
+import time
+from collections import Counter
 
 import pytest
 
+from asset2sim.engines.child import in_child
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.errors import AssetError
-from schemas.vocabulary import FailureMode, Stage
+from schemas.vocabulary import Engine, FailureMode, Stage
 from tasks.progress import Progress, StageResult
 
 
@@ -56,3 +59,28 @@ def test_other_errors_stay_what_they_are(stage: Stage, error: Exception) -> None
     with pytest.raises(type(error)) as caught:
         running(stage, error)
     assert caught.value is error
+
+
+@pytest.mark.system
+def test_processor_time_is_that_of_the_stage_and_of_its_children_without_waiting() -> None:
+    progress = Progress()
+
+    def work() -> StageResult:
+        busy()
+        time.sleep(0.2)
+        assert in_child(Engine.PYBULLET, busy, time_limit_s=60.0).problem is None
+        return StageResult()
+
+    progress.run(Stage.EXTRACT, work)
+    own, progress.processor_s = progress.processor_s, Counter()
+    assert set(own) == {Stage.EXTRACT} and 0.18 < own[Stage.EXTRACT] < 0.35
+    progress.run(Stage.REFINE, work)
+    assert 0.08 < progress.processor_s[Stage.REFINE] < 0.2, "what its engines do is to measure"
+    assert 0.08 < progress.processor_s[Stage.MEASURE] < 0.2
+
+
+def busy() -> None:
+    """Take a tenth of a second of processor time."""
+    start = time.process_time()
+    while time.process_time() < start + 0.1:
+        pass

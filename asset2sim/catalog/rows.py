@@ -81,6 +81,8 @@ def asset_row(run: RunRow, record: AssetRecord) -> Row:
         "warnings": severities[Severity.WARNING],
         **{f"seconds_{stage.value}": record.seconds.get(stage.value) for stage in Stage},
         "seconds_total": float(total_seconds(record)),
+        **{f"processor_s_{stage.value}": record.processor_s.get(stage.value) for stage in Stage},
+        "processor_s_total": sum(record.processor_s.values()) if record.processor_s else None,
         "content_hash": record.content_hash,
         "source_path": record.ref.path,
         "refined_path": f"assets/{record.ref.asset_id}" if record.written else None,

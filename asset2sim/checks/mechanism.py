@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 
-from asset2sim.assets.meshes.load import known_points, mesh_points
+from asset2sim.assets.meshes.load import mesh_points
+from asset2sim.assets.meshes.obj_file import read_obj
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
@@ -221,7 +222,7 @@ def know_points(urdf: Path) -> None:
         for mesh in parsed(urdf).iterfind("link/collision/geometry/mesh"):
             file = urdf.parent / str(mesh.get("filename"))
             if file.suffix == ".obj":
-                known_points(file.read_bytes())
+                read_obj(file.read_bytes())
 
 
 def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
+from asset2sim.catalog.read import read_table
 from asset2sim.catalog.text import output
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
@@ -43,10 +44,16 @@ def tell(line: str) -> None:
 
 
 def command(
-    request: BenchRequest, data: Path, out: Path, workers: int, engines: str = "one", ids: Sequence[str] = ()
+    request: BenchRequest,
+    data: Path,
+    out: Path,
+    workers: int,
+    engines: str = "one",
+    ids: Sequence[str] = (),
+    views: bool = False,
 ) -> list[str]:
     """The arguments of an ``asset2sim refine`` command."""
-    words = ["refine", str(data), "--out", str(out), "--workers", str(workers), "--no-views"]
+    words = ["refine", str(data), "--out", str(out), "--workers", str(workers), *([] if views else ["--no-views"])]
     words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
     words += ["--assets", ",".join(ids)] if ids else []
     words += ["--limit", str(request.limit)] if request.limit is not None and data == request.data else []
@@ -86,6 +93,15 @@ def rates(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     tell(f"loop: {loop.assets} assets in {loop.loop_s:.1f} s {loop.problem}")
     two = flow(request, "two", command(request, request.data, outs["two"], 2))
     return found.model_copy(update={"one": one, "loop": loop, "two": two, "stages": stage_seconds(outs["one"])})
+
+
+def cold(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
+    """Measure one worker without caches, in every engine, with views and report."""
+    out = request.work / "cold"
+    shutil.rmtree(out, ignore_errors=True)
+    times = flow(request, "cold", command(request, request.data, out, 1, "all", views=True))
+    seconds = sorted((float(value) for value in read_table(out, "assets")["processor_s_total"].dropna()), reverse=True)
+    return found.model_copy(update={"cold": times, "cold_assets_s": tuple(seconds)})
 
 
 def unchanged(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
@@ -169,6 +185,7 @@ def checker(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurement
 
 
 MEASURE = {
+    "cold": cold,
     "rates": rates,
     "unchanged": unchanged,
     "synthetic": synthetic,

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from asset2sim.experiments.isolation.child_setup import adopt_orphans
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
 from flows.command import ready, run_command
 from lab.speed.measured import FlowTimes
-from lab.speed.process import cpu_s, peak_memory_mb
+from lab.speed.process import cpu_s, peak_memory_mb, whole_cpu_s
 from schemas.errors import UsageError
 from schemas.vocabulary import Status
 
@@ -20,8 +21,14 @@ MODULE = "lab.flows.bench_run"
 def main(words: Sequence[str]) -> int:
     """Run the command as ``asset2sim`` does, and write its numbers. Returns the exit code."""
     result, started, *command = words
+    adopt_orphans()
     refine = partial(timed_refine, result=Path(result), started=float(started))
-    return run_command(command, refine=refine, nightly=_refuse)
+    code = run_command(command, refine=refine, nightly=_refuse)
+    if Path(result).is_file():
+        times = FlowTimes.model_validate_json(Path(result).read_text(encoding="utf-8"))
+        whole = times.model_copy(update={"whole_cpu_s": whole_cpu_s()})
+        Path(result).write_text(whole.model_dump_json(), encoding="utf-8")
+    return code
 
 
 def timed_refine(request: RefineRequest, result: Path, started: float) -> RunResult:

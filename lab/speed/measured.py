@@ -18,7 +18,8 @@ class FlowTimes(Frozen):
 
     ``startup_s`` is from the start of the process to the call of the flow: imports, and Prefect's server; ``flow_s``
     from that call to its result: planning, refining, publishing, report and MLflow. ``tasks_s`` maps a Prefect task's
-    name to its share of it. Memory and processor time are of that process alone, without the assets' and the server's.
+    name to its share of it. Memory and ``cpu_s`` are of that process alone, without the assets' and the server's;
+    ``whole_cpu_s`` is the processor time of all that it started, too, 0 where that was not waited for.
     """
 
     workers: int
@@ -30,6 +31,7 @@ class FlowTimes(Frozen):
     tasks_s: dict[str, float] = Field(default_factory=dict)
     peak_memory_mb: NonNegative
     cpu_s: NonNegative
+    whole_cpu_s: NonNegative = 0.0
 
 
 class LoopTimes(Frozen):
@@ -70,6 +72,10 @@ class BenchMeasurements(Frozen):
     loop: LoopTimes | None = None
     stages: dict[str, tuple[float, float]] = Field(default_factory=dict)
     """Stage → seconds over all assets, and the median of an asset, of the run with one worker."""
+    cold: FlowTimes | None = None
+    """A run as users have it: without caches, in every engine, with views and report."""
+    cold_assets_s: tuple[float, ...] = ()
+    """Processor time of each asset of that, s, the longest first."""
     again: FlowTimes | None = None
     synthetic: tuple[FlowTimes, ...] = ()
     """Unchanged runs over synthetic entries, few and many."""
@@ -81,7 +87,7 @@ class BenchMeasurements(Frozen):
     """The objects that simcheck checked, refined in the same two engines on one core."""
 
 
-Part = Literal["rates", "unchanged", "synthetic", "night", "history", "checker"]
+Part = Literal["cold", "rates", "unchanged", "synthetic", "night", "history", "checker"]
 PARTS: tuple[Part, ...] = get_args(Part)
 NAMES = TypeAliasType("NAMES", tuple[Part, ...])
 

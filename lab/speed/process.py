@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import TypeVar
 
@@ -16,6 +17,8 @@ from lab.speed.measured import CheckerTimes
 from schemas.base import Frozen
 from schemas.errors import Asset2SimError, UsageError
 
+ENDING_S = 20.0
+"""Time in which all that a run has started must end to be counted, s."""
 LOG_TAIL_CHARS = 400
 """Characters of a program's last output that the error quotes if it wrote no numbers."""
 
@@ -68,6 +71,18 @@ def cpu_s() -> float:
     """Processor time of this process so far, without its children's, s."""
     times = os.times()
     return times.user + times.system
+
+
+def whole_cpu_s() -> float:
+    """Processor time of this process and of all that it has started since ``adopt_orphans``, s, once that has ended."""
+    # It lives as long as this process, else; what it forked ends a few seconds after its last work.
+    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    until = time.monotonic() + ENDING_S
+    with contextlib.suppress(ChildProcessError):
+        while time.monotonic() < until:
+            if os.waitpid(-1, os.WNOHANG)[0] == 0:
+                time.sleep(0.1)
+    return sum(os.times()[:4])
 
 
 @contextlib.contextmanager

@@ -112,6 +112,16 @@ def test_every_figure_is_held_against_its_target() -> None:
     assert missed(figures(found)) == [name for name, well in met.items() if well is False]
 
 
+def test_a_cold_run_is_held_against_its_target_with_all_that_it_started() -> None:
+    assets_s = (16.0, *(2.0 for _ in range(9)))
+    found = BenchMeasurements(machine="m", cold=flow(10, 50.0, whole_cpu_s=40.0), cold_assets_s=assets_s)
+    whole, slowest, night = figures(found)
+    assert (whole.met, slowest.met, night.met) == (False, False, False)
+    assert whole.measured == "4.00 s, 3.40 s of it the objects' own"
+    assert slowest.measured == "16.0 s; the slowest tenth takes 47 %"
+    assert night.measured == f"{4.0 * 2346 / 2.0 / 0.9 / 60.0:.0f} min"
+
+
 def test_what_was_not_measured_says_so_and_what_was_not_asked_for_is_left_out() -> None:
     assert figures(BenchMeasurements(machine="a machine")) == []
     lost = LoopTimes(assets=0, ok=0, loop_s=0.0, died_at="3558", problem="exit code -11")
@@ -263,3 +273,6 @@ def test_a_run_of_the_flow_is_timed_as_the_command_runs_it(tmp_path: Path) -> No
     assert {"discover", "plan", "refine-assets", "publish", "report", "log-run"} <= set(times.tasks_s)
     assert 0.0 < sum(times.tasks_s.values()) <= times.flow_s and times.startup_s > 0.0
     assert times.peak_memory_mb > 100.0
+    (own,) = read_table(tmp_path / "out", "assets")["processor_s_total"]
+    # The object's process, which is nobody's child by then, is counted.
+    assert own > 0.05 and times.whole_cpu_s > times.cpu_s + own

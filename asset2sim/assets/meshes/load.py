@@ -1,6 +1,5 @@
 """Loading the geometry of one visual or collision: a mesh file of any kind trimesh reads, or a primitive."""
 
-import hashlib
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import trimesh
 import yourdfpy
 from trimesh.units import unit_conversion
 
+from asset2sim.assets.meshes.obj_file import read_obj
 from asset2sim.assets.meshes.unusable import AGAIN, UnusableMeshError, check_geometry, why_unreadable
 from asset2sim.assets.urdf.capsule import Capsule
 from asset2sim.physics.arrays import Array
@@ -28,9 +28,12 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
 
 def _merged(path: Path) -> trimesh.Trimesh:
     try:
-        mesh = obj_mesh(path) if path.suffix.lower() == ".obj" else None
-        if mesh is None:
-            mesh = load_scene(path, skip_materials=True, process=False).to_mesh()
+        known = read_obj(path.read_bytes()) if path.suffix.lower() == ".obj" else None
+        mesh = (
+            load_scene(path, skip_materials=True, process=False).to_mesh()
+            if known is None
+            else trimesh.Trimesh(*known.mesh, process=False)
+        )
     except (UnusableMeshError, MemoryError):
         raise
     except Exception as error:  # a loader raises whatever its format's parser raises
@@ -72,20 +75,6 @@ def unit_of(scene: trimesh.Scene) -> float:
     return 1.0 if units == METRES else float(unit_conversion(units, METRES))
 
 
-def obj_mesh(path: Path) -> trimesh.Trimesh | None:
-    """An OBJ's groups as one mesh, as ``trimesh.load_mesh`` makes it but for normals, colours and texture coordinates,
-    which take it half of its time; None where it has no faces. Raises what trimesh's parser raises."""
-    with path.open("rb") as stream:
-        groups = list(trimesh.exchange.obj.load_obj(stream, skip_materials=True).get("geometry", {}).values())
-    if not groups:
-        return None
-    starts = np.cumsum([0, *(len(group["vertices"]) for group in groups[:-1])])
-    for group in groups:
-        check_geometry(np.asarray(group["vertices"]), np.asarray(group["faces"]))
-    faces = np.vstack([group["faces"] + start for group, start in zip(groups, starts, strict=True)])
-    return trimesh.Trimesh(np.vstack([group["vertices"] for group in groups]), faces, process=False)
-
-
 def primitive(geometry: yourdfpy.Geometry) -> trimesh.Trimesh | None:
     """The mesh of a URDF box, cylinder, capsule or sphere, or None if the geometry is none of these."""
     mesh: trimesh.Trimesh | None = None
@@ -108,55 +97,8 @@ def scale_vector(mesh: yourdfpy.Mesh) -> Array:
 
 
 def mesh_points(file: Path) -> Array:
-    """(n, 3) vertices that the file's faces use. An OBJ is parsed here, ten times faster than as a mesh; an unusual OBJ
-    or another format is loaded as a mesh. Raises ValueError as ``load_mesh`` does."""
-    if file.suffix.lower() == ".obj":
-        points = known_points(file.read_bytes())
-        if points is not None:
-            return points
+    """(n, 3) vertices that the file's faces use. Raises ValueError as ``load_mesh`` does."""
+    known = read_obj(file.read_bytes()) if file.suffix.lower() == ".obj" else None
+    if known is not None and np.isfinite(known.points).all():
+        return known.points
     return np.asarray(load_mesh(file).vertices, dtype=float)
-
-
-KNOWN_POINTS: dict[bytes, Array] = {}
-"""Digest of an OBJ → its read-only points: each collision shape is looked at a dozen times by every engine."""
-MOST_KNOWN, MOST_KNOWN_BYTES = 1024, 20_000
-"""OBJs that are kept, four times what an asset may have, and the largest of them, bytes: hulls have a tenth of that."""
-
-
-def known_points(content: bytes) -> Array | None:
-    """``obj_points``, which small files are not asked for twice in a process."""
-    if len(content) > MOST_KNOWN_BYTES:
-        return obj_points(content)
-    key = hashlib.sha256(content).digest()
-    if key not in KNOWN_POINTS:
-        points = obj_points(content)
-        if points is None:
-            return None
-        if len(KNOWN_POINTS) >= MOST_KNOWN:
-            KNOWN_POINTS.clear()
-        points.flags.writeable = False
-        KNOWN_POINTS[key] = points
-    return KNOWN_POINTS[key]
-
-
-def obj_points(content: bytes) -> Array | None:
-    """(n, 3) vertices that an OBJ's faces use; None where it has none, or numbers them other than from 1 on."""
-    vertices: list[list[bytes]] = []
-    used: set[bytes] = set()
-    for line in content.splitlines():
-        words = line.split()
-        if not words:
-            continue
-        if words[0] == b"v":
-            vertices.append(words[1:4])
-        elif words[0] == b"f":
-            used.update(word.split(b"/", 1)[0] for word in words[1:])
-    try:
-        numbers = np.array(sorted(int(word) for word in used), dtype=int) - 1
-        points = np.array(vertices, dtype=float)
-    except ValueError:
-        return None
-    if not len(numbers) or numbers[0] < 0 or numbers[-1] >= len(points) or points.shape[1:] != (3,):
-        return None
-    kept = np.asarray(points[numbers])
-    return kept if np.isfinite(kept).all() else None

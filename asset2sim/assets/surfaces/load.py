@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 import trimesh
 from PIL import Image
+from trimesh.exchange.obj import parse_mtl
 from trimesh.resolvers import FilePathResolver
 from trimesh.visual.color import ColorVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 from trimesh.visual.texture import TextureVisuals
 
 from asset2sim.assets.meshes.load import load_scene
-from asset2sim.assets.surfaces.plain_obj import MaterialMesh, plain_obj
+from asset2sim.assets.meshes.obj_file import ObjPart, read_obj
 from asset2sim.assets.surfaces.surface import Color, Floats, Paint, Surface, Texture
 
 COLOR_LEVELS = 16
@@ -40,9 +41,11 @@ class NearbyFiles(FilePathResolver):
 def load_surfaces(path: Path) -> tuple[Surface, ...]:
     """A mesh file's surfaces in its own frame; () if it is unreadable or has no triangle, for a view may be partial."""
     try:
-        parts = plain_obj(path, NearbyFiles(str(path))) if path.suffix.lower() == ".obj" else None
-        if parts is not None:
-            return tuple(surface_of(part, path) for part in parts if np.isfinite(part.vertices).all())
+        known = read_obj(path.read_bytes()) if path.suffix.lower() == ".obj" else None
+        if known is not None:
+            materials = materials_of(known.library, NearbyFiles(str(path)))
+            parts = [part for part in known.parts if np.isfinite(part.vertices).all()]
+            return tuple(surface_of(part, materials.get(part.material), path) for part in parts)
         scene = load_scene(path, process=False, resolver=NearbyFiles(str(path)))
     except Exception:  # a loader raises whatever its format's parser raises; extraction reports the file
         return ()
@@ -55,10 +58,21 @@ def load_surfaces(path: Path) -> tuple[Surface, ...]:
     return tuple(surfaces)
 
 
-def surface_of(part: MaterialMesh, path: Path) -> Surface:
+def materials_of(library: str, resolver: NearbyFiles) -> dict[str, SimpleMaterial]:
+    """The materials of an OBJ's library by name; none where it cannot be read."""
+    if not library:
+        return {}
+    try:
+        found = parse_mtl(resolver[library], resolver=resolver)
+        return {name: SimpleMaterial(**values) for name, values in found.items()}
+    except Exception:  # a file that is missing or broken costs its colours
+        return {}
+
+
+def surface_of(part: ObjPart, material: SimpleMaterial | None, path: Path) -> Surface:
     """The painted surface of a part of an OBJ."""
     uv = None if part.uv is None or not np.isfinite(part.uv).all() else part.uv
-    paint = None if part.material is None else paint_of(part.material, uv is not None, path)
+    paint = None if material is None else paint_of(material, uv is not None, path)
     return Surface(part.vertices, part.faces, part.normals, uv, paint)
 
 

@@ -1,17 +1,18 @@
-"""OBJ files as exporters write them, triangles from 1 on, to painted surfaces: in a third of the time of trimesh, which
-reads whatever else there is."""
+"""Content of OBJ files as exporters write them, triangles from 1 on, in a third of the time of trimesh, which reads all
+others. Each content is parsed once in a process, for extraction, views and engines."""
 
+import hashlib
 import re
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
 
 import numpy as np
-from trimesh.exchange.obj import parse_mtl
-from trimesh.resolvers import Resolver
-from trimesh.visual.material import SimpleMaterial
+from numpy.typing import NDArray
 
-from asset2sim.assets.surfaces.surface import Floats, Ints
+from asset2sim.physics.arrays import Array
+
+Ints = NDArray[np.int64]
 
 RUNS = re.compile(rb"((?:v [^\n]*\n)+)|((?:vn [^\n]*\n)+)|((?:vt [^\n]*\n)+)|((?:f [^\n]*\n)+)|[^\n]*\n")
 """What follows each other: lines of vertices, of normals, of texture coordinates, of faces, or any other line."""
@@ -19,53 +20,93 @@ COLUMNS = (3, 3, 2)
 """Numbers of a line of each of the first three."""
 WITHOUT_EFFECT = (b"", b"o", b"g", b"s")
 BLANK = bytes.maketrans(b"vntf/", b"     ")
+KNOWN: dict[bytes, "ObjFile | None"] = {}
+"""Digest of a content → what it holds."""
+MOST_KNOWN, MOST_KNOWN_BYTES = 2048, 2_000_000
+"""Contents that are kept, eight times what most assets have, and the largest of them, bytes: all but scans."""
 
 
 @dataclass(frozen=True, eq=False)
-class MaterialMesh:
+class ObjPart:
     """Triangles of one material: (n, 3) ``vertices``, m, (m, 3) ``faces``, (n, 3) ``normals`` and (n, 2) ``uv`` where
-    the file has them, and the ``material``, None where it names none that is known."""
+    the file has them, all read-only, and the name of the ``material``, empty where there is none."""
 
-    vertices: Floats
+    vertices: Array
     faces: Ints
-    normals: Floats | None
-    uv: Floats | None
-    material: SimpleMaterial | None
+    normals: Array | None
+    uv: Array | None
+    material: str
 
 
 @dataclass(frozen=True, eq=False)
-class ObjContent:
-    """Content of an OBJ: its ``tables`` of vertices, normals and texture coordinates, material → runs of (m, 3, k)
-    corners and the table of each of the k, and the file of the materials, which may be empty."""
+class ObjFile:
+    """An OBJ's parts as trimesh groups and orders them, the file of their materials, which may be empty, and the (n, 3)
+    vertices that faces use, each once, in the file's order."""
 
-    tables: tuple[list[Floats], ...]
+    parts: tuple[ObjPart, ...]
+    library: str
+    points: Array
+
+    @cached_property
+    def mesh(self) -> tuple[Array, Ints]:
+        """(n, 3) vertices and (m, 3) faces of all parts."""
+        starts = np.cumsum([0, *(len(part.vertices) for part in self.parts[:-1])])
+        faces = [part.faces + start for part, start in zip(self.parts, starts, strict=True)]
+        return np.vstack([part.vertices for part in self.parts]), np.vstack(faces)
+
+
+def read_obj(content: bytes) -> ObjFile | None:
+    """What an OBJ holds; None where it is to be read by trimesh: what has polygons, relative numbers, colours of
+    vertices, or is broken."""
+    if len(content) > MOST_KNOWN_BYTES:
+        return parse_obj(content)
+    key = hashlib.sha256(content).digest()
+    if key not in KNOWN:
+        if len(KNOWN) >= MOST_KNOWN:
+            KNOWN.clear()
+        KNOWN[key] = parse_obj(content)
+    return KNOWN[key]
+
+
+@dataclass(frozen=True, eq=False)
+class _Content:
+    """The ``tables`` of vertices, normals and texture coordinates, material → runs of (m, 3, k) corners and the table
+    of each of the k, and the file of the materials."""
+
+    tables: tuple[list[Array], ...]
     faces: dict[bytes, list[tuple[Ints, tuple[int, ...]]]]
     library: bytes
 
 
-def plain_obj(path: Path, resolver: Resolver) -> list[MaterialMesh] | None:
-    """An OBJ's triangles as ``trimesh`` groups them; None where it is to be read by that: what has polygons, relative
-    numbers, colours of vertices, or is broken. Materials come through the ``resolver``. Raises OSError."""
-    content = content_of(path.read_bytes().replace(b"\r\n", b"\n") + b"\n")
-    if content is None:
+def parse_obj(text: bytes) -> ObjFile | None:
+    """``read_obj``, parsed now."""
+    content = _content_of(text.replace(b"\r\n", b"\n") + b"\n")
+    if content is None or not content.faces:
         return None
     whole = [np.concatenate(table) if table else np.zeros((0, 1)) for table in content.tables]
-    materials = materials_of(content.library, resolver)
-    found = []
+    found, used = [], np.zeros(len(whole[0]), dtype=bool)
     for name, runs in reversed(content.faces.items()):
         corners, tables = None, runs[0][1]
         if all(of == tables for _, of in runs):
             corners = np.concatenate([run for run, _ in runs])
         part = None if corners is None else part_of(corners, tables, whole)
-        if part is None:
+        if corners is None or part is None:
             return None
-        found.append(MaterialMesh(*part, materials.get(name.decode(errors="replace"))))
-    return found or None
+        used[corners[..., 0]] = True
+        found.append(ObjPart(*part, name.decode(errors="replace")))
+    read = ObjFile(tuple(found), content.library.decode(errors="replace"), whole[0][used])
+    for array in (
+        read.points,
+        *(value for part in found for value in (part.vertices, part.faces, part.normals, part.uv)),
+    ):
+        if array is not None:
+            array.flags.writeable = False
+    return read
 
 
-def content_of(text: bytes) -> ObjContent | None:
+def _content_of(text: bytes) -> _Content | None:
     """An OBJ's numbers; None where there is anything that is not known here."""
-    content, material, library = ObjContent(([], [], []), {}, b""), b"", b""
+    content, material, library = _Content(([], [], []), {}, b""), b"", b""
     for run in RUNS.finditer(text):
         kind, lines = run.lastindex, run[0]
         if kind is None:
@@ -78,10 +119,10 @@ def content_of(text: bytes) -> ObjContent | None:
                 return None
         elif not add_run(content, kind - 1, lines, material):
             return None
-    return ObjContent(content.tables, content.faces, library)
+    return _Content(content.tables, content.faces, library)
 
 
-def add_run(content: ObjContent, kind: int, lines: bytes, material: bytes) -> bool:
+def add_run(content: _Content, kind: int, lines: bytes, material: bytes) -> bool:
     """Add the numbers of a run of lines; returns whether they are as expected."""
     if kind == len(COLUMNS):
         corners = corners_of(lines)
@@ -119,8 +160,8 @@ def corners_of(text: bytes) -> tuple[Ints, tuple[int, ...]] | None:
 
 
 def part_of(
-    corners: Ints, tables: tuple[int, ...], whole: list[Floats]
-) -> tuple[Floats, Ints, Floats | None, Floats | None] | None:
+    corners: Ints, tables: tuple[int, ...], whole: list[Array]
+) -> tuple[Array, Ints, Array | None, Array | None] | None:
     """Vertices, faces, normals and texture coordinates of (m, 3, k) corners; None where a number is out of range."""
     key = np.zeros(corners.shape[:2], dtype=np.int64)
     for column, table in enumerate(tables):
@@ -133,14 +174,3 @@ def part_of(
     values = {table: whole[table][rows[:, column]] for column, table in enumerate(tables)}
     normals = values.get(1)
     return values[0], inverse.reshape(-1, 3), None if normals is None else np.nan_to_num(normals), values.get(2)
-
-
-def materials_of(library: bytes, resolver: Resolver) -> dict[str, SimpleMaterial]:
-    """The materials of a library by name; none where it cannot be read."""
-    if not library:
-        return {}
-    try:
-        found = parse_mtl(resolver[library.decode(errors="replace")], resolver=resolver)
-        return {name: SimpleMaterial(**values) for name, values in found.items()}
-    except Exception:  # a file that is missing or broken costs its colours
-        return {}
