@@ -2,7 +2,7 @@
 
 import os
 import traceback
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -85,7 +85,7 @@ class Progress:
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
-    processor_s: Counter[str] = field(default_factory=Counter)
+    processor_s: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
     stage: Stage = Stage.EXTRACT
     written: bool = False
 

@@ -2,7 +2,7 @@
 
 import errno
 import time
-from collections import Counter
+from collections import defaultdict
 
 import pytest
 
@@ -72,7 +72,7 @@ def test_processor_time_is_that_of_the_stage_and_of_its_children_without_waiting
         return StageResult()
 
     progress.run(Stage.EXTRACT, work)
-    own, progress.processor_s = progress.processor_s, Counter()
+    own, progress.processor_s = progress.processor_s, defaultdict(float)
     assert set(own) == {Stage.EXTRACT} and 0.18 < own[Stage.EXTRACT] < 0.35
     progress.run(Stage.REFINE, work)
     assert 0.08 < progress.processor_s[Stage.REFINE] < 0.2, "what its engines do is to measure"
