@@ -56,7 +56,7 @@ class ObjFile:
 
 
 def read_obj(content: bytes) -> ObjFile | None:
-    """What an OBJ holds; None where it is to be read by trimesh: what has polygons, relative numbers, colours of
+    """Content of an OBJ; None where it is to be read by trimesh: what has polygons, relative numbers, colours of
     vertices, or is broken."""
     if len(content) > MOST_KNOWN_BYTES:
         return parse_obj(content)
