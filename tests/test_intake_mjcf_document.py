@@ -200,3 +200,27 @@ def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | 
     (found,) = urdf_of_mjcf(file, tmp_path / "work").robot.findall("link")
     stated = found.find("inertial/mass")
     assert (None if stated is None else float(str(stated.get("value")))) == mass
+
+
+def test_a_link_passes_what_is_fixed_to_what_it_moves_in_where_the_file_lets_it(tmp_path: Path) -> None:
+    mount = '<body name="mount" pos="0 0 0.1"><geom type="box" size="0.02 0.02 0.01"{bits}/>{more}</body>'
+
+    def pairs(bits: str) -> list[tuple[str | None, str | None]]:
+        solid = f'<geom type="box" size="0.1 0.1 0.01"{bits}/>'
+        world = BODY.replace("0.1 0.1 0.1", f'0.1 0.1 0.1"{bits} name="g').format(
+            more=mount.format(bits=bits, more=LID.format(more=solid))
+        )
+        made = urdf_of_mjcf(written(tmp_path, world), tmp_path)
+        return [(item.get("link1"), item.get("link2")) for item in made.robot.findall("disable_collisions")]
+
+    assert pairs(' contype="0" conaffinity="1"') == [("lid", "base")], "the mount is its parent, which engines let pass"
+    assert pairs("") == []
+
+
+def test_bounds_on_masses_and_inertias_say_nothing_of_a_body(tmp_path: Path) -> None:
+    world = BODY.format(more=LID.format(more='<geom type="box" size="0.1 0.1 0.01" mass="0.03"/>'))
+    file = written(tmp_path, world, '<compiler boundmass="0.5" boundinertia="0.01"/>')
+    (mass,) = urdf_of_mjcf(file, tmp_path).robot.findall("link[@name='lid']/inertial/mass")
+    (moments,) = urdf_of_mjcf(file, tmp_path).robot.findall("link[@name='lid']/inertial/inertia")
+    assert float(str(mass.get("value"))) == 0.03
+    assert float(str(moments.get("izz"))) == pytest.approx(0.03 / 12.0 * (0.2**2 + 0.2**2))

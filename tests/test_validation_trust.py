@@ -170,6 +170,37 @@ def test_a_believed_mass_stays_within_the_stated_factor(helper: bool, tmp_path: 
         assert mass / MASS_FACTOR <= written_kg[name] <= mass * MASS_FACTOR, "a frame without a shape takes hardly any"
 
 
+def stack(folder: Path, first: str, second: str) -> dict[str, Trust]:
+    """Two shelves of one shape, each with an inertial of its own, on a rack without; how far masses are believed."""
+    parts = [link("rack", shape("0.4 0.5 0.6"))]
+    parts += [link(name, said + shape("0.4 0.5 0.02")) for name, said in (("low", first), ("high", second))]
+    slides = [joint(f"{name}_slide", "prismatic", "rack", name, xyz=f"0.1 0 {z}", axis="1 0 0", limit="0 0.3")
+              for name, z in (("low", 0.1), ("high", 0.3))]  # fmt: skip
+    item = extract(AssetRef(asset_id=folder.name, path=str(written(folder, robot(*parts, *slides)))))
+    return trusts(done(item, Overlay(scale=1.0)), Quantity.MASS)
+
+
+def test_alike_parts_may_weigh_alike_where_their_inertia_is_their_own(tmp_path: Path) -> None:
+    own, written_for_all = inertial(1.6, (0.4, 0.5, 0.02)), inertial(1.6, (1.0, 1.0, 1.0))
+    assert set(stack(tmp_path / "a", own, own).values()) == {Trust.PLAUSIBLE}, "two shelves of one shape"
+    assert stack(tmp_path / "b", written_for_all, written_for_all) == {}, "nothing says that it is in metres"
+
+
+def test_a_part_that_follows_another_may_be_as_light_as_its_author_made_it(tmp_path: Path) -> None:
+    def light(mimic: str) -> Trust:
+        parts = [link("hood", inertial(5.0, (0.4, 0.5, 0.6)) + shape("0.4 0.5 0.6")),
+                 link("switch", inertial(0.1, (0.05, 0.05, 0.05)) + shape("0.05 0.05 0.05")),
+                 link("lamp", inertial(0.01, (0.4, 0.5, 0.03)) + shape("0.4 0.5 0.03"))]  # fmt: skip
+        joints = [joint("turn", "revolute", "hood", "switch", xyz="0.25 0 0", axis="0 1 0", limit="0 0.7"),
+                  joint("rise", "prismatic", "hood", "lamp", xyz="0 0 0.4", axis="0 0 1", limit="0 0.05",
+                        more=mimic)]  # fmt: skip
+        folder = tmp_path / ("tied" if mimic else "alone")
+        item = extract(AssetRef(asset_id="a", path=str(written(folder, robot(*parts, *joints)))))
+        return trusts(done(item, Overlay(scale=1.0)), Quantity.MASS)["lamp"]
+
+    assert light('<mimic joint="turn" multiplier="0.07"/>') is Trust.PLAUSIBLE and light("") is Trust.DOUBTFUL
+
+
 def test_a_file_of_unknown_unit_is_not_judged(tmp_path: Path) -> None:
     overlay = done(cabinet(tmp_path / "a", 'damping="0.8" friction="1.2"', weighed=False))
     assert overlay.authored == () and "authored" not in overlay.model_dump()

@@ -19,7 +19,8 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
 
 KEPT = ("link", "joint", "material")
-"""Elements of a URDF that a part keeps; what else is at its top may name links of other parts."""
+"""Elements of a URDF that a part keeps, beside those of its links that pass each other; what else is at its top may
+name links of other parts."""
 UPRIGHT_RAD = 1e-9
 """Turn of a frame that is rounding."""
 
@@ -83,7 +84,8 @@ def cut_out(converted: Converted, part: Part) -> Element:
     """The URDF of one part of a scene, its root upright."""
     robot = deepcopy(converted.robot)
     for element in robot.iterchildren(etree.Element):
-        if element.tag not in KEPT or (element.tag == "link" and element.get("name") not in part.links):
+        apart = element.tag == "disable_collisions" and part.links >= {element.get("link1"), element.get("link2")}
+        if (element.tag not in KEPT and not apart) or (element.tag == "link" and element.get("name") not in part.links):
             robot.remove(element)
     hung = []
     for joint in robot.findall("joint"):

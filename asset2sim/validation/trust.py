@@ -102,11 +102,13 @@ class Opinion:
 def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
     """Add how far the masses, centres and inertias of an object are believed."""
     placeholders = are_placeholders(features.links)
+    tied = {joint.child for joint in features.joints if joint.mimic is not None}
     for link in features.links:
         if link.inertial is None:
             continue
-        belief = judged_mass(link, link.inertial, placeholders)
-        other = partial(judged_other_mass, link, link.inertial)
+        least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
+        belief = judged_mass(link, link.inertial, placeholders, least)
+        other = partial(judged_other_mass, link, link.inertial, least)
         mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
         rest = (ALONE, ALONE)
         if mass.trust is Trust.PLAUSIBLE:
@@ -116,8 +118,9 @@ def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings)
                 opinion.add(quantity, link.name, belief)
 
 
-def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool) -> Belief:
-    """A mass, by the hull that it fills; ``placeholders``: all links have one and the same."""
+def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool, least: float) -> Belief:
+    """A mass, by the hull that it fills, of at ``least`` this density (kg/m³): none for a part that follows another's
+    joint, which its author made light for the hand that moves both. ``placeholders``: all links have the same."""
     if stated.mass_kg <= 0.0:
         return impossible("no body is without mass")
     density = authored_density(link)
@@ -125,15 +128,15 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool) ->
         return doubtful("it has no geometry that could weigh this")
     if placeholders:
         return doubtful("every link has the same mass and inertia, as exporters write where nothing was weighed")
-    if not LEAST_DENSITY_KG_M3 <= density <= MOST_DENSITY_KG_M3:
+    if not least <= density <= MOST_DENSITY_KG_M3:
         return doubtful(f"not {PLAUSIBLE_MASS.reason}")
     return PLAUSIBLE_MASS
 
 
-def judged_other_mass(link: LinkFeatures, stated: LinkInertial, mass_kg: float) -> Belief:
+def judged_other_mass(link: LinkFeatures, stated: LinkInertial, least: float, mass_kg: float) -> Belief:
     """Another mass in place of the stated one, kg."""
     other = stated.model_copy(update={"mass_kg": mass_kg})
-    return judged_mass(link.model_copy(update={"inertial": other}), other, placeholders=False)
+    return judged_mass(link.model_copy(update={"inertial": other}), other, placeholders=False, least=least)
 
 
 def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:

@@ -5,6 +5,7 @@ document. Meshes are written anew, as they stand in their link.
 """
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -71,8 +72,11 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
 
 
 def compiled(spec: Any) -> tuple[Any, Any]:
-    """The specification and its model, in which static bodies and geoms that are only seen are kept."""
+    """The specification and its model, in which static bodies and geoms that are only seen are kept, and no mass or
+    inertia is raised to a bound, which says nothing of a body."""
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
+    spec.compiler.boundmass = min(spec.compiler.boundmass, LEAST_MASS_KG)
+    spec.compiler.boundinertia = min(spec.compiler.boundinertia, LEAST_INERTIA_KG_M2)
     return spec, spec.compile()
 
 
@@ -114,8 +118,11 @@ class _Model:
             self.notes += settle_free(robot, self.base, free)
         ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint))
         self.notes += [*untied, *tie(robot, ties)]
+        for first, second in self.let_pass():
+            add(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
-        left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor, "keyframes": m.nkey}
+        left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
+        left |= {"further keyframes": max(m.nkey - 1, 0)}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
         notes = (*dict.fromkeys(self.notes), *told)
@@ -130,6 +137,21 @@ class _Model:
                 name = self.name("body", body) if body else self.base
                 known = found.get(name, (0, 0))
                 found[name] = known[0] | bits[0], known[1] | bits[1]
+        return found
+
+    def let_pass(self) -> list[tuple[str, str]]:
+        """Pairs of a link and one that is fixed to what it moves in, which the file lets pass through each other:
+        engines let a link pass its parent alone."""
+        m, bits = self.model, self.masks()
+        found = []
+        for body, other in product(range(1, m.nbody), repeat=2):
+            held = m.body_weldid[m.body_parentid[m.body_weldid[body]]]
+            names = self.name("body", body), self.name("body", other)
+            if m.body_weldid[body] == 0 or m.body_weldid[other] != held or m.body_parentid[body] == other:
+                continue
+            (kind, reach), (kind2, reach2) = (bits.get(name, (0, 0)) for name in names)
+            if set(names) <= bits.keys() and not (kind & reach2 or kind2 & reach):
+                found.append(names)
         return found
 
     def refused(self, code: str, problem: str) -> AssetError:
