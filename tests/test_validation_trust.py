@@ -48,7 +48,10 @@ def cabinet(
     """A cabinet of 20 kg with a door on an upright hinge and a drawer, and what its file says of their joints."""
     said = [inertial(20.0, (0.4, 0.5, 0.6)), inertial(door_kg, (0.02, 0.48, 0.28), factor, at)]
     said += [inertial(drawer_kg, (0.3, 0.4, 0.2))]
-    shapes = [shape("0.4 0.5 0.6"), shape("0.02 0.48 0.28", xyz="0 0.24 0"), shape("0.3 0.4 0.2")]
+    # Lengths of a ruler would say that it is in metres.
+    body, own, inner = ("0.4 0.5 0.6", "0.02 0.48 0.28", "0.3 0.4 0.2") if weighed else (
+        "0.41273 0.51591 0.61909", "0.02064 0.49527 0.28891", "0.30955 0.41273 0.20636")  # fmt: skip
+    shapes = [shape(body), shape(own, xyz="0 0.24 0"), shape(inner)]
     names = ("body", "door", "drawer")
     texts = (text if weighed else "" for text in said)
     parts = [link(name, text + form) for name, text, form in zip(names, texts, shapes, strict=True)]
