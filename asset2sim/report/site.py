@@ -107,10 +107,11 @@ def write_site(
             _write_pages({name: assets[name] for name in changed[first : first + AT_ONCE]}, near, out, url)
         for gone in state.keys() - assets.keys():
             shutil.rmtree(_object_folder(folder, gone), ignore_errors=True)
+        # Behind a URL, another machine may have drawn it.
         here = {
             name
             for name in assets
-            if _object_folder(folder, name).joinpath(THUMB).is_file() or _had_thumb(state, name, url)
+            if _object_folder(folder, name).joinpath(THUMB).is_file() or (url and state.get(name, [""])[-1] == "thumb")
         }
         # The index holds all that it needs but pictures: it is sent alone, too.
         whole = {"style": Markup(source(STYLE)), "script": Markup(source(SCRIPT))}
@@ -136,7 +137,8 @@ def _draw(
     """Draw the pictures of what changed; asset id → what its pictures are made of now."""
     moving = {name: before and (loops or row["status"] != "ok") for name, row in assets.items()}
     keys = {
-        name: _picture_key(row, None if url else out) + FURTHER * (before + moving[name])
+        name: _digest(_identity(row), _stamp(None if url else out / "assets" / name / VIEW))
+        + FURTHER * (before + moving[name])
         for name, row in assets.items()
     }
     had = {name: state[name][0] for name in assets if name in state}
@@ -185,11 +187,6 @@ def _here(place: str) -> Path:
     """A folder of a dataset on this machine: the copy that runs made, where it is a URL's."""
     found = Location(place)
     return local_copy_path(found) if found.is_url else found.folder
-
-
-def _picture_key(asset: Row, out: Path | None) -> str:
-    """Key of an object's pictures: its row, and where OUT is a folder the view that was drawn of it."""
-    return _digest(_identity(asset), _stamp(out and out / "assets" / asset["asset_id"] / VIEW))
 
 
 def _page_key(asset: Row, folder: Path | None, near: Near) -> str:
@@ -272,11 +269,6 @@ def _same(row: Row, asset: Row) -> bool:
 
 def _object_folder(folder: Path, asset_id: str) -> Path:
     return folder / OBJECTS / asset_id
-
-
-def _had_thumb(state: Mapping[str, Sequence[str]], name: str, url: str | None) -> bool:
-    """Whether a report behind a URL has a thumbnail that this machine has not."""
-    return url is not None and state.get(name, ["", "", ""])[-1] == "thumb"
 
 
 def _read_state(folder: Path) -> dict[str, list[str]]:
