@@ -20,6 +20,16 @@ class Finding(Frozen):
     limit: float | None = None
 
 
+def remark(stage: Stage, code: str, message: str, **where: object) -> Finding:
+    """A finding of severity ``info``; ``where``: link, joint, value, limit."""
+    return Finding.model_validate(where | {"stage": stage, "severity": Severity.INFO, "code": code, "message": message})
+
+
+def warning(stage: Stage, code: str, message: str, **where: object) -> Finding:
+    """A finding of severity ``warning``; ``where``: link, joint, value, limit."""
+    return remark(stage, code, message, **where).model_copy(update={"severity": Severity.WARNING})
+
+
 @dataclass
 class Notes:
     """The findings of one validation, in the order in which they were made."""
@@ -28,15 +38,11 @@ class Notes:
 
     def info(self, code: str, message: str, **where: object) -> None:
         """Add a finding: a value was completed; no value of the model was changed."""
-        self._add(Severity.INFO, code, message, where)
+        self.findings.append(remark(Stage.VALIDATE, code, message, **where))
 
     def warn(self, code: str, message: str, **where: object) -> None:
         """Add a warning: a value of the model or the asset is implausible, or was changed."""
-        self._add(Severity.WARNING, code, message, where)
-
-    def _add(self, severity: Severity, code: str, message: str, where: dict[str, object]) -> None:
-        finding = {"stage": Stage.VALIDATE, "severity": severity, "code": code, "message": message, **where}
-        self.findings.append(Finding.model_validate(finding))
+        self.findings.append(warning(Stage.VALIDATE, code, message, **where))
 
 
 class TraceStep(Frozen):

@@ -4,7 +4,7 @@ show."""
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from schemas.alignment import Expected, Score
+from schemas.alignment import Alignment, Expected
 from schemas.asset import AssetRef
 from schemas.vocabulary import FailureMode, Method, Status
 
@@ -18,18 +18,6 @@ class MotionSummary:
     drift_rad: float
     finite: bool
     oscillating_joints: int
-
-
-@dataclass(frozen=True, slots=True)
-class AlignmentSummary:
-    """``schemas.alignment.Alignment`` without the rubric's reasons; ``value`` is the prompt alignment."""
-
-    value: float
-    judged: Score | None
-    scale_deviation: float | None
-    reference_states_scale: bool
-    joint_deviation: float | None
-    joint_is_slider: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +45,7 @@ class AssetSummary:
     scale: float | None
     mass_kg: float | None
     measurement: MotionSummary | None
-    alignment: AlignmentSummary | None
+    alignment: Alignment | None
     expected: tuple[Expected, ...]
     engines: tuple[int, int] | None
     numbers: tuple[int, int, int] | None = None

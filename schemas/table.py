@@ -1,6 +1,6 @@
 """A published table: an Arrow schema with units and a description in every field, its grain and its key."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pyarrow as pa
@@ -18,9 +18,6 @@ FLAG = pa.bool_()
 TIME = pa.timestamp("ms", tz="UTC")
 TEXTS = pa.list_(TEXT)
 REALS = pa.list_(REAL)
-
-RENAMED: Mapping[str, str] = {"limit": "limit_value"}
-"""Column in files of older versions → its name now."""
 
 BY_TYPE = "hinge / slider"
 POSITION = f"rad / m ({BY_TYPE})"
@@ -45,11 +42,6 @@ class Table:
     def per_asset(self) -> bool:
         """Whether rows belong to one asset, method and model, and are replaced when that asset is refined again."""
         return "asset_id" in self.key
-
-
-def with_names_of_today(found: pa.Table) -> pa.Table:
-    """A table that was read, with the columns that an older version called otherwise under their names of today."""
-    return found.rename_columns([RENAMED.get(name, name) for name in found.schema.names])
 
 
 def make_table(name: str, grain: str, key: tuple[str, ...], description: str, columns: Sequence[Column]) -> Table:

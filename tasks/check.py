@@ -11,12 +11,12 @@ from asset2sim.assets.extract import Extraction, folder_of
 from asset2sim.validation.support import carried, forced_support
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
-from schemas.finding import Finding
+from schemas.finding import Finding, remark, warning
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.verdict import Verdict
-from schemas.vocabulary import Severity, Source, Stage
+from schemas.vocabulary import Source, Stage
 from tasks.extract import extract_asset
 from tasks.job import AssetJob
 from tasks.measure import measure_written
@@ -50,7 +50,7 @@ def compare_with_checksums(folder: Path) -> StageResult:
     """A finding for each file of a refined folder that is not as it was written."""
     changed = changed_files(folder) or ()
     return StageResult(
-        findings=tuple(_finding("changed_by_hand", f"not as it was refined: {text}") for text in changed)
+        findings=tuple(warning(Stage.VALIDATE, "changed_by_hand", f"not as it was refined: {text}") for text in changed)
     )
 
 
@@ -62,15 +62,15 @@ def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
     told = list[Finding]()
     refined, problem = read_refined(folder_of(Path(job.ref.path)))
     if problem:
-        told.append(_finding("refined_state_unread", problem))
+        told.append(warning(Stage.VALIDATE, "refined_state_unread", problem))
     forced = forced_support(job.ref.support or job.settings.support)
     if refined is None:
         overlay = carried(overlay, extraction, None, Source.RULE, job.guidance)
     else:
         overlay, unknown = with_refined_state(overlay, refined)
-        told += [_finding("refined_joint_unknown", text) for text in unknown]
+        told += [warning(Stage.VALIDATE, "refined_joint_unknown", text) for text in unknown]
         told.append(
-            _finding(STATE_READ, f"initial state, friction and support are those of {REFINED_NAME}", Severity.INFO)
+            remark(Stage.VALIDATE, STATE_READ, f"initial state, friction and support are those of {REFINED_NAME}")
         )
     overlay = overlay if forced is None else overlay.model_copy(update={"support": forced})
     return Validated(overlay=overlay, extraction=extraction, findings=tuple(told))
@@ -86,7 +86,3 @@ def read_refined(folder: Path) -> tuple[PhysicsOverlay | None, str]:
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).splitlines()[0]
         return None, f"{REFINED_NAME} cannot be read ({first}): joints start at zero or their nearest limit"
-
-
-def _finding(code: str, message: str, severity: Severity = Severity.WARNING) -> Finding:
-    return Finding(stage=Stage.VALIDATE, severity=severity, code=code, message=message)

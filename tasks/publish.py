@@ -14,11 +14,11 @@ from asset2sim.assets.urdf.base import hung_from_world
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.pybullet_object import contacts_at
 from asset2sim.render import write_views
-from schemas.finding import Finding
+from schemas.finding import Finding, warning
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
-from schemas.vocabulary import BaseMode, Severity, Stage, StateMode
+from schemas.vocabulary import BaseMode, Stage, StateMode
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -65,13 +65,8 @@ def bake(urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[Physi
     after = penetration(contacts_at(urdf, {}, settings.engine))
     if abs(after - before) <= SAME_PHI_M:
         return baked(overlay), ()
-    finding = Finding(
-        stage=Stage.PUBLISH,
-        severity=Severity.WARNING,
-        code="bake_differs",
-        message=f"links overlap by {1e3 * after:.3g} mm at the zero of the baked URDF and by {1e3 * before:.3g} mm in "
-        "the state that it holds",
-        value=after,
-        limit=before,
+    message = (
+        f"links overlap by {1e3 * after:.3g} mm at the zero of the baked URDF and by {1e3 * before:.3g} mm in the "
+        "state that it holds"
     )
-    return baked(overlay), (finding,)
+    return baked(overlay), (warning(Stage.PUBLISH, "bake_differs", message, value=after, limit=before),)

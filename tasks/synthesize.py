@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.declared_method import ProposalJob, Proposed
 from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, words_with_scale
-from schemas.finding import Finding
+from schemas.finding import warning
 from schemas.overlay import Overlay
-from schemas.vocabulary import Method, Severity, Stage
+from schemas.vocabulary import Method, Stage
 from tasks.job import AssetJob
 from tasks.progress import StageResult
 
@@ -43,7 +43,7 @@ def with_users_numbers(
         message = (
             f"the user's own numbers count for nothing: method {job.settings.method} measures the asset as it came"
         )
-        unused = Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code="overrides_unused", message=message)
+        unused = warning(Stage.SYNTHESIZE, "overrides_unused", message)
         return replace(done, findings=(*done.findings, unused))
     proposal, said = overridden(features, done.proposal, stated, job.settings.physics)
     return replace(done, proposal=proposal, findings=(*done.findings, *said))

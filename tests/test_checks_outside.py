@@ -13,6 +13,7 @@ from schemas.declared import VARIABLE
 from schemas.errors import UsageError
 from schemas.settings import Thresholds
 from schemas.thresholds import Bound
+from tests.prefect_server import using
 
 ROOT = Path(__file__).resolve().parents[1]
 CHECK = '''
@@ -93,7 +94,7 @@ ENGINE = DeclaredEngine(TOY, open_toy, started=(ToyWorld, "__init__"), package="
 
 
 @pytest.mark.system
-def test_a_toy_check_and_a_toy_engine_are_in_tables_report_and_verdict(tmp_path: Path) -> None:
+def test_a_toy_check_and_a_toy_engine_are_in_tables_report_and_verdict(tmp_path: Path, prefect_server: str) -> None:
     files = {"toy_check.py": CHECK, "toy_engine.py": ENGINE}
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -101,9 +102,8 @@ def test_a_toy_check_and_a_toy_engine_are_in_tables_report_and_verdict(tmp_path:
     out = tmp_path / "out"
     command = [sys.executable, "-m", "flows.command", "refine", "data/raw", "--out", str(out), "--assets", "box_wooden"]
     command += ["--engines", "mujoco,toybox", "--workers", "1", "--no-views"]
-    done = subprocess.run(
-        command, cwd=ROOT, env=os.environ | {VARIABLE: declared}, capture_output=True, text=True, timeout=400
-    )
+    environment = using(prefect_server, tmp_path / "prefect") | {VARIABLE: declared}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=400)
     assert (out / "catalog" / "assets.parquet").is_file(), done.stdout + done.stderr
 
     (asset,) = pq.read_table(out / "catalog" / "assets.parquet").to_pylist()

@@ -6,7 +6,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from schemas.errors import Asset2SimError
-from schemas.table import Row, Table, with_names_of_today
+from schemas.table import Row, Table
 
 
 class CatalogError(Asset2SimError):
@@ -34,7 +34,6 @@ def conform(table: Table, found: pa.Table, where: str) -> pa.Table:
     rows. Raises CatalogError where that is not allowed, where a type cannot be converted, and where the file has
     columns that this version does not know: rewriting it would lose them."""
     remedy = f"in {where}: written by another version; use that one, or another output folder"
-    found = with_names_of_today(found)
     for name in found.schema.names:
         if name not in table.schema.names:
             raise CatalogError(f"table '{table.name}', column '{name}': unknown {remedy}")

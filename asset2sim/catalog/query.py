@@ -21,7 +21,7 @@ from asset2sim.catalog.stored_tables import reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.extensions import further_tables, missing
-from schemas.table import RENAMED, Table
+from schemas.table import Table
 from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 
 if TYPE_CHECKING:
@@ -68,13 +68,10 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path,
         # Files of older versions may lack columns.
         whole = pa.unify_schemas(schemas, promote_options="permissive")
         source = f"read_parquet({_text(pattern)}, union_by_name = true, hive_partitioning = false)"
-        old = [f'"{name}" AS {RENAMED[name]}' for name in whole.names if name in RENAMED]
-        if not files:
-            source = f"{table.name}_files" if old else table.name
-            connection.register(source, dataset.dataset(paths, schema=whole))
-        if files or old:
-            renamed = f" RENAME ({', '.join(old)})" if old else ""
-            connection.execute(f"CREATE VIEW {table.name} AS SELECT *{renamed} FROM {source}")
+        if files:
+            connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM {source}")
+        else:
+            connection.register(table.name, dataset.dataset(paths, schema=whole))
     for table in (PUBLISHED | added).values():
         _comment(connection, table)
 

@@ -19,7 +19,7 @@ from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.table import ASSET_KEY, RENAMED, Table, with_names_of_today
+from schemas.table import ASSET_KEY, Table
 from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 
 Result = TypeVar("Result")
@@ -117,10 +117,10 @@ def _frame(path: Path, part: TableSlice = WHOLE) -> pd.DataFrame:
         return _pandas(TABLES[path.stem].schema.empty_table())
     with reading(TABLES[path.stem], path):
         own = pq.read_schema(path).names
-        columns = [name for name in own if part.columns is None or RENAMED.get(name, name) in part.columns]
+        columns = [name for name in own if part.columns is None or name in part.columns]
         whole = part.filters is None
         found = pq.read_table(path, columns=columns) if whole else _passing(path, columns, part.filters or [])
-    return _pandas(_with_columns_of_today(with_names_of_today(found), TABLES[path.stem], part))
+    return _pandas(_with_columns_of_today(found, TABLES[path.stem], part))
 
 
 def _with_columns_of_today(found: pa.Table, table: Table, part: TableSlice) -> pa.Table:
@@ -229,8 +229,4 @@ def latest_rows(out: Path | str, *names: str) -> tuple[pd.DataFrame, ...]:
     if found[runs].empty:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     tables = [found[name] for name in names]
-    if found[history].empty:
-        # A catalog of a version that kept no history: every run wrote all rows of its assets.
-        (run_id,) = latest(found[runs])
-        return tuple(table[table["run_id"] == run_id] for table in tables)
     return tuple(table.merge(found[history], on=list(ASSET_KEY), how="inner") for table in tables)

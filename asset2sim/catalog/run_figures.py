@@ -8,7 +8,7 @@ from asset2sim.catalog.rows import run_cost
 from schemas.alignment import NOTHING, SIZE, Alignment
 from schemas.asset import Unchanged
 from schemas.settings import Thresholds
-from schemas.summary import AlignmentSummary, AssetSummary, MotionSummary
+from schemas.summary import AssetSummary, MotionSummary
 from schemas.vocabulary import FailureMode, Stage, Status
 
 
@@ -97,7 +97,7 @@ def expected_counts(records: Sequence[AssetSummary]) -> dict[str, tuple[int, int
     return {name: (sum(found), len(found)) for name, found in known.items()}
 
 
-def joint_deviations(found: Iterable[Alignment | AlignmentSummary], *, slider: bool) -> list[float]:
+def joint_deviations(found: Iterable[Alignment], *, slider: bool) -> list[float]:
     """Deviations of those joints of interest that are sliders, m, or hinges, rad."""
     of_kind = [item.joint_deviation for item in found if item.joint_is_slider is slider]
     return [value for value in of_kind if value is not None]

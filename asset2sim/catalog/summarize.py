@@ -7,11 +7,10 @@ from asset2sim.catalog.kept import counted, totals
 from asset2sim.catalog.rows_engines import prismatic_joints
 from asset2sim.checks.at_rest import oscillating_joints
 from asset2sim.checks.verdict import report_verdict
-from schemas.alignment import Alignment
 from schemas.asset import AssetRecord
 from schemas.interaction import Measurement
 from schemas.settings import Thresholds
-from schemas.summary import AlignmentSummary, AssetSummary, MotionSummary
+from schemas.summary import AssetSummary, MotionSummary
 from schemas.vocabulary import Stage
 
 
@@ -37,7 +36,7 @@ def summarize(record: AssetRecord, limits: Thresholds) -> AssetSummary:
         scale=overlay.scale if overlay else None,
         mass_kg=overlay.mass_kg if overlay else None,
         measurement=_motion(record, record.measurement, limits) if record.measurement else None,
-        alignment=_alignment(record.alignment) if record.alignment else None,
+        alignment=record.alignment,
         expected=record.expected,
         engines=(sum(verdict.passed for verdict in verdicts), len(verdicts)) if verdicts else None,
         numbers=totals(counted(overlay)) if overlay and overlay.authored else None,
@@ -67,15 +66,4 @@ def _motion(record: AssetRecord, measured: Measurement, limits: Thresholds) -> M
         drift_rad=measured.drift_rad,
         finite=measured.finite,
         oscillating_joints=len(oscillating_joints(measured, prismatic_joints(record), limits)),
-    )
-
-
-def _alignment(found: Alignment) -> AlignmentSummary:
-    return AlignmentSummary(
-        value=found.value,
-        judged=found.judged,
-        scale_deviation=found.scale_deviation,
-        reference_states_scale=found.reference_states_scale,
-        joint_deviation=found.joint_deviation,
-        joint_is_slider=found.joint_is_slider,
     )

@@ -10,8 +10,8 @@ from lxml.etree import _Element as Element
 from asset2sim.assets.urdf.mesh_files import convert, is_there, library_problem, material_files, without_materials
 from asset2sim.assets.urdf.references import AllowedFolders, Refused, find_mesh, find_within, lies_outside, path_in
 from asset2sim.storage.regular_files import file_problem
-from schemas.finding import Finding
-from schemas.vocabulary import Severity, Stage
+from schemas.finding import Finding, remark, warning
+from schemas.vocabulary import Stage
 
 NOT_READ = "not_read"
 """Folder of the names that stand for references that are not read; there is none of that name."""
@@ -51,9 +51,7 @@ def confine(robot: Element, file: Path, reach: AllowedFolders, work: Path) -> Co
                 message = (
                     f"'{reference}' is read from '{inside.parent.name}/{inside.name}': mend the case of its letters"
                 )
-                found.findings.append(
-                    Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code="spelt_otherwise", message=message)
-                )
+                found.findings.append(remark(Stage.EXTRACT, "spelt_otherwise", message))
             if etree.QName(element).localname == "mesh":
                 leave_materials(element, reference, inside, reach, work, found)
         elif outside is not None:
@@ -101,8 +99,7 @@ def leave_materials(
         (str(item.get("name")) for item in element.iterancestors() if etree.QName(item).localname == "link"), None
     )
     message = f"mesh '{reference}' of link '{link}' goes without materials: '{path.name}' {problem}"
-    warning = Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message, link=link)
-    confined.findings.append(warning)
+    confined.findings.append(warning(Stage.EXTRACT, code, message, link=link))
 
 
 def unfit(path: Path, reach: AllowedFolders) -> tuple[Path, str, str] | None:

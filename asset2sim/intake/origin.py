@@ -22,9 +22,9 @@ from asset2sim.intake.robots import without_robots
 from asset2sim.intake.split import Part, cut_out, parts_of, passing
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
-from schemas.finding import Finding
+from schemas.finding import remark, warning
 from schemas.inputs import InputSettings
-from schemas.vocabulary import Severity, Stage, UpAxis
+from schemas.vocabulary import Stage, UpAxis
 
 INPUTS = InputSettings()
 BESIDE = ("semantics.txt", "meta.json")
@@ -83,17 +83,15 @@ def open_origin(
     findings = list(confined.findings)
     if up is not UpAxis.Z:
         message = f"its file has {up} up; what is written is turned about the root's origin so that z is up"
-        findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code="up_axis", message=message))
+        findings.append(remark(Stage.EXTRACT, "up_axis", message))
     if file.suffix == ".urdf":
         told = (f"{file.name}: {note}" for note in converted.notes)
-        findings += [
-            Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code="xml_recovered", message=text) for text in told
-        ]
+        findings += [warning(Stage.EXTRACT, "xml_recovered", text) for text in told]
     else:
         said = "".join(f"; {note}" for note in converted.notes)
         message = f"read from {file.name}, of which a URDF was made{said}"
         code = f"converted_{FORMATS[file.suffix].name.lower()}"
-        findings.append(Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message))
+        findings.append(remark(Stage.EXTRACT, code, message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     form = FORMATS[file.suffix]
     scene = part is None and bool(converted.free)

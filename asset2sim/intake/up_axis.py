@@ -19,8 +19,8 @@ from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.features import JointFeatures
-from schemas.finding import Finding
-from schemas.vocabulary import Severity, Stage, UpAxis
+from schemas.finding import Finding, remark, warning
+from schemas.vocabulary import Stage, UpAxis
 
 AXES: dict[UpAxis, tuple[float, float, float]] = {
     UpAxis.Z: (0.0, 0.0, 1.0), UpAxis.Y: (0.0, 1.0, 0.0), UpAxis.MINUS_Y: (0.0, -1.0, 0.0),
@@ -99,16 +99,13 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     by_format = opened is not None and bool(opened.metric_format)
     turned = odds[best] >= least and not by_format
     if turned:
-        code, severity = "turned_upright", Severity.WARNING
+        say, code = warning, "turned_upright"
         message = f"its file has {best} up ({weight_}); it is turned upright: if that is wrong, state --up=z"
     else:
-        code, severity = "up_doubtful", Severity.INFO
+        say, code = remark, "up_doubtful"
         why = "its format has z up, and it is left" if odds[best] >= least else "it is left"
         message = f"its file may have {best} up ({weight_}); {why} as it is: if it lies, state --up={best}"
-    finding = Finding(
-        stage=Stage.EXTRACT, severity=severity, code=code, message=f"{message}, or `up` in the manifest",
-        value=odds[best], limit=least,
-    )  # fmt: skip
+    finding = say(Stage.EXTRACT, code, f"{message}, or `up` in the manifest", value=odds[best], limit=least)
     return (best if turned else UpAxis.Z), finding
 
 

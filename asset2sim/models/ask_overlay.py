@@ -9,10 +9,10 @@ from asset2sim.models.model_findings import model_findings
 from asset2sim.models.prompts import with_validation_errors
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.features import Features
-from schemas.finding import Finding
+from schemas.finding import Finding, warning
 from schemas.overlay import Overlay
 from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode, Stage
 
 MAX_ASKS = 2
 """Times that a question is asked: the second states what was wrong with the first answer, and a third rarely helps."""
@@ -98,14 +98,19 @@ def remarks(answer: ModelAnswer) -> tuple[Finding, ...]:
     """Findings on the first answer: images that were not sent, or a recorded answer to another question."""
     if answer.other_question is None:
         return images_not_sent(answer)
-    return (*images_not_sent(answer), _warning("other_question", f"the recorded answer {answer.other_question}"))
+    return (
+        *images_not_sent(answer),
+        warning(Stage.SYNTHESIZE, "other_question", f"the recorded answer {answer.other_question}"),
+    )
 
 
 def images_not_sent(answer: ModelAnswer) -> tuple[Finding, ...]:
     """A finding where the request's images were not sent, so that the answer is from text alone."""
     if answer.without_images is None:
         return ()
-    return (_warning("images_not_sent", f"the model was asked without the views: {answer.without_images}"),)
+    return (
+        warning(Stage.SYNTHESIZE, "images_not_sent", f"the model was asked without the views: {answer.without_images}"),
+    )
 
 
 def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
@@ -114,8 +119,6 @@ def marked_invalid(calls: tuple[ModelCall, ...]) -> tuple[ModelCall, ...]:
 
 
 def _refusal(error: InvalidAnswerError) -> Finding:
-    return _warning("invalid_answer", f"the model's answer was refused and it was asked again: {error}")
-
-
-def _warning(code: str, message: str) -> Finding:
-    return Finding(stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code=code, message=message)
+    return warning(
+        Stage.SYNTHESIZE, "invalid_answer", f"the model's answer was refused and it was asked again: {error}"
+    )

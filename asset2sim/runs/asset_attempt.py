@@ -10,7 +10,7 @@ from asset2sim.experiments.isolation.supervise import run_isolated
 from asset2sim.models.gateway.refused_answers import LOG_FOLDER, LoggedAnswer, write_refused_answers
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import Asset2SimError
-from schemas.finding import Finding
+from schemas.finding import Finding, remark, warning
 from schemas.request import ModelAnswer, ModelAsk, ModelCall, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Severity, Stage, Status
@@ -160,12 +160,8 @@ def with_first_attempt(record: AssetRecord, first: FirstAttempt, died: str) -> A
     # The log has been moved out of the second attempt's way.
     before = first.died.replace(log_file(Path(), asset_id).name, first_log_file(Path(), asset_id).name)
     if not died:
-        finding = Finding(
-            stage=Stage.REFINE,
-            severity=Severity.WARNING,
-            code=DIED_ONCE,
-            message=f"asset {asset_id}: its first attempt died ({before}); this is the second, alone",
-        )
+        said = f"asset {asset_id}: its first attempt died ({before}); this is the second, alone"
+        finding = warning(Stage.REFINE, DIED_ONCE, said)
         return record.model_copy(update={"calls": calls, "findings": (*record.findings, finding)})
     reason = f"died twice: {died}; the first time: {before}"
     message = f"asset {asset_id}: {reason}"
@@ -179,11 +175,9 @@ def with_first_attempt(record: AssetRecord, first: FirstAttempt, died: str) -> A
 
 def without_retry(record: AssetRecord, first: FirstAttempt, most: int) -> AssetRecord:
     """The record of an asset that died and gets no second attempt, with a finding that says so."""
-    finding = Finding(
-        stage=Stage.REFINE,
-        severity=Severity.INFO,
-        code=NOT_TRIED_AGAIN,
-        message=f"asset {record.ref.asset_id} was not tried again: {most} others of this run were, one after the "
-        "other; the next run tries it",
+    said = (
+        f"asset {record.ref.asset_id} was not tried again: {most} others of this run were, one after the other; the "
+        "next run tries it"
     )
+    finding = remark(Stage.REFINE, NOT_TRIED_AGAIN, said)
     return record.model_copy(update={"calls": record.calls or first.calls, "findings": (*record.findings, finding)})

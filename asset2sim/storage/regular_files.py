@@ -87,7 +87,9 @@ def read_regular(path: Path, most: int | None = None) -> bytes:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file in one step, also where another process writes the same. Raises OSError, and leaves no part."""
+    """Write a file, and its folder, in one step, also where another process writes the same. Raises OSError, and leaves
+    no part."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".new")
     try:
         with os.fdopen(handle, "wb") as stream:

@@ -14,8 +14,8 @@ from schemas.alignment import NOTHING, SIZE, Expectation, Expected
 from schemas.asset import AssetRecord
 from schemas.errors import UsageError
 from schemas.features import Features, JointFeatures
-from schemas.finding import Finding
-from schemas.vocabulary import Severity, Stage
+from schemas.finding import Finding, warning
+from schemas.vocabulary import Stage
 
 FILE = "expectations.csv"
 COLUMNS = ("asset_id", "what", "low", "high", "unit", "why")
@@ -77,14 +77,7 @@ def misfits(features: Features, expectations: Sequence[Expectation]) -> tuple[Fi
     """A warning for each expectation that cannot be held against an object with these features."""
     wrong = [(item, _misfit(item, features.movable_joints)) for item in expectations]
     return tuple(
-        Finding(
-            stage=Stage.ALIGN,
-            severity=Severity.WARNING,
-            code="expectation_unfit",
-            message=f"{FILE}, line {item.lines[0]}: {why}",
-        )
-        for item, why in wrong
-        if why
+        warning(Stage.ALIGN, "expectation_unfit", f"{FILE}, line {item.lines[0]}: {why}") for item, why in wrong if why
     )
 
 

@@ -15,9 +15,9 @@ from schemas.alignment import Score
 from schemas.asset import AssetRecord
 from schemas.base import Fraction, Frozen
 from schemas.errors import InvalidAnswerError
-from schemas.finding import Finding
+from schemas.finding import Finding, warning
 from schemas.request import LabelledImage, ModelAnswer, ModelCall, ModelRequest
-from schemas.vocabulary import Severity, Stage
+from schemas.vocabulary import Stage
 
 JUDGE = "judge"
 LONGEST_REASON = 400
@@ -59,9 +59,13 @@ def judge(
         why = last.error or "the judge did not answer"
         if last.content is not None:
             why = f"the judge answered {MAX_ASKS} times and no answer fits: {said.refused[-1]}"
-        return Judgement(None, said.calls, (_warning("not_judged", f"no judge's score: {why}"),))
+        return Judgement(None, said.calls, (warning(Stage.ALIGN, "not_judged", f"no judge's score: {why}"),))
     unseen = last.without_images
-    blind = () if unseen is None else (_warning("judged_without_views", f"the judge saw no pictures: {unseen}"),)
+    blind = (
+        ()
+        if unseen is None
+        else (warning(Stage.ALIGN, "judged_without_views", f"the judge saw no pictures: {unseen}"),)
+    )
     return Judgement(_score(said.value), said.calls, blind)
 
 
@@ -123,7 +127,3 @@ def _score(answer: JudgeAnswer) -> Score:
 def _short(text: str) -> str:
     plain = " ".join(text.split())
     return plain if len(plain) <= LONGEST_REASON else plain[: LONGEST_REASON - 1] + "…"
-
-
-def _warning(code: str, message: str) -> Finding:
-    return Finding(stage=Stage.ALIGN, severity=Severity.WARNING, code=code, message=message)

@@ -4,14 +4,13 @@ import contextlib
 import functools
 import hashlib
 import json
-import os
-import tempfile
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 from pydantic import ValidationError
 
+from asset2sim.storage.regular_files import write_whole
 from schemas.model_names import is_prior
 from schemas.request import AnswerOrigin, LabelledImage, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
@@ -95,16 +94,7 @@ def read_answer(folder: Path, key: str) -> StoredAnswer | None:
 def store_answer(folder: Path, key: str, answer: StoredAnswer) -> None:
     """Store an answer atomically: a concurrent reader sees the whole file or none. Disk errors are ignored."""
     with contextlib.suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=folder, prefix=".", suffix=".tmp")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
-                file.write(answer.model_dump_json())
-            os.replace(name, folder / answer_file(key))
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(name)
-            raise
+        write_whole(folder / answer_file(key), answer.model_dump_json().encode("utf-8", "replace"))
 
 
 def _images(images: tuple[LabelledImage, ...]) -> list[list[str]]:

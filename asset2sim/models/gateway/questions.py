@@ -3,12 +3,11 @@
 import contextlib
 import hashlib
 import json
-import os
-import tempfile
 from pathlib import Path
 
 from pydantic import ValidationError
 
+from asset2sim.storage.regular_files import write_whole
 from schemas.base import Frozen
 from schemas.request import ModelRequest
 
@@ -49,10 +48,9 @@ def keep_question(folder: Path, prompt_hash: str, request: ModelRequest) -> None
     if before is not None and len(before.turns) >= len(turns) and before.images == labels:
         return
     with contextlib.suppress(OSError):
-        folder.mkdir(parents=True, exist_ok=True)
         if not (folder / f"{system}.txt").is_file():
-            _write(folder / f"{system}.txt", request.system)
-        _write(folder / f"{prompt_hash}.json", json.dumps(asked.model_dump()))
+            write_whole(folder / f"{system}.txt", request.system.encode("utf-8", "replace"))
+        write_whole(folder / f"{prompt_hash}.json", json.dumps(asked.model_dump()).encode())
 
 
 def read_question(folder: Path, prompt_hash: str) -> Question | None:
@@ -61,10 +59,3 @@ def read_question(folder: Path, prompt_hash: str) -> Question | None:
         return Question.model_validate_json((folder / f"{prompt_hash}.json").read_bytes())
     except (OSError, ValidationError):
         return None
-
-
-def _write(path: Path, text: str) -> None:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".tmp")
-    with os.fdopen(handle, "w", encoding="utf-8", errors="replace") as file:
-        file.write(text)
-    os.replace(name, path)

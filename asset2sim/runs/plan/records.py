@@ -4,13 +4,12 @@ run leaves to the next."""
 import contextlib
 import json
 import logging
-import os
-import uuid
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
+from asset2sim.storage.regular_files import write_whole
 from schemas.asset import AssetRecord
 from schemas.base import Frozen
 from schemas.request import ModelCall
@@ -57,18 +56,9 @@ def record_file(out: Path, content_hash: str) -> Path:
 
 def write_record(out: Path, kept: KeptRecord) -> None:
     """Write the record's file atomically. Raises OSError, and leaves no file, where it cannot be written."""
-    file = record_file(out, kept.record.content_hash)
-    # Two workers may have the same asset where the scheduler took one for lost.
-    part = file.with_suffix(f".{uuid.uuid4().hex[:8]}.part")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        # Python's own JSON keeps the infinite numbers of what exploded.
-        part.write_text(json.dumps(kept.model_dump(mode="json")), encoding="utf-8", errors="surrogatepass")
-        os.replace(part, file)
-    except OSError:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
-        raise
+    # Python's own JSON keeps the infinite numbers of what exploded.
+    text = json.dumps(kept.model_dump(mode="json"))
+    write_whole(record_file(out, kept.record.content_hash), text.encode("utf-8", "surrogatepass"))
 
 
 def keep_record(out: Path, kept: KeptRecord) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from asset2sim.storage.objects import copy_objects, digest_of, list_objects, remove_objects
 from schemas.asset import AssetRecord
-from schemas.finding import Finding
-from schemas.vocabulary import Severity, Stage, Status
+from schemas.finding import remark
+from schemas.vocabulary import Stage, Status
 
 FOLDER = "set_aside"
 """Under the output folder: the last refinement of each asset that has failed since."""
@@ -56,7 +56,7 @@ def with_finding(record: AssetRecord) -> AssetRecord:
     """The failed record with the finding that says where its asset's earlier refinement is."""
     asset_id = record.ref.asset_id
     message = f"asset {asset_id}: this run failed, and what an earlier one refined is in {FOLDER}/{asset_id} now"
-    finding = Finding(stage=Stage.PUBLISH, severity=Severity.INFO, code=CODE, message=message)
+    finding = remark(Stage.PUBLISH, CODE, message)
     return record.model_copy(update={"findings": (*record.findings, finding)})
 
 

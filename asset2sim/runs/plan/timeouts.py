@@ -11,10 +11,10 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.stored_tables import RecordedResult, stored_columns
 from schemas.asset import AssetRecord
-from schemas.finding import Finding
+from schemas.finding import warning
 from schemas.settings import RunSettings, Settings
 from schemas.tables import TABLES
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode, Stage
 
 LEFT_ALONE = "left_alone"
 """Code of the finding on an asset that took too long once too often; its value is the time limit, s."""
@@ -76,13 +76,8 @@ def with_left_alone(record: AssetRecord, before: int, run: RunSettings) -> Asset
         f"it took too long in {before + 1} runs in a row, and is left alone until it, the code, the settings or a "
         "longer --asset-timeout change that; --retry-failed tries it all the same"
     )
-    finding = Finding(
-        stage=Stage.REFINE,
-        severity=Severity.WARNING,
-        code=LEFT_ALONE,
-        message=f"asset {record.ref.asset_id}: {told}",
-        value=run.asset_time_limit_s,
-    )
+    said = f"asset {record.ref.asset_id}: {told}"
+    finding = warning(Stage.REFINE, LEFT_ALONE, said, value=run.asset_time_limit_s)
     reason = f"{record.reason}; {told}"
     return record.model_copy(update={"reason": reason, "findings": (*record.findings, finding)})
 
