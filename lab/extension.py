@@ -1,7 +1,7 @@
 """Extension of the laboratory to ``asset2sim``: its commands, tables, check, model and methods."""
 
 from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
-from schemas.declared import METHOD, Command, Extension, FurtherCheck, LocalModel
+from schemas.declared import METHOD, TOOLS, Command, Extension, FurtherCheck, LocalModel
 
 COMMANDS = (
     Command(
@@ -49,4 +49,9 @@ EXTENSION = Extension(
     models=(SIMULATED,),
     tables="lab.schemas.tables_judged:JUDGED",
     declares={METHOD: ("lab.methods",)},
+    offline={
+        "direct": "lab.methods.final_numbers:final_overlay",
+        "ivw": "lab.methods.final_numbers:with_sigmas",
+        TOOLS: "lab.methods.agent.offline:next_turn",
+    },
 )

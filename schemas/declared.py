@@ -85,6 +85,14 @@ class Extension:
     """Name → ``schemas.table.Table`` of tables beside the catalog: a folder ``NAME`` of Parquet files in an output."""
     declares: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """``CHECK``, ``ENGINE`` or ``METHOD`` → modules that declare one, or packages of such modules."""
+    offline: Mapping[str, str] = field(default_factory=dict)
+    """Purpose of a method's question → function that makes the offline model's answer of an ``ObjectInfo`` and the
+    overlay that the tables give; ``TOOLS`` → that of messages, which have tools, and a function from a question to an
+    overlay as JSON, to the text and the tool calls of the next message."""
+
+
+TOOLS = "tools"
+"""In ``Extension.offline``: conversations with tools, whatever their purpose."""
 
 
 @functools.cache

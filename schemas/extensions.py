@@ -57,6 +57,11 @@ def local_models() -> dict[str, LocalModel]:
     return {model.name: model for item in extensions() for model in item.models}
 
 
+def offline_answers() -> dict[str, str]:
+    """Purpose → function by which the offline model answers it, where an extension has the method that asks."""
+    return {purpose: function for item in extensions() for purpose, function in item.offline.items()}
+
+
 def missing(name: str) -> str:
     """A sentence that says which distribution has the name, where it is known to be in one; else empty."""
     owner = next((owner for owner, names in KNOWN.items() if name.partition("@")[0] in names), None)

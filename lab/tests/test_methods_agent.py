@@ -12,8 +12,8 @@ from asset2sim.intake.origin import extract
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
-from asset2sim.models.prior.agent import next_turn
 from lab.methods.agent.conversation import bounded
+from lab.methods.agent.offline import next_turn
 from lab.methods.agent.run import run_agent
 from lab.methods.agent.specs import MAX_ANSWER_CALLS, MAX_SAME, MAX_TALK_CHARS
 from schemas.asset import AssetRef

@@ -4,6 +4,7 @@ import contextlib
 import functools
 import hashlib
 import json
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -11,6 +12,7 @@ from urllib.parse import urlsplit
 from pydantic import ValidationError
 
 from asset2sim.storage.regular_files import write_whole
+from schemas.extensions import offline_answers
 from schemas.model_names import is_prior
 from schemas.request import AnswerOrigin, LabelledImage, ModelRequest, ToolCall
 from schemas.settings import ModelSettings
@@ -71,6 +73,8 @@ def tables_digest() -> str:
             if source.suffix in (".py", ".csv"):
                 digest.update(source.read_bytes())
     digest.update((root / "schemas" / "guidance.py").read_bytes())
+    for module in sorted({function.partition(":")[0] for function in offline_answers().values()}):
+        digest.update(Path(str(import_module(module).__file__)).read_bytes())
     return digest.hexdigest()
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import io
+from collections.abc import Mapping
 from typing import Any
 
 from PIL import Image
@@ -64,6 +65,14 @@ def _tool_call(call: ToolCall) -> dict[str, Any]:
 
 def _user_content(text: str, images: tuple[LabelledImage, ...]) -> str | list[dict[str, Any]]:
     return [{"type": "text", "text": text}, *image_parts(images)] if images else text
+
+
+def message_text(message: Mapping[str, Any]) -> str:
+    """A message's text: its content, or its text parts one below the other."""
+    content = message.get("content") or ""
+    if isinstance(content, str):
+        return content
+    return "\n".join(str(part["text"]) for part in content if part.get("type") == "text")
 
 
 def downscaled(request: ModelRequest, side_px: int) -> ModelRequest:

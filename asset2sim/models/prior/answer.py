@@ -16,14 +16,15 @@ from asset2sim.guidance.supports import usual_support
 from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
+from schemas.extensions import named, offline_answers
 from schemas.overlay import Overlay
 
 
 def answer(text: str) -> str:
     """The JSON answer to a prompt: an ``Overlay``, or for purpose "refinement" the keys state_ok, approved and deltas.
 
-    For the purposes "direct" and "ivw" the overlay has final numbers, for "ivw" with their standard deviations. Works
-    from ``text`` alone, never raises, and the same text always gives the same answer. A text without the two blocks is
+    For the purposes of an extension's methods it is what that makes of the overlay (``offline_answers``). Works from
+    ``text`` alone, never raises, and the same text always gives the same answer. A text without the two blocks is
     answered as an object of which nothing is known.
     """
     information, words = read_prompt(text)
@@ -31,11 +32,9 @@ def answer(text: str) -> str:
     if purpose == "refinement":
         return json.dumps(refinement_step(*read_refinement(information)), sort_keys=True)
     info = ObjectInfo.from_json(information)
-    overlay = prior_overlay(info, words)
-    if purpose in ("direct", "ivw"):
-        from asset2sim.models.prior.direct import final_overlay  # rarely wanted, and it loads numerics
-
-        overlay = final_overlay(info, overlay, purpose == "ivw")
+    overlay: Overlay = prior_overlay(info, words)
+    if further := offline_answers().get(str(purpose)):
+        overlay = named(further)(info, overlay)
     return overlay.model_dump_json(exclude_none=True)
 
 

@@ -10,9 +10,11 @@ from litellm import CustomLLM, ModelResponse
 from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
-from asset2sim.models.prior.agent import message_text, next_turn
+from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.local_models import answers_of
+from schemas.declared import TOOLS
 from schemas.errors import UsageError
+from schemas.extensions import named, offline_answers
 from schemas.model_names import PRIOR_PROVIDER
 
 PRIOR_CHARACTERS_PER_TOKEN = 4
@@ -20,9 +22,10 @@ PRIOR_CHARACTERS_PER_TOKEN = 4
 
 
 class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
-    """LiteLLM's interface to the models of this process (``local_models``), and token counts. A request
-    with tools is answered by ``prior.agent``, any other by ``prior.answer`` from the last user message that describes
-    an object. It depends only on the messages, whether there are tools, and ``seed`` (the number of the sample)."""
+    """LiteLLM's interface to the models of this process (``local_models``), and token counts. A request with tools is
+    answered by the extension that has a method which asks so, any other by ``prior.answer`` from the last user message
+    that describes an object. It depends only on the messages, whether there are tools, and ``seed`` (the number of the
+    sample)."""
 
     def completion(self, *args: Any, **kwargs: Any) -> ModelResponse:
         """One answer; any failure is a 400, because the prior is deterministic and asking again cannot help."""
@@ -56,9 +59,11 @@ def next_answer(
     def proposal(text: str) -> str:
         return answers(text, conversation, sample)
 
-    if not with_tools:
+    turns = offline_answers().get(TOOLS) if with_tools else None
+    if turns is None:
         return proposal(user_text(messages)), []
-    return next_turn(messages, proposal)
+    said: tuple[str | None, list[dict[str, Any]]] = named(turns)(messages, proposal)
+    return said
 
 
 def register() -> None:

@@ -1,6 +1,6 @@
 """The offline model as an agent: the next answer of a conversation with tools, from the conversation's text alone. It
 states its whole estimate, simulates, and where that fails makes the obvious change (more damping, another start). It
-ends once a simulation passes or no change is left, with the best trial. See ``lab.methods.agent``."""
+ends once a simulation passes or no change is left, with the best trial."""
 
 import json
 import math
@@ -10,6 +10,7 @@ from typing import Any
 
 from asset2sim.guidance.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
 from asset2sim.models.answers import REASONED, RULE_FIELDS, STATED
+from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answer
 
 Arguments = Mapping[str, Any]
@@ -215,14 +216,6 @@ def results_of(messages: Sequence[Message]) -> list[Result]:
 def call(index: int, name: str, arguments: str) -> dict[str, Any]:
     """One tool call in OpenAI's form; ``index`` makes its identifier unique in the conversation."""
     return {"id": f"call_{index}", "type": "function", "function": {"name": name, "arguments": arguments}}
-
-
-def message_text(message: Message) -> str:
-    """A message's text: its content, or its text parts one below the other."""
-    content = message.get("content") or ""
-    if isinstance(content, str):
-        return content
-    return "\n".join(str(part["text"]) for part in content if part.get("type") == "text")
 
 
 def _absolute(part: object) -> object:

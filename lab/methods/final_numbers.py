@@ -1,5 +1,5 @@
-"""The prior's answer for methods that use a model's numbers unchanged: masses, inertias and joint terms. From the same
-tables as its other answers, with the paper's absolute ranges in place of times and frequencies."""
+"""The offline model's answer for methods that use a model's numbers unchanged: masses, inertias and joint terms. From
+the same tables as its other answers, with the paper's absolute ranges in place of times and frequencies."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ ANY_RANGE = 1.0
 """Range assumed for a joint without one, rad."""
 
 
-def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool) -> Overlay:
+def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool = False) -> Overlay:
     """The prior's overlay ``felt`` in final numbers, for every link, also one without a shape. Masses are as built,
     inertias those of boxes, joint triplets absolute. ``with_sigmas`` adds the standard deviation of every number that
     is not zero: constant relative ones, since a table does not know where it errs."""
@@ -44,6 +44,11 @@ def final_overlay(info: ObjectInfo, felt: Overlay, with_sigmas: bool) -> Overlay
         }
     )
     return proposal.model_copy(update={"sigmas": sigmas_of(info, proposal)}) if with_sigmas else proposal
+
+
+def with_sigmas(info: ObjectInfo, felt: Overlay) -> Overlay:
+    """``final_overlay`` with standard deviations."""
+    return final_overlay(info, felt, True)
 
 
 def final_link(link: LinkInfo, felt: LinkProposal | None, scale: float) -> LinkProposal:
