@@ -221,8 +221,7 @@ def serve(request: RefineRequest) -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
     from flows.serve_pages import run_programs
     from flows.server.night_secrets import remove_old_secrets, secrets_kept
-    from flows.server.server import temporary_server
-    from flows.server.serving import STOP_LIMIT_S, serving
+    from flows.server.server import STOP_LIMIT_S, serving, temporary_server
 
     if request.now:
         return _night_now(request)
@@ -240,8 +239,7 @@ def serve(request: RefineRequest) -> int:
 
 
 def _night_now(request: RefineRequest) -> int:
-    from flows.server.server import temporary_server
-    from flows.server.serving import find_serving
+    from flows.server.server import find_serving, temporary_server
 
     found = find_serving(request.out)
     if found is not None:

@@ -16,7 +16,7 @@ from asset2sim.runs.request import bounded_by_memory
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.storage.objects import working_folder
 from flows import PIPELINE
-from flows.night_text import complain
+from flows.run_report import complain
 from flows.steps import (
     assemble,
     discover,

@@ -1,7 +1,8 @@
-"""The run's report: HTML under OUT, and a page of the flow run in Prefect."""
+"""The run's report, HTML under OUT and a page of the flow run in Prefect, and the lines that a nightly prints."""
 
+import sys
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from uuid import UUID
 
@@ -10,10 +11,13 @@ from prefect.runtime import flow_run
 
 from asset2sim.catalog.changes import Changes, Previous, find_changes
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.run_page import run_page
-from asset2sim.runs.result import INTERRUPTED
+from asset2sim.catalog.summary import headline, run_page
+from asset2sim.catalog.text import output
+from asset2sim.runs.request import RefineRequest
+from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.client import count_skipped_runs
+from schemas.errors import printable
 from schemas.location import Location
 from schemas.summary import AssetSummary
 
@@ -96,3 +100,48 @@ def skipped_nights(since: datetime) -> str | None:
         return None
     were = "1 night was" if missed == 1 else f"{missed} nights were"
     return f"{were} left out, since this run was at work when the time came"
+
+
+def print_served(request: RefineRequest, schedule: str, following: datetime | None, commands: list[str]) -> None:
+    """Print what is served and when, and how to have a night at once."""
+    console = output()
+    lines = [f"nightly: {request.data!s} into {request.out!s}, on {schedule}"]
+    if request.settings_file is not None:
+        lines.append(f"settings: {request.settings_file}, read when a night begins")
+    lines.append(f"next run: {moment(following)}")
+    for line in [*lines, "a night at once, from another terminal:", *(f"  {command}" for command in commands)]:
+        console.print(line, soft_wrap=True)
+    sys.stdout.flush()
+
+
+def moment(following: datetime | None, now: datetime | None = None) -> str:
+    """A coming moment, and how far off it is; None: no run is planned."""
+    if following is None:
+        return "none is planned: does the Prefect server run its scheduler?"
+    minutes = max(0, round((following - (now or datetime.now(UTC))).total_seconds() / 60.0))
+    return f"{following.astimezone(UTC):%Y-%m-%d %H:%M} UTC, in {minutes // 60} h {minutes % 60:02d} min"
+
+
+def night_line(result: RunResult) -> str:
+    """A night in one line: how it went and where its report is."""
+    line = f"{len(result.records)} assets"
+    if result.changes:
+        line = headline(result.records, result.changes, result.unchanged)
+    report = f"report: {result.shown_report}" if result.report else None
+    return " · ".join(part for part in (result.stopped, line, report) if part is not None)
+
+
+def print_night(result: RunResult) -> None:
+    """Print a night that came to a result, and its warnings."""
+    for line in (night_line(result), *result.removed):
+        sys.stdout.write(f"run {result.run.run_id}: {line}\n")
+    sys.stdout.flush()
+    for warning in result.warnings:
+        complain(warning)
+
+
+def complain(message: str) -> None:
+    """Print one line on standard error."""
+    sys.stdout.flush()
+    sys.stderr.write(f"asset2sim: {printable(' '.join(message.split()))}\n")
+    sys.stderr.flush()

@@ -35,8 +35,16 @@ def print_failures(
 ) -> None:
     """Print the failures in ``out``: the latest of each asset, all since a time, each ``reviewed`` or not, or two runs
     compared."""
-    from asset2sim.catalog.failures import compare_runs, failures_by, find_run, render_comparison, render_failures_by
-    from asset2sim.catalog.reviews import render_reviewed, reviewed_failures, unreviewed_line
+    from asset2sim.catalog.failures import (
+        compare_runs,
+        failures_by,
+        find_run,
+        render_comparison,
+        render_failures_by,
+        render_reviewed,
+        reviewed_failures,
+        unreviewed_line,
+    )
 
     if reviewed:
         output().print(render_reviewed(reviewed_failures(out)))

@@ -9,12 +9,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.catalog import merge, parts
+from asset2sim.catalog import parts
 from asset2sim.catalog.enforce import CatalogError
-from asset2sim.catalog.merge import ascends, merged, whole_assets
-from asset2sim.catalog.parts import FOLDER, Parts, open_parts
+from asset2sim.catalog.parts import FOLDER, Parts, merged, open_parts, whole_assets
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.stored_tables import ascends
 from asset2sim.catalog.write import write_parts, write_run
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.spread.harvest import Harvest, take
@@ -58,7 +58,7 @@ def make_tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parts, "PART_ROWS", 60)
     monkeypatch.setattr(parts, "BATCH_ROWS", 7)
     monkeypatch.setattr(parts, "MOST_OPEN", 2)
-    monkeypatch.setattr(merge, "ROW_GROUP", 20)
+    monkeypatch.setattr(parts, "ROW_GROUP", 20)
 
 
 @pytest.fixture
@@ -235,7 +235,7 @@ def test_a_night_takes_hardly_more_memory_for_four_times_the_assets(
     monkeypatch.setattr(parts, "PART_ROWS", 2_000)
     monkeypatch.setattr(parts, "BATCH_ROWS", 100)
     monkeypatch.setattr(parts, "MOST_OPEN", 4)
-    monkeypatch.setattr(merge, "ROW_GROUP", 2_000)
+    monkeypatch.setattr(parts, "ROW_GROUP", 2_000)
     few, many = 30, 120
     peaks(tmp_path / "warm", 5)
     small, large = peaks(tmp_path / "few", few), peaks(tmp_path / "many", many)

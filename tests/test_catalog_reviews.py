@@ -6,10 +6,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from asset2sim.catalog.failures import Review, reviewed_failures
 from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.reviews import Review, reviewed_failures
 from asset2sim.catalog.write import write_run
 from asset2sim.viewer.walk import Show, chosen, reviews_of, stops_of
 from schemas.errors import UsageError

@@ -10,8 +10,8 @@ import pytest
 from asset2sim.catalog.changes import Previous, change_figures, find_changes, read_previous
 from asset2sim.catalog.failures import find_run
 from asset2sim.catalog.run import MARK, RunRow, remove_run_marker, selection_of, write_run_marker
-from asset2sim.catalog.run_page import MAX_LISTED, escape, headline, run_page
 from asset2sim.catalog.summarize import summarize_all
+from asset2sim.catalog.summary import MAX_LISTED, escape, headline, run_page
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, Unchanged
 from schemas.settings import ModelSettings, Settings

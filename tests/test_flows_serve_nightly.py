@@ -28,7 +28,7 @@ from asset2sim.runs.request import RefineRequest
 from asset2sim.storage.lock import lock_output
 from flows.serve_nightly import run_deployed_night, run_night_here
 from flows.server.client import find_deployment, wait_for
-from flows.server.serving import deployment_name
+from flows.server.server import deployment_name
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from tests.assets import RAW, ROOT

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from flows.night_text import moment
-from flows.server.serving import Serving, deployment_name, find_serving, serving
+from flows.run_report import moment
+from flows.server.server import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
 from tests.assets import RAW
 from tests.nightlies import LIMIT_S, make_nightly, served

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 import yaml
 
+from asset2sim.catalog.failures import Review
 from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.reviews import Review
 from asset2sim.catalog.write import write_run
 from schemas.tables import PUBLISHED, REVIEWS
 from schemas.vocabulary import FailureMode

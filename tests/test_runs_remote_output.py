@@ -19,7 +19,7 @@ from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.spread import worker
-from asset2sim.storage import listing
+from asset2sim.storage import tree
 from asset2sim.storage.lock import LostLockError
 from asset2sim.storage.objects import working_folder
 from flows.dry_run import print_dry_run
@@ -40,7 +40,7 @@ from tests.remote_runs import brief, in_this_process, night
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """The pipeline in this process, and no listing of a test before."""
     in_this_process(monkeypatch)
-    listing._kept.clear()
+    tree._kept.clear()
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_the_tables_are_those_of_a_folder(
     # Unchanged from this machine and from another, where nothing but tables and notes is asked for.
     assert done(night(f"{store.url}/data", out)) == ""
     another_machine(monkeypatch, tmp_path)
-    listing._kept.clear()
+    tree._kept.clear()
     asked = store.asked("GET", lambda: night(f"{store.url}/data", out))
     assert done(night(data, out)) == "abcd", "other files, as far as anybody can tell"
     assert not [name for name in asked if name.startswith(("out/assets/", "data/a/", "data/b/"))]
@@ -119,7 +119,7 @@ def test_what_left_the_dataset_leaves_the_tables(store: Store, data: Path) -> No
     manifest(data, dict.fromkeys("abc", ""))
     store.files.pipe_file(f"{url}/manifest.csv", (data / "manifest.csv").read_bytes())
     store.files.pipe_file(f"{url}/b/mobility.urdf", b"<robot name='changed'/>")
-    listing._kept.clear()
+    tree._kept.clear()
     assert done(night(url, out)) == "b"
     assert read_table(out, "assets")["asset_id"].tolist() == ["a", "b", "c"]
     assert len(read_table(out, "asset_history")) == 7
@@ -246,7 +246,7 @@ def test_a_run_that_is_killed_anywhere_is_finished_by_another_machine(
     taken_up = []
     for requests in (first("assets/b"), first("history/"), among_tables, last_table + 1, last_table + 2):
         out = f"{store.url}/out-{requests}"
-        listing._kept.clear()
+        tree._kept.clear()
         store.requests.clear()
         child = os.fork()
         if child == 0:

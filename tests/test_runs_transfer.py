@@ -15,7 +15,7 @@ from asset2sim.runs.plan.state import open_state
 from asset2sim.runs.remote.output import open_output
 from asset2sim.runs.remote.transfer import fetched, run_with_local_files, with_local_packages
 from asset2sim.runs.request import RefineRequest
-from asset2sim.storage import listing
+from asset2sim.storage import tree
 from asset2sim.storage.objects import data_root, working_folder
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
@@ -32,7 +32,7 @@ OUTER = '<robot name="a"><mesh filename="package://kit/shared/part.obj"/><mesh f
 
 @pytest.fixture(autouse=True)
 def nothing_listed(store: Store) -> None:
-    listing._kept.clear()
+    tree._kept.clear()
 
 
 def with_outer(folder: Path) -> Path:
@@ -136,7 +136,7 @@ def test_contents_are_hashed_from_listings_alone(store: Store, tmp_path: Path) -
     by_id: dict[str, str] = {}
 
     def hashes() -> dict[str, str]:
-        listing._kept.clear()
+        tree._kept.clear()
         with open_state(tmp_path / "out") as state:
             found = asset_files_hashes(state, refs)
         by_id.update({ref.asset_id: found[ref.path] for ref in refs})
@@ -155,7 +155,7 @@ def test_contents_are_hashed_from_listings_alone(store: Store, tmp_path: Path) -
         after = hashes()
         assert "".join(name for name in "abcd" if after[name] != before[name]) == moved, change
     # The hash is of what is there, not of where or of how it was looked at.
-    listing._kept.clear()
+    tree._kept.clear()
     with open_state(tmp_path / "other") as state:
         alone = asset_files_hashes(state, refs[:1])
     assert alone == {refs[0].path: by_id["a"]}
@@ -198,7 +198,7 @@ def test_what_lies_outside_a_dataset_in_its_bucket_is_not_fetched(store: Store, 
     assert (asset.root, whole.root) == (f"{url}/a", url)
 
     def hashes(ref: AssetRef, inputs: InputSettings) -> str:
-        listing._kept.clear()
+        tree._kept.clear()
         with open_state(tmp_path / "out") as state:
             return asset_files_hashes(state, [ref], inputs)[ref.path]
 

@@ -16,7 +16,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, check_key, conform
-from asset2sim.catalog.merge import ROW_GROUP
+from asset2sim.catalog.parts import ROW_GROUP
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_run_ids, table_path
 from asset2sim.catalog.switch import replace_file, replace_folder, sync

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from asset2sim.catalog.changes import AssetChange, Changes, change_figures
 from asset2sim.catalog.history import newest_runs
-from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.mlflow_store import open_mlflow
-from asset2sim.catalog.parts import Parts
+from asset2sim.catalog.parts import Parts, merged, write_merged
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.run_figures import all_asset_figures, failure_counts, run_figures
 from asset2sim.catalog.switch import find_catalog

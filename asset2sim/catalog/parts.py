@@ -1,9 +1,10 @@
-"""Rows of a run's finished assets, which go into files below OUT as the assets come in. The files are scratch: what a
-killed run had finished is in its record files (``runs.plan.records``), from which the next run makes the rows anew."""
+"""Rows of a run's finished assets, which go into files below OUT as the assets come in, and sorted tables merged as
+streams, a few thousand rows at a time: memory does not grow with the dataset. The files are scratch: what a killed run
+had finished is in its record files (``runs.plan.records``), from which the next run makes the rows anew."""
 
 import logging
 import shutil
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import reduce
@@ -12,16 +13,68 @@ from typing import TypeAlias
 
 import pyarrow as pa
 import pyarrow.compute as pc
+import pyarrow.parquet as pq
 
-from asset2sim.catalog.enforce import CatalogError, to_arrow
-from asset2sim.catalog.merge import merged
+from asset2sim.catalog.enforce import CatalogError, check_key, to_arrow
 from asset2sim.catalog.rows import asset_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.summarize import summarize
 from schemas.asset import AssetRecord
 from schemas.summary import AssetSummary
-from schemas.table import ASSET_KEY, Row
+from schemas.table import ASSET_KEY, Row, Table
 from schemas.tables import TABLES
+
+ROW_GROUP = 50_000
+"""Rows of a Parquet row group, at least: some 10 MB in memory."""
+
+
+def whole_assets(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
+    """The same rows, in which asset ids ascend, in tables none of which ends in the middle of an asset."""
+    left: pa.Table | None = None
+    for table in tables:
+        rows = table if left is None else pa.concat_tables([left, table])
+        if not rows.num_rows:
+            continue
+        ids = rows["asset_id"]
+        end = pc.index(ids, ids[-1]).as_py()
+        left = rows.slice(end)
+        if end:
+            yield rows.slice(0, end)
+    if left is not None:
+        yield left
+
+
+def merged(sources: Sequence[Iterable[pa.Table]], key: Sequence[str]) -> Iterator[pa.Table]:
+    """The rows of all sources as tables sorted by ``key``, which begins with ``asset_id``; no later table holds an
+    asset of an earlier one. In every source asset ids ascend."""
+    waiting = [whole_assets(source) for source in sources]
+    heads = [next(source, None) for source in waiting]
+    while live := [head for head in heads if head is not None]:
+        last = min(head["asset_id"][-1].as_py() for head in live)
+        taken = []
+        for place, head in enumerate(heads):
+            if head is None:
+                continue
+            count = pc.sum(pc.less_equal(head["asset_id"], last)).as_py()
+            taken.append(head.slice(0, count))
+            heads[place] = head.slice(count) if count < head.num_rows else next(waiting[place], None)
+        yield pa.concat_tables(taken).sort_by([(name, "ascending") for name in key]).combine_chunks()
+
+
+def write_merged(tables: Iterable[pa.Table], table: Table, path: Path) -> None:
+    """Write a Parquet file of these tables, one after the other; each holds all rows of its assets, or of its runs.
+    Raises CatalogError where two rows share a key."""
+    with pq.ParquetWriter(path, table.schema, compression="zstd") as writer:
+        held: list[pa.Table] = []
+        for rows in tables:
+            check_key(table, rows)
+            held.append(rows)
+            if sum(item.num_rows for item in held) >= ROW_GROUP:
+                writer.write_table(pa.concat_tables(held))
+                held = []
+        if held:
+            writer.write_table(pa.concat_tables(held))
+
 
 FOLDER = ".cache/parts"
 """Under the output folder."""

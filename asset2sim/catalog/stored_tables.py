@@ -1,7 +1,7 @@
 """OUT's tables as Arrow, each whole or a few columns of it; what a run needs of the runs before it. The caller holds
 OUT's lock: no other run switches the tables meanwhile."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,6 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import CatalogError, conform
-from asset2sim.catalog.merge import ascends
 from asset2sim.catalog.switch import find_catalog
 from schemas.table import Table
 from schemas.tables import TABLES
@@ -133,3 +132,17 @@ def reading(table: Table, path: Path) -> Iterator[None]:
         raise CatalogError(
             f"table '{table.name}': {path} cannot be read ({' '.join(str(error).split())}); restore it or move it away"
         ) from error
+
+
+def ascends(ids: Iterable[pa.Array]) -> bool:
+    """Whether no value is smaller than the one before it; (n,) string each."""
+    before: pa.Scalar | None = None
+    for part in ids:
+        if not len(part):
+            continue
+        if before is not None and pc.less(part[0], before).as_py():
+            return False
+        if not pc.all(pc.less_equal(part.slice(0, len(part) - 1), part.slice(1))).as_py() and len(part) > 1:
+            return False
+        before = part[-1]
+    return True

@@ -9,9 +9,8 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
 from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
-from asset2sim.catalog.merge import merged, write_merged
 from asset2sim.catalog.own_files import make_own_files
-from asset2sim.catalog.parts import Parts, open_parts
+from asset2sim.catalog.parts import Parts, merged, open_parts, write_merged
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path

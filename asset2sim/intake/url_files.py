@@ -12,8 +12,8 @@ from pathlib import PurePosixPath
 
 from asset2sim.assets.urdf.references import PARENTS_SEARCHED, is_loose, mesh_candidates, outer_references, path_in
 from asset2sim.intake.locate import candidates, split_url
-from asset2sim.storage.listing import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
 from asset2sim.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
+from asset2sim.storage.tree import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
 from schemas.asset import AssetRef
 from schemas.inputs import InputSettings
 from schemas.location import Location

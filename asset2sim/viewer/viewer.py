@@ -8,8 +8,8 @@ from pathlib import Path
 
 import viser
 
+from asset2sim.catalog.failures import Review
 from asset2sim.catalog.own_files import OwnFile
-from asset2sim.catalog.reviews import Review
 from asset2sim.physics.arrays import Array
 from asset2sim.viewer.live import LivePage, step_for
 from asset2sim.viewer.live_object import LiveObject

@@ -27,7 +27,7 @@ from prefect.logging.handlers import APILogWorker
 from prefect.settings import PREFECT_API_URL, temporary_settings
 from prefect.states import Crashed, Scheduled
 
-from flows.server.serving import FLOW
+from flows.server.server import FLOW
 from schemas.errors import Asset2SimError
 
 SCHEDULE_LIMIT_S = 60.0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from asset2sim.runs.request import RefineRequest, merged
-from flows.server.serving import FOLDER, deployment_name, prefect_home
+from flows.server.server import FOLDER, deployment_name, prefect_home
 from schemas.errors import UsageError
 from schemas.secret import WHOLE
 from schemas.settings import Settings

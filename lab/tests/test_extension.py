@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from asset2sim.baselines.declared_method import known_methods
-from asset2sim.models.prior.local_models import answers_of
+from asset2sim.models.prior.answer import answers_of
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import parse
 from asset2sim.runs.plan.content_hash import extension_sources, module_files, source_version

@@ -5,7 +5,7 @@ from urllib.parse import urlsplit
 from asset2sim.models.gateway.prices import price_of
 from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
-from asset2sim.models.prior.local_models import answers_of
+from asset2sim.models.prior.answer import answers_of
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import HOUSEHOLD, RECORDED_FORM, is_prior, is_recorded, named_models, settings_for
 from schemas.settings import ModelSettings

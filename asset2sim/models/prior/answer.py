@@ -1,10 +1,12 @@
-"""The offline model's answer to a prompt, from the prompt's text alone, which is what any model gets.
+"""The models of this process by name: the offline one, whose answer to a prompt is from the prompt's text alone, which
+is what any model gets, and those that extensions add.
 
 So it reads the user's sentence itself, once an answer, with the tables and rules of ``asset2sim.guidance``: its reading
 is a model's, and the record that our rules were given is not known to it.
 """
 
 import json
+from collections.abc import Callable
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
@@ -16,7 +18,9 @@ from asset2sim.guidance.supports import usual_support
 from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
-from schemas.extensions import named, offline_answers
+from schemas.errors import UnknownChoiceError, UsageError
+from schemas.extensions import local_models, missing, named, offline_answers
+from schemas.model_names import HOUSEHOLD
 from schemas.overlay import Overlay
 
 
@@ -59,3 +63,25 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
         asked=(*(("scale",) if scale.asked else ()), *positions),
         notes=(category_note, scale.note, *state_notes, *mass_notes, *feel_notes),
     )
+
+
+Answers = Callable[[str, str, int], str]
+"""Question with an object's facts, all that was said, number of the sample → the answer's text."""
+
+
+def answers_of(model: str) -> Answers:
+    """The answers of the model of that name. Raises UsageError for a name that no model of this process has."""
+    found = local_models()
+    if model == HOUSEHOLD:
+        return lambda text, conversation, sample: answer(text)
+    kind = found.get(model.partition("@")[0])
+    if kind is not None:
+        answers: Answers = named(kind.answers)(model)
+        return answers
+    needed = missing(model)
+    raise UsageError(needed) if needed else UnknownChoiceError("model", model, local_forms())
+
+
+def local_forms() -> tuple[str, ...]:
+    """How the names of the models of this process are written."""
+    return HOUSEHOLD, *(model.form for model in local_models().values())

@@ -11,7 +11,7 @@ from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
 from asset2sim.models.gateway.chat_messages import message_text
-from asset2sim.models.prior.local_models import answers_of
+from asset2sim.models.prior.answer import answers_of
 from schemas.declared import TOOLS
 from schemas.errors import UsageError
 from schemas.extensions import named, offline_answers
