@@ -9,8 +9,7 @@ from asset2sim.checks.alignment.vision_judge import Judgement, judge
 from asset2sim.render import render_views
 from schemas.asset import AssetRecord
 from schemas.errors import AssetError
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

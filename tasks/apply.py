@@ -10,8 +10,7 @@ from asset2sim.refinement.refine import RefinementJob, ShapedFolder, shape_folde
 from schemas.authored import wanted
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.vocabulary import CollisionMode, Keep, Quantity
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,9 +18,8 @@ from schemas.settings import Settings
 from schemas.verdict import Verdict
 from schemas.vocabulary import Source, Stage
 from tasks.extract import extract_asset
-from tasks.job import AssetJob
 from tasks.measure import measure_written
-from tasks.progress import Progress, StageResult
+from tasks.progress import AssetJob, Progress, StageResult
 from tasks.validate import Validated
 
 STATE_READ = "refined_state"

@@ -18,8 +18,7 @@ from schemas.finding import Finding
 from schemas.guidance import Guidance
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import FailureMode, UpAxis
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,7 @@ from schemas.errors import AssetError
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.verdict import Verdict
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,9 +21,8 @@ from tasks import synthesize
 from tasks.align import align_asset
 from tasks.apply import apply_overlay
 from tasks.extract import extract_asset, guidance_of
-from tasks.job import AssetJob
 from tasks.measure import measure_written
-from tasks.progress import Progress
+from tasks.progress import AssetJob, Progress
 from tasks.publish import publish_folder
 from tasks.refine import Refined, refine_written
 from tasks.validate import validate_overlay

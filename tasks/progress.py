@@ -1,26 +1,29 @@
-"""Run the stages of one asset: their wall and processor time, and what each leaves behind for the asset's record."""
+"""One asset's job, and its run through the stages: wall and processor time, and what each leaves for its record."""
 
 import os
 import traceback
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
+from asset2sim.baselines.declared_method import known_methods
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.alignment import Alignment, Expected
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError, is_disk_full, shortened
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
-from schemas.guidance import Guidance
+from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.interaction import EngineReport, OverlapPair
+from schemas.model_names import is_prior
 from schemas.overlay import PhysicsOverlay
-from schemas.request import ModelCall
+from schemas.request import ModelAsk, ModelCall
 from schemas.settings import Settings
 from schemas.verdict import Verdict
-from schemas.vocabulary import FailureMode, Severity, Stage, Status
+from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,3 +169,21 @@ class Progress:
             processor_s=dict(self.processor_s),
             written=self.written,
         )
+
+
+@dataclass(frozen=True)
+class AssetJob:
+    """One asset, the output folder, the run's settings, the one way to ask a model, and, once the asset is extracted,
+    what its prompt asks of it."""
+
+    ref: AssetRef
+    out: Path
+    settings: Settings
+    ask: ModelAsk
+    guidance: Guidance = NOTHING_ASKED
+
+    @property
+    def source(self) -> Source:
+        """Source of the numbers that the method proposes: an expert, a rule, a prior or a model."""
+        stated = known_methods()[self.settings.method].source
+        return stated or (Source.PRIOR if is_prior(self.settings.model.model) else Source.MODEL)

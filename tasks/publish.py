@@ -19,8 +19,7 @@ from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import BaseMode, Stage, StateMode
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 SAME_PHI_M = 1e-4
 """Largest difference of Φ between a state and the baked URDF that counts as rounding, m."""

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from asset2sim.refinement.refine import refine
 from schemas.overlay import PhysicsOverlay
 from tasks.apply import Applied
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

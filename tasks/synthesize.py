@@ -9,8 +9,7 @@ from asset2sim.validation.overrides import check_overrides, overridden, prompt_f
 from schemas.finding import warning
 from schemas.overlay import Overlay
 from schemas.vocabulary import Method, Stage
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,8 +13,7 @@ from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.support import Support
 from schemas.vocabulary import UpAxis
 from tasks.extract import lying
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,7 +29,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Export
 from tasks.apply import apply_overlay
 from tasks.extract import extract_asset
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, RAW, SHARED, prior, sample
 from tests.builders import ORIGIN, UrdfLink, mesh

@@ -16,8 +16,8 @@ from schemas.overlay import JointPhysics, LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source
 from tasks.apply import apply_overlay
-from tasks.job import AssetJob
 from tasks.measure import Measured, measure_written
+from tasks.progress import AssetJob
 from tests.assets import box_obj, cabinet, joint, link, mesh, near, prior, read, robot, shape, written
 from tests.methods_runs import settings_of
 

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 from mlflow import MlflowClient
-from PIL import Image
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.mlflow_log import EXPERIMENT, draw_failures, log_run, remove_old_artifacts, run_params
+from asset2sim.catalog.mlflow_log import EXPERIMENT, log_run, remove_old_artifacts, run_params
 from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
 from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.run import RunRow, start_run
@@ -90,7 +89,7 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     }
     # Nothing is expected of these assets, and a table without rows is not logged.
     tables = {f"changed/{item.file}" for item in TABLES.values() if item.per_asset and item.name != "expectations"}
-    assert artifacts == tables | {"changed", "failed.json", "failure_modes.png", "summary.json"}
+    assert artifacts == tables | {"changed", "failed.json", "summary.json"}
     assert (tmp_path / "mlartifacts").is_dir()
 
 
@@ -123,7 +122,7 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
     assert [row[0] for row in table["data"]] == ["bad3", "bad0"]  # what is new comes first
     assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
     artifacts = {file.path for file in client.list_artifacts(parent.info.run_id)}
-    assert artifacts == {"failed.json", "failure_modes.png", "summary.json", "changed"}
+    assert artifacts == {"failed.json", "summary.json", "changed"}
     assert not client.list_artifacts(parent.info.run_id, "changed"), "rows for which there is no room"
 
 
@@ -143,20 +142,13 @@ def test_the_file_is_made_beside_the_work_and_no_run_is_lost(tmp_path: Path, mon
     assert experiment is not None
     (logged,) = client.search_runs([experiment.experiment_id])
     assert logged.info.run_name == run.run_id and not list(tmp_path.glob(f"{PART}*"))
-    assert [file.path for file in client.list_artifacts(logged.info.run_id)] == ["summary.json"], "a chart of nothing"
+    assert [file.path for file in client.list_artifacts(logged.info.run_id)] == ["summary.json"]
 
 
 def test_params_are_flat_bounded_and_hold_no_password() -> None:
     params = run_params(Settings(model=ModelSettings(model="x" * 9000, api_base="http://me:secret@host")))
     assert len(params["model.model"]) == 500 and params["model.api_base"] == "http://host"
     assert params["thresholds.drift_m"] == "0.001" and all(isinstance(value, str) for value in params.values())
-
-
-def test_the_chart_is_a_picture(tmp_path: Path, records: list[AssetRecord]) -> None:
-    draw_failures(summarize_all(records), tmp_path / "chart.png", "How the assets ended")
-    with Image.open(tmp_path / "chart.png") as picture:
-        assert picture.format == "PNG" and min(picture.size) > 400
-        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 10
 
 
 def test_artifacts_of_old_runs_are_removed_and_their_figures_and_the_newest_stay(

@@ -24,7 +24,7 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Source
 from tasks.align import Aligned, align_asset
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tests.factories import (
     guidance_of,
     held,

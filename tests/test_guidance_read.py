@@ -11,7 +11,7 @@ from schemas.asset import AssetRef
 from schemas.guidance import NOTHING_ASKED
 from schemas.settings import Settings
 from tasks.extract import extract_asset
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tasks.synthesize import check_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, cabinet, saying, written

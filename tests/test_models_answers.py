@@ -18,8 +18,8 @@ from asset2sim.models.answers import (
     parse_refinement,
     strict_fit,
 )
+from asset2sim.models.ask_overlay import model_findings
 from asset2sim.models.lenient_json import MAX_CHARACTERS, parse_json
-from asset2sim.models.model_findings import model_findings
 from schemas.errors import InvalidAnswerError
 from schemas.overlay import Overlay
 from schemas.vocabulary import Severity

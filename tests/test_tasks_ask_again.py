@@ -28,7 +28,7 @@ from schemas.model_names import settings_for
 from schemas.overlay import PhysicsOverlay
 from schemas.request import LabelledImage
 from schemas.settings import DoubtSettings, ModelSettings, Settings, ViewSettings
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import SHARED

@@ -16,7 +16,7 @@ from schemas.settings import Settings
 from schemas.support import Support, SupportKind
 from schemas.vocabulary import Method, Source
 from tasks.check import compare_with_checksums, overlay_as_it_is
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, read, robot, written
 from tests.test_flows_command import never, never_serve
 

@@ -13,7 +13,7 @@ from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.thresholds import Thresholds
 from schemas.vocabulary import Source, UpAxis
 from tasks.extract import lying
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
 

@@ -11,8 +11,8 @@ from schemas.asset import AssetRef
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.vocabulary import Source, Status, UpAxis
 from tasks.extract import extract_asset
-from tasks.job import AssetJob
 from tasks.pipeline import refine_asset
+from tasks.progress import AssetJob
 from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written

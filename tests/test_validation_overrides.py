@@ -19,8 +19,8 @@ from schemas.overrides import Overrides
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source
-from tasks.job import AssetJob
 from tasks.pipeline import refine_asset
+from tasks.progress import AssetJob
 from tasks.synthesize import check_users_numbers, with_users_numbers
 from tests.assets import cabinet, joint, link, read, robot, saying, shape, written
 from tests.factories import guidance_of

@@ -24,8 +24,8 @@ from schemas.settings import EngineSettings, PhysicsSettings, Settings
 from schemas.verdict import Failure
 from schemas.vocabulary import CollisionMode, Engine, FailureMode, Quantity, Source, Status, Trust
 from tasks.apply import apply_overlay
-from tasks.job import AssetJob
 from tasks.pipeline import refine_asset
+from tasks.progress import AssetJob
 from tests.assets import NO_VIEWS, joint, link, prior, robot, shape, written
 
 MASS_FACTOR = 1.05

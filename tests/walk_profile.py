@@ -34,7 +34,7 @@ from flows import PIPELINE, steps
 from schemas.asset import AssetRecord, AssetRef
 from schemas.location import Location
 from schemas.settings import Settings
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = tuple(f"{ROOT}/{room}/" for room in ("asset2sim", "tasks", "flows", "schemas"))

@@ -1,4 +1,4 @@
-"""Logging a run to MLflow: settings, figures, failures, report and chart. An error of MLflow is only a warning."""
+"""Logging a run to MLflow: settings, figures, failures and report. An error of MLflow is only a warning."""
 
 import json
 import os
@@ -13,21 +13,16 @@ from asset2sim.catalog.history import newest_runs
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.parts import Parts, merged, write_merged
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
-from asset2sim.catalog.run_figures import all_asset_figures, failure_counts, run_figures
+from asset2sim.catalog.run_figures import all_asset_figures, run_figures
 from asset2sim.catalog.switch import find_catalog
 from schemas.asset import Unchanged
 from schemas.settings import Settings
 from schemas.summary import AssetSummary
 from schemas.tables import TABLES
-from schemas.vocabulary import NO_PAPER_MODE, PAPER_FAILURE_MODES, Status
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
     from mlflow.entities import Run
-
-_OK = "#2f7d5b"
-_FAILED = "#c8553d"
-_GREY = "#6b6b6b"
 
 EXPERIMENT = "asset2sim"
 ARTIFACTS = "mlartifacts"
@@ -163,8 +158,6 @@ def _log_artifacts(
         (folder / SUMMARY).write_text(text, encoding="utf-8")
         if failed := [*changes.new_failures, *changes.still_failing]:
             (folder / FAILED).write_text(json.dumps(failed_table(failed[:MAX_FAILED])), encoding="utf-8")
-        if records:
-            draw_failures(records, folder / "failure_modes.png", f"How {len(records)} assets ended: run {run.run_id}")
         if records and parts is not None:
             _write_changed(parts, folder / CHANGED, [*TABLES] if len(records) <= MAX_CHANGED else ["assets"])
         client.log_artifacts(identity, name)
@@ -224,41 +217,3 @@ def _flat(value: Any, prefix: str = "") -> list[tuple[str, Any]]:
     if not isinstance(value, dict):
         return [(prefix, value)]
     return [item for name, inner in value.items() for item in _flat(inner, f"{prefix}.{name}" if prefix else name)]
-
-
-def draw_failures(records: Sequence[AssetSummary], path: Path, title: str) -> None:
-    """Write a PNG with a bar for the assets that passed and one for each failure mode, the most frequent on top."""
-    # Imported late: it takes most of a second, and only the flow's last step draws. Figure needs no display.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
-
-    total, ok = len(records), sum(record.status is Status.OK for record in records)
-    modes = sorted(failure_counts(records).items(), key=lambda item: -item[1])
-    labels = [
-        "ok",
-        *(f"{mode.value.replace('_', ' ')}\n({PAPER_FAILURE_MODES.get(mode, NO_PAPER_MODE)})" for mode, _ in modes),
-    ]
-    counts = [ok, *(count for _, count in modes)]
-
-    figure = Figure(figsize=(9.0, 0.9 + 0.42 * len(labels)), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    axes.barh(labels, counts, color=[_OK] + [_FAILED] * len(modes), height=0.68)
-    for position, count in enumerate(counts):
-        share = f"{count}  ({100.0 * count / total:.1f} %)" if count else "0"
-        color = "black" if count else _GREY
-        axes.annotate(
-            share, (count, position), xytext=(5, 0), textcoords="offset points", va="center", fontsize=9, color=color
-        )
-    axes.invert_yaxis()
-    axes.set_xlim(0, max(1.0, 1.18 * max(counts)))
-    axes.set_xlabel("assets", color=_GREY)
-    axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
-    axes.tick_params(axis="y", length=0, labelsize=8.5)
-    axes.tick_params(axis="x", colors=_GREY)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.grid(axis="x", color="#dddddd", linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right", "left"]].set_visible(False)
-    figure.savefig(path)

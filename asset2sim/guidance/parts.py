@@ -1,4 +1,4 @@
-"""Which joint carries which part, and which of several like parts an ordinal or a side names."""
+"""Which joint carries which part, which of several like parts an ordinal or a side names, and what they are made of."""
 
 import math
 import re
@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from asset2sim.guidance import tables
+from asset2sim.guidance.lexicon import Segment, place_of, singular
 from asset2sim.guidance.object_info import JointInfo, LinkInfo, ObjectInfo, Vector
 from asset2sim.guidance.tables import PartMechanism
+from schemas.guidance import AskedMaterial, AskedWeight
 
 ROLLS_SHARE = 0.5
 """Share of the object's height up to which a wheel's lowest point may lie for it to roll on the ground: they are drawn
@@ -188,3 +190,36 @@ def _hangs_from(info: ObjectInfo, link: str, ancestors: set[str]) -> bool:
         seen.add(link)
         link = info.parent_of.get(link, link)
     return False
+
+
+_ABOUT_MOTION = ("damping", "damped", "friction")
+
+
+def asked_materials(parts: Sequence[MovablePart], statements: Sequence[Segment]) -> tuple[AskedMaterial, ...]:
+    """The first material of each part that is named with one ("glass door"), and of the whole object."""
+    table, found = tables.material_words(), dict[str, AskedMaterial]()
+    for segment in statements:
+        for index, token in enumerate(segment.tokens):
+            material = table.get(token)
+            if material is None or (token == "steel" and "stainless" in segment.tokens[max(index - 1, 0) : index]):
+                continue
+            following = segment.tokens[index + 1 : index + 3]
+            owner = next((p.name for word in following for p in parts_named(parts, singular(word)) if p.name), "")
+            if not (owner and any({word, singular(word)} & tables.part_words().keys() for word in following)):
+                owner = ""
+            if owner or segment.sentence == 0:
+                found.setdefault(owner, AskedMaterial(part=owner, material=material, **place_of(segment)))
+    return tuple(found.values())
+
+
+def asked_weights(parts: Sequence[MovablePart], statements: Sequence[Segment]) -> tuple[AskedWeight, ...]:
+    """The links of the parts that are called heavy or light."""
+    return tuple(
+        AskedWeight(link=part.link.name, heavy=item.kind == "heavy", **place_of(segment))
+        for segment in statements
+        if not segment.of(*_ABOUT_MOTION)
+        for item in segment.of("heavy", "lightweight")
+        for word in segment.of("part", "parts")
+        for part in parts_named(parts, word.value)
+        if part.link is not None
+    )

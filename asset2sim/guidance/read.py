@@ -3,10 +3,9 @@
 from asset2sim.guidance.amounts import asked_masses, unmet_numbers
 from asset2sim.guidance.category import identify
 from asset2sim.guidance.lexicon import segments, tokenize
-from asset2sim.guidance.materials import asked_materials, asked_weights
 from asset2sim.guidance.motions import asked_motions
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.parts import asked_materials, asked_weights, parts_of
 from asset2sim.guidance.sizing import asked_size
 from asset2sim.guidance.states import asked_states
 from asset2sim.guidance.supports import called_by, said_support

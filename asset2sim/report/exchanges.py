@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from asset2sim.models.gateway import answer_cache, questions
-from asset2sim.models.gateway.questions import Question
+from asset2sim.models.gateway.questions import REFUSED, Question, answers_file
 from asset2sim.models.gateway.recorded import answer_text
-from asset2sim.models.gateway.refused_answers import REFUSED, answers_file
 from asset2sim.report.snapshot import Row
 from schemas.model_names import described, is_recorded, recorded_folder
 

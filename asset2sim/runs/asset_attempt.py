@@ -7,7 +7,7 @@ from asset2sim.checks.alignment.expectations import expectations_met
 from asset2sim.experiments.isolation.children import preload
 from asset2sim.experiments.isolation.pipe_messages import Ending, Outcome
 from asset2sim.experiments.isolation.supervise import run_isolated
-from asset2sim.models.gateway.refused_answers import LOG_FOLDER, LoggedAnswer, write_refused_answers
+from asset2sim.models.gateway.questions import LOG_FOLDER, LoggedAnswer, write_refused_answers
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import Asset2SimError
 from schemas.finding import Finding, remark, warning

@@ -8,7 +8,7 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work, in_child
-from asset2sim.models.gateway.refused_answers import LOG_FOLDER
+from asset2sim.models.gateway.questions import LOG_FOLDER
 from asset2sim.render import write_views
 from asset2sim.storage.lock import lock_output
 from schemas.errors import UsageError

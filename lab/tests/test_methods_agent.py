@@ -22,7 +22,7 @@ from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ModelAnswer, ModelAsk, ModelCall, ToolCall, Turn
 from schemas.settings import MethodSettings, ModelSettings, RunSettings, Settings
 from schemas.vocabulary import FailureMode, Method
-from tasks.job import AssetJob
+from tasks.progress import AssetJob
 from tests.assets import cabinet, read, sample, written
 from tests.factories import guidance_of
 from tests.model_server import ModelServer, Reply, serve

@@ -15,9 +15,8 @@ from lab.trials.reach_stage import measure_reach
 from schemas.asset import AssetRef
 from schemas.settings import Settings, Thresholds
 from schemas.vocabulary import Severity, Stage, Status
-from tasks.job import AssetJob
 from tasks.pipeline import refine_asset
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 from tests.assets import NO_VIEWS, prior, sample
 from tests.refined_things import block, drawer
 from tests.test_catalog_write import make_run

@@ -17,8 +17,7 @@ from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.vocabulary import Engine, Severity, Stage
-from tasks.job import AssetJob
-from tasks.progress import StageResult
+from tasks.progress import AssetJob, StageResult
 
 
 def reach(folder: Path, limits: Thresholds) -> Reached:

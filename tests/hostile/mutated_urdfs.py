@@ -65,7 +65,7 @@ def ask(request: ModelRequest) -> ModelAnswer:
 def validated(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
     """The record of an asset after its first three stages, which no engine takes part in."""
     # By name, since no room of asset2sim may import the stages.
-    job = pkgutil.resolve_name("tasks.job:AssetJob")(ref, out, settings, ask)
+    job = pkgutil.resolve_name("tasks.progress:AssetJob")(ref, out, settings, ask)
     progress = pkgutil.resolve_name("tasks.progress:Progress")()
     extract, propose, validate = (
         pkgutil.resolve_name(f"tasks.{name}")

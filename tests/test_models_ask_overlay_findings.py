@@ -1,7 +1,7 @@
 """A model's remarks and reasons as findings of the asset."""
 
 from asset2sim.models.answers import parse_overlay
-from asset2sim.models.model_findings import CODES, model_findings
+from asset2sim.models.ask_overlay import CODES, model_findings
 from schemas.overlay import Overlay
 from schemas.vocabulary import Severity
 from tests.factories import make_features
