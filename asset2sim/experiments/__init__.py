@@ -1,1 +1,1 @@
-"""One runner of experiments: jobs to killable children to rows of a table, spread over Dask and resumable."""
+"""The Dask cluster of a run or of experiments, what interrupts it, and killable children for each job."""

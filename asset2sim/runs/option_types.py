@@ -58,23 +58,6 @@ def some(text: object) -> object:
     return text
 
 
-def actions(text: object) -> object:
-    """A number of actions, also as 2e6."""
-    try:
-        return int(float(text)) if isinstance(text, str) else text
-    except (ValueError, OverflowError):
-        return text  # which is refused as no whole number
-
-
-def methods_named(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of methods; ``ours`` is Asset2Sim's. Raises ValueError."""
-    found = tuple(Method.ASSET2SIM.value if name == "ours" else name for name in names)
-    for name in found:
-        if name not in set(Method):
-            raise ValueError(f"'{name}' is no method; choose from ours, {', '.join(Method)}")
-    return found
-
-
 def utc(text: object) -> object:
     """A day or a time; what states no time zone is UTC. Raises ValueError."""
     try:
@@ -94,15 +77,12 @@ Chosen = Annotated[Listed[Kind], BeforeValidator(some)]
 FILE = TypeAliasType("FILE", Path)
 OUT = TypeAliasType("OUT", Location)
 FOLDERS = TypeAliasType("FOLDERS", tuple[Location, ...])
-FOLDER = TypeAliasType("FOLDER", Path)
 NAME = TypeAliasType("NAME", str)
 IDS = TypeAliasType("IDS", tuple[str, ...])
 N = TypeAliasType("N", Annotated[int, Field(ge=1)])
-STEPS = TypeAliasType("STEPS", Annotated[int, BeforeValidator(actions), Field(ge=1)])
 COUNT = TypeAliasType("COUNT", Annotated[int, Field(ge=0)])
 RATE = TypeAliasType("RATE", Positive)
 SECONDS = TypeAliasType("SECONDS", Positive)
-MINUTES = TypeAliasType("MINUTES", Positive)
 SHARE = TypeAliasType("SHARE", Fraction)
 PORT = TypeAliasType("PORT", Annotated[int, Field(ge=1, le=65_535)])
 CRON = TypeAliasType("CRON", str)
@@ -121,7 +101,6 @@ CHECKS = TypeAliasType("CHECKS", tuple[CheckName, ...])
 PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
 GROUP = TypeAliasType("GROUP", Grouping)
 METHOD = TypeAliasType("METHOD", Method)
-METHODS = TypeAliasType("METHODS", tuple[Method, ...])
 MODE = TypeAliasType("MODE", CollisionMode)
 RULE = TypeAliasType("RULE", DynamicsRule)
 PROPOSER = TypeAliasType("PROPOSER", Proposer)
@@ -133,9 +112,6 @@ BASE = TypeAliasType("BASE", BaseMode)
 GATE = TypeAliasType("GATE", Gate)
 AXIS = TypeAliasType("AXIS", UpAxis)
 VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
-GRIPPER = TypeAliasType("GRIPPER", Literal["panda", "robotiq"])
-ACTIONS = TypeAliasType("ACTIONS", Literal["joint_velocity", "joint_position"])
-CAMERA = TypeAliasType("CAMERA", Literal["left", "right"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 

@@ -9,7 +9,6 @@ import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.experiments.study import require_one_done, run_study, telling
 from lab.flows.in_flow import in_flow
 from lab.judged.published import published_learning
 from lab.judged.variant_folders import variant_folders
@@ -18,6 +17,7 @@ from lab.learning.show_learning import described, draw_curves, learning_block
 from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_left, trainings_of
 from lab.options.trial_options import LearnOptions
 from lab.pages.blocks import check_page, write_block
+from lab.runner import require_one_done, run_study, telling
 from lab.schemas.ppo_settings import warp_settings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError

@@ -7,7 +7,6 @@ import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.experiments.study import left_to_do, require_one_done, telling
 from lab.flows.in_flow import in_flow
 from lab.judged.probe_tables import short_block
 from lab.judged.published import published_rates
@@ -18,6 +17,7 @@ from lab.pages.blocks import Pages
 from lab.probes.cloning import FIRST_SEED
 from lab.probes.policies import CLONED, check_installed, policy_spec
 from lab.probes.probe_study import ProbeChoice, chosen_tasks, jobs_of, probe_study, run_probes
+from lab.runner import left_to_do, require_one_done, telling
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
 from schemas.errors import StudyError, UsageError

@@ -6,6 +6,7 @@ from pydantic_settings import CliDualFlag, CliPositionalArg
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.option_groups import FileOptions
+from lab.options import lab_types
 from schemas.vocabulary import Engine
 
 
@@ -21,10 +22,10 @@ class JudgeVideosOptions(FileOptions):
     )
     trials: typed.N = Field(10, description="looks of each model at each task, each in another order")
     frames: typed.N = Field(12, description="frames of each film, spread evenly over what moves")
-    record: typed.FOLDER | None = Field(
+    record: lab_types.FOLDER | None = Field(
         None, description="a folder to keep the answers in, for --judges recorded/FOLDER/JUDGE with the same seed"
     )
-    real: typed.FOLDER | None = Field(
+    real: lab_types.FOLDER | None = Field(
         None,
         description="a folder of films of reality, laptop-fold.mp4 for 'laptop fold': each its task's first candidate",
     )
@@ -45,7 +46,7 @@ class RateOptions(FileOptions):
     outs: CliPositionalArg[typed.FOLDERS] = Field(
         description="output folders of runs over the same objects, or that of a comparison; the first keeps the ratings"
     )
-    methods: typed.Chosen[typed.METHODS] = Field(
+    methods: typed.Chosen[lab_types.METHODS] = Field(
         (), description="only variants of these methods (default: all that are there)"
     )
     assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
@@ -64,6 +65,6 @@ class RatingsOptions(Options):
     outs: CliPositionalArg[typed.FOLDERS] = Field(
         (), description="output folders, or that of a comparison, as asset2sim rate took them"
     )
-    published: typed.FOLDER | None = Field(
+    published: lab_types.FOLDER | None = Field(
         None, description="a folder with the paper's human_ratings.csv and video_judges.csv, to print these too"
     )

@@ -9,6 +9,7 @@ from pydantic_settings import CliDualFlag, CliPositionalArg, CliToggleFlag
 
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.option_groups import FileOptions
+from lab.options import lab_types
 from schemas.errors import UsageError
 from schemas.location import Location
 
@@ -17,16 +18,16 @@ class LearnOptions(FileOptions):
     """Let a robot learn to use each refined object: PPO, a training for each object, method and seed."""
 
     outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
-    out: typed.FOLDER = Field(description="the folder for policies, tables and films; trainings in it go on")
+    out: lab_types.FOLDER = Field(description="the folder for policies, tables and films; trainings in it go on")
     tasks: typed.Chosen[typed.IDS] = Field(
         (), description="paper9, or names of tasks, as 'laptop fold' (default: every object's)"
     )
-    methods: Annotated[typed.Chosen[typed.IDS], AfterValidator(typed.methods_named)] = Field(
+    methods: Annotated[typed.Chosen[typed.IDS], AfterValidator(lab_types.methods_named)] = Field(
         (), description="only objects of these methods; ours is asset2sim (default: all)"
     )
     assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
-    budget: typed.STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
-    minutes: typed.MINUTES = Field(30.0, description="the most minutes of a training")
+    budget: lab_types.STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
+    minutes: lab_types.MINUTES = Field(30.0, description="the most minutes of a training")
     seeds: typed.N = Field(3, description="trainings of each object, with the seeds 0, 1, …")
     warp: typed.N | None = Field(
         None, description="train in so many worlds of MuJoCo Warp at once, on a GPU where there is one (extra warp)"
@@ -37,7 +38,7 @@ class LearnOptions(FileOptions):
     page: typed.FILE | None = Field(
         None, description="write the table between this file's markers too, curves beside it"
     )
-    published: typed.FOLDER | None = Field(None, description="the paper's tables, for a column beside ours")
+    published: lab_types.FOLDER | None = Field(None, description="the paper's tables, for a column beside ours")
 
 
 def local_folders(outs: Sequence[Location]) -> tuple[Path, ...]:
@@ -53,7 +54,7 @@ class RecordMotionOptions(FileOptions):
 
     outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
     assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
-    gripper: typed.GRIPPER = Field(
+    gripper: lab_types.GRIPPER = Field(
         "panda", description="panda, the arm's own, or robotiq: a 2F-85, from robosuite's package"
     )
     film: CliDualFlag[bool] = Field(True, description="write an MP4 of each trial")
@@ -75,20 +76,22 @@ class ProbeOptions(FileOptions):
     name: typed.NAME | None = Field(
         None, description="the name of a server's policy, as pi0.5-DROID (default: its address); SRCC goes by it"
     )
-    actions: typed.ACTIONS = Field(
+    actions: lab_types.ACTIONS = Field(
         "joint_velocity", description="what openpi's actions are: joint_velocity or joint_position"
     )
-    camera: typed.CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
+    camera: lab_types.CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
     network: typed.FILE | None = Field(None, description="of cloned: the file that make clone has written")
     tasks: typed.Chosen[typed.IDS] = Field(
         ("paper11",), description="paper11, or names as 'box close', separated by commas"
     )
     trials: typed.N = Field(5, description="trials of each task with each object")
     seed: typed.COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
-    methods: typed.Chosen[typed.METHODS] = Field((), description="only these methods, separated by commas")
+    methods: typed.Chosen[lab_types.METHODS] = Field((), description="only these methods, separated by commas")
     assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
-    published: typed.FOLDER | None = Field(None, description="the paper's tables: SRCC against what acted in reality")
+    published: lab_types.FOLDER | None = Field(
+        None, description="the paper's tables: SRCC against what acted in reality"
+    )
     page: typed.FILE | None = Field(None, description="write the tables between this file's markers too")
     workers: typed.N | None = Field(None, description="trials at once (default: all cores)")
 

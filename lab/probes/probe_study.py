@@ -10,12 +10,12 @@ from pathlib import Path
 from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation import Ending as ChildEnding
 from asset2sim.experiments.isolation.supervise import Work
-from asset2sim.experiments.study import Done, RunWork, Study, done_row, run_study
 from lab.probes.answers import TrialEnding
 from lab.probes.observation import Policy
 from lab.probes.policies import PolicySpec
 from lab.probes.probe_trial import run_probe
 from lab.probes.tasks import PAPER11, ProbeTask
+from lab.runner import Done, RunWork, Study, done_row, run_study
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
 from lab.trials.trial import FILM

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import mujoco
 
-from asset2sim.experiments.study import FAILED
 from asset2sim.load import LoadError
 from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.experts import NoWayError
 from lab.probes.observation import Chunk, Observation, Policy
 from lab.probes.policies import PolicySpec, opened
 from lab.probes.serving import ServingError
+from lab.runner import FAILED
 from lab.schemas.probe_settings import ProbeSettings
 from schemas.table import Row
 

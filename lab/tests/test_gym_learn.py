@@ -18,7 +18,6 @@ import mlflow
 from asset2sim.catalog.own_files import OwnFile, latest_own, read_own_files
 from asset2sim.catalog.write import write_run
 from asset2sim.experiments.isolation import accept_children, stop_children
-from asset2sim.experiments.study import do_job
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.environment import ObjectEnv
 from flows.command import refine, run_command, serve
@@ -29,6 +28,7 @@ from lab.learning.progress import PROGRESS, Point, TrainingProgress
 from lab.learning.rollouts import roll
 from lab.learning.study import EXPERIMENT, IDENTITY, Chosen, Training, check_libraries, learning_study, trainings_of
 from lab.learning.training import train
+from lab.runner import do_job
 from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError

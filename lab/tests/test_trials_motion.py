@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.experiments.study import do_job
 from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
 from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan, planned
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.scene import base_at, build_stage, pusher_spec
 from asset2sim.gym.arm.tasks import Task, Verb, tasks_of
+from lab.runner import do_job
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.actors import arm_faces
 from lab.trials.film import film, film_frames, write_mp4
