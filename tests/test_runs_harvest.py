@@ -1,4 +1,4 @@
-"""The dead tried once more: which, how many, what their records say, what a killed run leaves; and equal model errors."""
+"""The dead tried once more: which, how many, what their records say, what a killed run leaves; equal model errors."""
 
 from functools import partial
 from pathlib import Path
