@@ -238,10 +238,14 @@ def judged_term(
 
 
 def with_kept_terms(
-    overlay: Overlay, opinion: Opinion, stated: Mapping[str, Dynamics], joints: Iterable[JointPhysics]
+    overlay: Overlay,
+    opinion: Opinion,
+    stated: Mapping[str, Dynamics],
+    joints: Iterable[JointPhysics],
+    handled: Mapping[str, Handling],
 ) -> Overlay:
     """The proposal with the believed dynamics of the file in place of its own, but where its user states them; a part
-    with a spring rests where that and its weight leave it. ``joints`` are as they would be without."""
+    with a spring rests where that, its weight and the ground leave it. ``joints`` are as they would be without."""
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     for joint in joints:
         kept, own = opinion.kept(joint.name), stated[joint.name]
@@ -254,7 +258,7 @@ def with_kept_terms(
             continue
         update: dict[str, object] = dict(terms)
         if Quantity.SPRINGS in kept:
-            rest = own.spring_reference + joint.gravity_load / own.stiffness
+            rest = own.spring_reference + (joint.gravity_load + handled[joint.name].ground_load) / own.stiffness
             rest = rest if joint.lower is None else max(rest, joint.lower)
             update |= dict.fromkeys(("spring_hz", "returns_s", "press_start", "press_end"))
             update |= {"spring_rest": rest if joint.upper is None else min(rest, joint.upper), "holds": False}

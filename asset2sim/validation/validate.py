@@ -27,6 +27,7 @@ from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.positions import initial_positions, note_guessed_ends
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
+from asset2sim.validation.suspension import with_suspensions
 from asset2sim.validation.trust import (
     Opinion,
     judge_joints,
@@ -43,7 +44,7 @@ from schemas.finding import Finding, Notes
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
-from schemas.support import Support
+from schemas.support import Support, SupportKind
 from schemas.vocabulary import DynamicsRule, Quantity, Source
 
 ROOM_OF_METRES = 20.0
@@ -102,7 +103,7 @@ def validate(
         stated = read_dynamics(extraction.urdf)
         judge_joints(opinion, done.all_joints, stated, handled, settings)
         overlay = opinion.disputes.applied(overlay)
-        kept = with_kept_terms(overlay, opinion, stated, done.all_joints)
+        kept = with_kept_terms(overlay, opinion, stated, done.all_joints, handled)
         if kept != overlay:
             told = Notes()
             done, handled = complete(unmoved, kept, support, told)
@@ -168,6 +169,9 @@ def complete(
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
     )
+    if support.kind is SupportKind.FREESTANDING:
+        springs = [joint.name for joint in features.joints if joint.stiffness]
+        handled = with_suspensions(handled, springs, tree, features.root, bodies, points, positions)
     exact = {name for name in starts if f"initial_joint_positions.{name}" in asked}
     starts = at_their_ends(starts, handled, exact | given.placed.keys())
     sprung = frozenset(name for name in starts if Quantity.SPRINGS in given.opinion.kept(name))

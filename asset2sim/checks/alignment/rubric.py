@@ -113,7 +113,8 @@ def _resting(
     positions: Mapping[str, float], scale: float, joints: Mapping[str, JointFeatures], request: Request
 ) -> Score:
     free = [joints[name] for name in request.opening if name in joints and name in positions]
-    free = [joint for joint in free if _range(joint) > 0.0]
+    # What a spring of its file moves rests where that leaves it.
+    free = [joint for joint in free if _range(joint) > 0.0 and not joint.stiffness]
     earned = {joint.name: _rest_credit(joint, positions[joint.name], scale) for joint in free}
     away = [name for name, credit in earned.items() if credit < 1.0]
     if not away:

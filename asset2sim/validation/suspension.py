@@ -1,0 +1,63 @@
+"""Suspensions: joints with springs through which an object stands on the ground, as a cart's wheels carry its chassis.
+
+No hand moves such a part against the object's stand, so its spring is judged by what it carries.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, apply, beyond, link_to_root
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
+from asset2sim.validation.handling import Handling, standing_part
+
+TOUCHING = 0.02
+"""Height over the lowest point, as a share of the object's height, within which a part stands on the ground: wheels
+that are carried by springs hang a little lower or higher than each other."""
+
+
+def with_suspensions(
+    handled: Mapping[str, Handling],
+    springs: Collection[str],
+    tree: Sequence[TreeJoint],
+    root: str,
+    bodies: Mapping[str, Body],
+    points: Mapping[str, Array],
+    positions: Mapping[str, float],
+) -> dict[str, Handling]:
+    """The handling of joints, where those of its suspension carry the object: each its share of the weight, alike.
+
+    An object is carried so where all that touches the ground is beyond joints that have ``springs``. ``points`` maps
+    links to (n, 3) points in their frame; the object stands as its joints have these ``positions``."""
+    poses = link_to_root(tree, root, positions)
+    clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
+    lowest = {name: float(cloud[:, 2].min()) for name, cloud in clouds.items()}
+    floor = min(lowest.values())
+    height = max(float(cloud[:, 2].max()) for cloud in clouds.values()) - floor
+    feet = {name for name, low in lowest.items() if low <= floor + TOUCHING * height}
+    carrying = {joint.name: {*beyond(tree, joint.name)} for joint in tree if joint.name in springs}
+    carrying = {name: links for name, links in carrying.items() if links & feet}
+    if not carrying or feet - set().union(*carrying.values()):
+        return dict(handled)
+    pushed = GRAVITY_M_S2 * sum(body.mass for body in bodies.values()) / len(carrying)
+    found = dict(handled)
+    for name in carrying.keys() & handled.keys():
+        load = pushed * lift_of(name, carrying[name] & feet, tree, poses, clouds)
+        found[name] = replace(standing_part(handled[name]), ground_load=load)
+    return found
+
+
+def lift_of(
+    name: str, feet: Collection[str], tree: Sequence[TreeJoint], poses: Mapping[str, Array], clouds: Mapping[str, Array]
+) -> float:
+    """How far a joint lifts the middle of its feet per unit of its position, m/m or m/rad: what a push of the ground of
+    1 N exerts on it, N or N·m."""
+    joint = next(item for item in tree if item.name == name)
+    frame = poses[joint.parent] @ joint.child_to_parent
+    axis = frame[:3, :3] @ joint.axis
+    if joint.type == "prismatic":
+        return float(axis[2])
+    middle = np.vstack([clouds[foot] for foot in feet]).mean(axis=0)
+    return float(np.cross(axis, middle - frame[:3, 3])[2])
