@@ -26,7 +26,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope
 comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held touched weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -189,6 +189,9 @@ loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, m
 held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and through asset2sim.load, into docs/load.md
 	@$(MAKE) --no-print-directory .venv-load/.installed || echo "Drake, Genesis or Newton cannot be installed; their rows will say so" >&2
 	@$(BIN)/python -m lab.loaders.held_table "$(OUT)" docs/load.md
+
+touched: $(INSTALLED) ## every check once more by the ways in which users get OUT's objects: load, MJCF, USD; into OUT/touched.jsonl
+	@$(BIN)/python -m lab.loaders.touched "$(OUT)" "$(OUT)/touched.jsonl" $(ARGS)
 
 # Engines that asset2sim.load knows and we do not run: Newton's solver pins another MuJoCo, Genesis brings torch
 # (TORCH_INDEX is an index of its CPU builds, where yours has none).
