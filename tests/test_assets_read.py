@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import pytest
+from lxml import etree
 
+from asset2sim.assets.urdf.document import known_robot
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -129,3 +131,16 @@ def test_dynamics_are_read_back_with_what_parsers_drop(tmp_path: Path) -> None:
     )  # fmt: skip
     found = read_dynamics(written(tmp_path, urdf) / "mobility.urdf")
     assert found == {"swing": Dynamics(0.5, 0.25, 2.0, -0.1)}
+
+
+def test_readers_share_a_document_until_it_is_written_anew_and_do_not_change_it(tmp_path: Path) -> None:
+    file = written(tmp_path, cabinet()) / "mobility.urdf"
+    robot = known_robot(file)
+    before = etree.tostring(robot)
+    first = (read_dynamics(file), read_urdf(file).links[0].name)
+    assert known_robot(file) is robot and etree.tostring(robot) == before
+    file.write_text(file.read_text(encoding="utf-8").replace("<joint ", "<!-- changed --><joint "), encoding="utf-8")
+    assert known_robot(file) is not robot and (read_dynamics(file), read_urdf(file).links[0].name) == first
+    file.unlink()
+    with pytest.raises(AssetError):
+        known_robot(file)

@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.urdf.document import read_document
+from asset2sim.assets.urdf.document import known_robot
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.guidance.amounts import LARGEST_M, SMALLEST_M
 from asset2sim.physics.inertia import tensor_of
@@ -263,7 +263,7 @@ def stated_inertias(extraction: Extraction, settings: PhysicsSettings) -> dict[s
 def read_stated_joints(extraction: Extraction) -> dict[str, StatedJoint]:
     """Joint → its type, axis length, effort and velocity limit as the URDF states them."""
     found: dict[str, StatedJoint] = {}
-    for element in read_document(extraction.urdf).robot.findall("joint"):
+    for element in known_robot(extraction.urdf).findall("joint"):
         axis, limit = element.find("axis"), element.find("limit")
         length = None
         if axis is not None and axis.get("xyz"):

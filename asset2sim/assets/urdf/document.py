@@ -74,6 +74,12 @@ def read_document(path: Path) -> Document:
     return Document(robot, tuple(findings))
 
 
+def known_robot(path: Path) -> Element:
+    """The root of ``read_document``, brought into form once a content: each engine asks for an object's dynamics six
+    times. Shared, so not to be changed. Raises AssetError as that does."""
+    return _known_robot(path, path.read_bytes() if path.is_file() else b"")
+
+
 def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
     """The root element of a file as people write XML, and the first mistake in it that was passed over, with its line.
 
@@ -273,6 +279,11 @@ def parsed(file: Path) -> Element:
     """The root element of a file as it is now, comments kept; shared, so not to be changed: copy it first. Raises
     OSError and etree.XMLSyntaxError."""
     return _parsed(file.read_bytes())
+
+
+@lru_cache(maxsize=KEPT)
+def _known_robot(path: Path, content: bytes) -> Element:
+    return read_document(path).robot
 
 
 @lru_cache(maxsize=KEPT)

@@ -12,7 +12,7 @@ import yourdfpy
 from lxml import etree
 
 from asset2sim.assets.urdf.capsule import as_cylinders, read_capsules
-from asset2sim.assets.urdf.document import invalid, read_document, unreadable
+from asset2sim.assets.urdf.document import invalid, known_robot, unreadable
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
@@ -38,7 +38,7 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
     is its ``mimic``, a ``Mimic``, and capsules are ``Capsule``. Raises AssetError:
     unreadable_asset if the file is not XML, not a URDF or not one tree of known joint types;
     invalid_joint_configuration where a joint's numbers make no sense."""
-    document = read_document(path).robot
+    document = known_robot(path)
     try:
         graphs = {"build_scene_graph": False, "build_collision_scene_graph": False}
         content = io.BytesIO(etree.tostring(as_cylinders(document)))
@@ -165,7 +165,7 @@ class Dynamics:
 def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
     """Joint name → dynamics for every joint that is not fixed, springs as with armature; absent attributes are 0."""
     terms: dict[str, Dynamics] = {}
-    for joint in read_document(urdf).robot.findall("joint"):
+    for joint in known_robot(urdf).findall("joint"):
         if joint.get("type") == "fixed":
             continue
         element = joint.find("dynamics")
