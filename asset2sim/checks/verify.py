@@ -1,4 +1,4 @@
-"""Verify one written asset: the paper's checks and interaction, every engine in a killable process of its own."""
+"""Verify one written asset: the paper's checks and interaction, engine after engine in a process that can be killed."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
