@@ -21,6 +21,7 @@ from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.read import front_of, read_contacts, read_dynamics, read_starts, read_urdf, root_of
 from asset2sim.assets.urdf.references import AllowedFolders, Refused
+from asset2sim.guidance.category import named_in_file
 from asset2sim.physics.arrays import Array, vector
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.storage.regular_files import is_file
@@ -167,7 +168,9 @@ def read_asset(
     size_kept = Keep.PLAUSIBLE if size_kept is Keep.NOTHING and ref.part is not None else size_kept
     features = Features(
         asset_id=ref.asset_id,
-        category=ref.category or read_category(companions.get("meta.json")),
+        category=ref.category
+        or read_category(companions.get("meta.json"))
+        or named_in_file(ref.asset_id, str(robot.name or ""), [link.name for link in links if link.has_geometry]),
         urdf_file=opened.file.name,
         root=root,
         links=tuple(links),

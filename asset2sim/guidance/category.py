@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.lexicon import head_of, noun_spans
@@ -45,6 +46,26 @@ def _category(stated: str) -> str:
 def _nouns(text: str) -> list[str]:
     tokens = tuple(re.findall(r"[a-z]+", text.lower()))
     return [category for _, _, category in sorted(noun_spans(tokens), key=lambda span: span[0] - span[1])]
+
+
+def named_in_file(asset_id: str, robot: str, links: Sequence[str]) -> str:
+    """The category that an object without a stated one is named by in its file: by its robot's name, else by a noun
+    that all its links' names have or that its root link's has; "" where its own name says one, or nothing does. A door
+    is a part of most things, and no object's name where another part is none."""
+    if any(noun not in _GENERIC for noun in _nouns(spaced(asset_id))):
+        return ""
+    own = [noun for noun in _nouns(spaced(robot)) if noun not in _GENERIC]
+    if own:
+        return own[-1]
+    nouns = [[noun for noun in _nouns(spaced(name)) if noun not in _GENERIC] for name in links]
+    shared = set(nouns[0]).intersection(*nouns[1:]) if nouns else set[str]()
+    found = [noun for noun in (nouns[0] if nouns else []) if noun in shared or noun != "Door"]
+    return found[0] if found else ""
+
+
+def spaced(name: str) -> str:
+    """A name as words: CamelCase and underscores apart."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])|_", " ", name)
 
 
 def row_of(stated: str, read: str) -> str:
