@@ -108,6 +108,13 @@ def test_a_seal_lets_go_at_its_torque_and_a_loader_exerts_it_once(tmp_path: Path
     assert (item.positions()["j"] > 0.1) == opens
 
 
+def test_a_mechanism_stronger_than_the_effort_limit_is_whole(tmp_path: Path) -> None:
+    """A garage door's springs exert more than a motor may on its joint: 300 N·m against 100."""
+    model, data = held(tmp_path, arm(tmp_path, bias=(1e6, -1.0, 0.0, 300.0), lower=0.0, upper=1.5))
+    mujoco.mj_forward(model, data)
+    assert float(data.qfrc_actuator[0]) == pytest.approx(300.0)
+
+
 @pytest.mark.parametrize(("share", "moves"), [(0.95, False), (1.1, True)])
 def test_dry_friction_holds_up_to_its_torque(tmp_path: Path, share: float, moves: bool) -> None:
     model, data = held(tmp_path, arm(tmp_path, friction=0.02))

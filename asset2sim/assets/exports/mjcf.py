@@ -206,7 +206,9 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
     if joint.lower is not None and joint.upper is not None:
         attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + mujoco_options.LOCKED_RANGE)))
     if joint.effort is not None and joint.effort > 0.0:
-        attributes["actuatorfrcrange"] = numbers((-joint.effort, joint.effort))
+        # MuJoCo counts in what a mechanism exerts: a garage door's springs may exceed what a motor may.
+        _, _, least, most = terms.bias
+        attributes["actuatorfrcrange"] = numbers((min(least, 0.0) - joint.effort, max(most, 0.0) + joint.effort))
     etree.SubElement(element, "joint", attributes)
 
 
