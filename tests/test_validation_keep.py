@@ -56,7 +56,7 @@ def test_formats_of_simulators_have_metres_and_so_has_a_urdf_of_drawn_boxes(kind
 def test_masses_that_fit_their_volumes_speak_for_metres(tmp_path: Path) -> None:
     assert box_with_lid(tmp_path / "a", 3.0, 1.5).features.metric == "its masses fit its volumes in metres"
     assert box_with_lid(tmp_path / "b").features.metric == "", "nothing is stated"
-    assert box_with_lid(tmp_path / "c", 1.0, 1.0).features.metric == "", "placeholders"
+    assert box_with_lid(tmp_path / "c", 1.0, 1.0, moment=1.0).features.metric == "", "placeholders"
     assert box_with_lid(tmp_path / "d", 3.0, 1.5, size=4.0).features.metric == "", "a normalised mesh"
 
 
@@ -119,7 +119,7 @@ def test_plausible_masses_stay_and_others_are_supplied(tmp_path: Path) -> None:
     done, _ = complete(box_with_lid(tmp_path / "b", 3.0, 1.5), users)
     assert [(item.mass_kg, item.mass_source) for item in done.links] == [(9.0, Source.USER), (1.5, Source.AUTHORED)]
     for other, masses in (("c", (1.0, 1.0)), ("d", ())):
-        done, _ = complete(box_with_lid(tmp_path / other, *masses), light)
+        done, _ = complete(box_with_lid(tmp_path / other, *masses, moment=1.0), light)
         assert {item.mass_source for item in done.links} == {Source.MODEL}, "placeholders, and nothing"
 
 
