@@ -16,6 +16,7 @@ from schemas.asset import AssetRecord
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.interaction import ContactPair
+from schemas.mechanism import Bias
 from schemas.settings import SearchSettings
 from schemas.vocabulary import FailureMode, Source
 from tasks.pipeline import refine_asset
@@ -286,3 +287,15 @@ def test_flaps_that_cross_are_parted_in_pairs() -> None:
 def test_the_objective_prices_distance() -> None:
     bands = {"a": Band(0.0, 0.0, 0.1, 2.0)}
     assert math.isclose(objective(0.01, {"a": 0.1}, bands), 0.01 + 1e-3 * (0.1 / 2.0) ** 2)
+
+
+def test_a_part_that_snaps_to_its_end_is_not_moved_beside_it() -> None:
+    switch = make_joint("switch").model_copy(
+        update={"initial_position": 0.0, "closed": 0.0, "lower": -0.7, "upper": 0.0, "position_source": Source.RULE}
+    )
+    snaps = Bias(kind="bistable", slope=1.1, none_at=-0.35, least=-0.39, most=0.39)
+    free, held = (
+        band_of(item, SEARCH.state_tolerance, SEARCH.closed_tolerance)
+        for item in (switch, switch.model_copy(update={"bias": snaps}))
+    )
+    assert free.low < 0.0 and (held.low, held.high) == (0.0, 0.0)
