@@ -6,11 +6,13 @@ from pydantic import Field
 
 from schemas.base import Finite, Frozen, NonNegative, Positive
 
-MechanismName = Literal["free", "friction", "spring return", "detent", "bistable", "screw", "strut", "seal", "brake"]
+MechanismName = Literal["free", "friction", "spring return", "detent", "bistable", "screw", "strut", "seal", "latch", "brake"]
 """Kinds of a part: it moves freely; stays by friction, detents, a thread or a brake; returns by a spring; snaps between
 two ends; has its weight carried by a strut, counterweight or gas spring; or is kept shut by a gasket or catch."""
-STAYS: tuple[MechanismName, ...] = ("friction", "detent", "bistable", "screw", "strut", "seal", "brake")
+STAYS: tuple[MechanismName, ...] = ("friction", "detent", "bistable", "screw", "strut", "seal", "latch", "brake")
 """Mechanisms that keep a part where it is left."""
+CAUGHT: tuple[MechanismName, ...] = ("seal", "latch")
+"""Those that keep a door shut, and say nothing of how it moves once it is open."""
 
 
 class EffortRange(Frozen):

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.lexicon import Segment, place_of, singular
@@ -14,6 +15,19 @@ from schemas.guidance import AskedMaterial, AskedWeight
 ROLLS_SHARE = 0.5
 """Share of the object's height up to which a wheel's lowest point may lie for it to roll on the ground: they are drawn
 small, large, and on things that lie."""
+WHICH_ONE = frozenset(
+    "left right top bottom front back rear upper lower middle center inner outer main root first second third fourth "
+    "link joint hinge slide rail body part mesh visual obj group revolute prismatic continuous rotation translation "
+    "motion mechanism region side small large a b c l r x y z".split()
+)
+"""Last words of names that say which part, or how it moves, and not what it is."""
+HOLDS_PARTS = frozenset("frame base case housing holder bracket mount board cabinet".split())
+"""Last words of names of what a part is on: a door's frame is no door."""
+JOINED = 5
+"""Least letters of a label that is looked for within a word, as in "gasknob"."""
+LEVER_SHARE = 0.35
+"""Most extent of a handle along its hinge, as a share of its longest across it, for it to be a lever or a bar on a
+spindle: a bail hangs between two pins."""
 ROW_SHARE = 0.15
 """Parts whose centres differ by less than this share of the object's height stand in one row."""
 
@@ -43,11 +57,23 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
     found = []
     for joint in info.joints:
         link = carried_link(info, joint)
-        name = part_name(link.label if link else "", joint.name, joint.child)
+        name = part_name(link.label if link else "", joint.child, joint.name)
         if name == "wheel" and link is not None and not rolls(info, link):
             name = "handwheel"
+        if link is not None:
+            along = [abs(share) for share in joint.axis]
+            across = [edge for edge, share in zip(link.box_m, along, strict=True) if share < max(along)]
+            extent = link.box_m[along.index(max(along))] / max(max(across, default=0.0), 1e-9)
+            name = held_as(name, category, joint.motion, extent)
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
+
+
+def held_as(name: str, category: str, motion: str, extent: float) -> str:
+    """The part, a "lever" for a handle that no row of its category knows and that is flat along its hinge: ``extent``
+    is how far it reaches along, over how far across."""
+    usual = tables.mechanism(name, category, motion) is tables.mechanism(name, "*", motion)
+    return "lever" if name == "handle" and usual and motion != "slider" and extent < LEVER_SHARE else name
 
 
 def rolls(info: ObjectInfo, wheel: LinkInfo) -> bool:
@@ -57,16 +83,25 @@ def rolls(info: ObjectInfo, wheel: LinkInfo) -> bool:
 
 
 def part_name(label: str, *names: str) -> str:
-    """The part that a label stands for; without a label, the part that a joint's or link's name speaks of; else ""."""
+    """The part that a label, or else the first of a link's and a joint's names that does, speaks of; else ""."""
     labels = tables.part_labels()
-    if label:
-        stripped = re.sub(r"^(rotation|translation)_", "", label)
-        return labels.get(label) or labels.get(stripped) or ""
-    for name in names:
-        for word in re.findall(r"[a-z]+", name.lower()):
-            if word in labels:
-                return labels[word]
-    return ""
+    return labels.get(label) or next((found for text in (label, *names) if (found := head_part(text))), "")
+
+
+@lru_cache
+def head_part(name: str) -> str:
+    """The part that a compound name speaks of: its last word that says more than which one ("oven_door_left" is a door,
+    "door_handle" a handle, "door_frame" none), or its last two together ("valve_wheel"); else ""."""
+    labels, joined = tables.part_labels(), re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()
+    words = re.findall(r"[a-z]+", joined)
+    while len(words) > 1 and words[-1] in WHICH_ONE and "_".join(words[-2:]) not in labels:
+        words.pop()
+    if not words or words[-1] in HOLDS_PARTS:
+        return ""
+    two, *several = "_".join(words[-2:]), *(form for word in reversed(words) for form in (word, word.removesuffix("s")))
+    inside = (label for word in reversed(words) for label in labels if len(label) >= JOINED and label in word)
+    found = next((form for form in (two, *several) if form in labels), next(inside, "door" if "door" in words[-1] else ""))
+    return labels.get(found, "")
 
 
 def carried_link(info: ObjectInfo, joint: JointInfo) -> LinkInfo | None:

@@ -205,8 +205,9 @@ def part_words() -> dict[str, tuple[str, ...]]:
 
 @lru_cache
 def part_labels() -> dict[str, str]:
-    """A link's label → part."""
-    return {row["label"]: row["part"] for row in csv_rows("part_labels")}
+    """A link's label, or a word for a part, → part."""
+    words = {word: parts[0] for word, parts in part_words().items() if not parts[0].startswith("@")}
+    return words | {row["label"]: row["part"] for row in csv_rows("part_labels")}
 
 
 @lru_cache

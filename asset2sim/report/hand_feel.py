@@ -93,6 +93,7 @@ def _usual(joint: Row) -> str:
 MECHANISMS = {
     "bistable": "snaps to the end that is nearer and is pressed there by",
     "seal": "a gasket keeps it shut by up to",
+    "latch": "a catch keeps it shut by up to",
     "strut": "a strut lifts it by up to",
 }
 """Mechanism → its effort on a joint besides a spring, in words."""

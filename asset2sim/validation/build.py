@@ -94,7 +94,7 @@ def as_thick_as_their_kind(
     found = dict(proposals)
     for link in features.links:
         answer = proposals.get(link.name)
-        part = part_name(link.label, joints.get(link.name, ""), link.name)
+        part = part_name(link.label, link.name, joints.get(link.name, ""))
         if answer is None or link.name not in joints or link.name in theirs or part not in PLATES:
             continue
         if answer.density_kg_m3 is None or answer.wall_m or answer.mass_kg is not None or link.outer_m2 <= 0.0:

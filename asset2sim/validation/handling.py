@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.parts import held_as, part_name
 from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
@@ -18,7 +18,7 @@ from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_
 from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
 from schemas.finding import Notes
-from schemas.mechanism import STAYS, EffortRange, MechanismName
+from schemas.mechanism import CAUGHT, STAYS, EffortRange, MechanismName
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.support import SupportKind
@@ -42,12 +42,13 @@ FIRMER, LIGHTER = 1.5, 0.75
 
 @dataclass(frozen=True)
 class MovedPart:
-    """The part that a joint moves: its longest edge (m), its weight (N), and whether it is round about the joint's
-    axis, so that it is turned about itself."""
+    """The part that a joint moves: its longest edge (m), its weight (N), whether it is round about the joint's axis, so
+    that it is turned about itself, and how far it reaches along that axis, over how far across."""
 
     length_m: float = 0.0
     weight_n: float = 0.0
     round: bool = False
+    extent: float = 1.0
 
 
 UNKNOWN_PART = MovedPart()
@@ -90,8 +91,9 @@ def handling(
     features: Features, joint: JointFeatures, proposal: JointProposal | None, moved: MovedPart = UNKNOWN_PART
 ) -> Handling:
     """The handling of one joint by its part, the object's category and the words about it; no object stands yet."""
-    named = part_name(carried_label(features, joint), joint.name, joint.child)
     motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
+    named = part_name(carried_label(features, joint), joint.child, joint.name)
+    named = held_as(named, features.category, motion, moved.extent)
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
     row = part_effort(named, features.category, motion, moved.length_m, loose=not stays)
@@ -116,7 +118,7 @@ def named_mechanism(usual: MechanismName, proposal: JointProposal | None) -> Mec
         return usual if proposal is None or proposal.mechanism is None else proposal.mechanism
     if is_sprung(proposal):
         return "spring return"
-    if usual == "seal" or (proposal.holds in (None, usual in STAYS) and usual != "spring return"):
+    if usual in CAUGHT or (proposal.holds in (None, usual in STAYS) and usual != "spring return"):
         return usual
     return "friction" if proposal.holds else "free"
 
@@ -187,7 +189,11 @@ def handlings(
         axis, origin = frame[:3, :3] @ hinge.axis, frame[:3, 3]
         length = float(np.ptp(cloud, axis=0).max()) if len(cloud) else 0.0
         weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in links)
-        part = MovedPart(length, weight, not joint.prismatic and round_about(cloud, axis, origin))
+        part = MovedPart(length, weight)
+        if len(cloud) and not joint.prismatic:
+            flat = np.ptp(cloud - np.outer(cloud @ axis, axis), axis=0).max()
+            extent = float(np.ptp(cloud @ axis) / max(flat, 1e-9))
+            part = replace(part, round=round_about(cloud, axis, origin), extent=extent)
         kind = handling(features, joint, proposals.get(name), part)
         ways = 1.0 if (joint.open or 0.0) >= (joint.closed or 0.0) else -1.0
         grip = grip_on(cloud, axis, origin, slides=joint.prismatic, opens=ways)

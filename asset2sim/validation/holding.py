@@ -11,7 +11,7 @@ from asset2sim.validation.handling import SAFE_SHARE, Handling
 from asset2sim.validation.limits import Range
 from asset2sim.validation.positions import Start
 from schemas.finding import Notes
-from schemas.mechanism import STAYS, Bias
+from schemas.mechanism import CAUGHT, STAYS, Bias
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule
@@ -115,7 +115,7 @@ def holding(
         load = max(load, float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0)))
     # What is left anywhere resists a hand both ways, by detents or a brake: a dial, a blade.
     felt = kind.least_effort if kind.anywhere else felt_friction(kind, here)
-    if not kind.anywhere and leads_off_its_stop(start, here):
+    if leads_off_its_stop(start, here):
         felt = kind.least_effort + abs(here)
     wanted = max(settings.hold_margin * load, bump, felt)
     bearable = min(kind.most_upward + here, kind.most_downward - here)
@@ -168,7 +168,7 @@ def must_hold(proposal: JointProposal, start: Start, pull: Pull, largest_gravity
     open."""
     if proposal.holds is not None:
         return proposal.holds
-    if proposal.mechanism is not None and proposal.mechanism != "seal":
+    if proposal.mechanism is not None and proposal.mechanism not in CAUGHT:
         return proposal.mechanism in STAYS
     holds = start.requested and is_open(start)
     if holds and leaves(start, pull, largest_gravity):

@@ -292,5 +292,6 @@ def held_where_left(
         and not kind.anywhere
         and math.hypot(pull.force, pull.slope) <= UPRIGHT * largest
     ):
-        bump = min(bump, settings.upright_bump_share)
+        swings = settings.default_friction_rad_s2 * mechanics.held / largest if largest > 0.0 else 0.0
+        bump = min(bump, settings.upright_bump_share, swings)
     return holding(start, pull, largest, kind, balance, bump_share=bump, settings=settings)

@@ -54,7 +54,7 @@ def mechanism_bias(span: Range, kind: Handling, settings: PhysicsSettings) -> Bi
         return None
     if snaps(span, kind):
         return snap(span, kind)
-    return seal(span, kind, settings) if kind.mechanism == "seal" else None
+    return catch(span, kind, settings) if kind.mechanism in ("seal", "latch") else None
 
 
 def bias_armature(bias: Bias | None, least_inertia: float, travel: float, settings: PhysicsSettings) -> float:
@@ -72,17 +72,19 @@ def snap(span: Range, kind: Handling) -> Bias:
     return Bias(kind="bistable", slope=2.0 * force / (high - low), none_at=(low + high) / 2.0, least=-force, most=force)
 
 
-def seal(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
-    """Effort of a magnetic gasket on a shut door, over the last millimetres; less on what it would tip over, none
-    where the range has no closed end."""
+def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
+    """Effort of a magnetic gasket, or of a latch, on a shut door, over the last millimetres; less on what it would tip
+    over, none where the range has no closed end."""
     way = np.sign(span.open - span.closed)
     if way == 0.0 or span.lower is None:
         return None
     tips = kind.tips_upward if way > 0.0 else kind.tips_downward
-    force = kind.lever * min(settings.seal_n, settings.press_margin * tips)
-    width = min(settings.seal_travel_m / kind.lever, 0.5 * span.span)
+    seal = kind.mechanism == "seal"
+    holds_n, travel_m = (settings.seal_n, settings.seal_travel_m) if seal else (settings.latch_n, settings.latch_travel_m)
+    force = kind.lever * min(holds_n, settings.press_margin * tips)
+    width = min(travel_m / kind.lever, 0.5 * span.span)
     least, most = (-force, 0.0) if way > 0.0 else (0.0, force)
-    return Bias(kind="seal", slope=force / width, none_at=span.closed + way * width, least=least, most=most)
+    return Bias(kind=kind.mechanism, slope=force / width, none_at=span.closed + way * width, least=least, most=most)
 
 
 def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:

@@ -112,7 +112,7 @@ def note_guessed_ends(
     confidence ``sure``, which end is closed: what is asked counts from a guess, unless it is ``asked`` as a number."""
     for name, start in starts.items():
         joint = start.range.joint
-        part = part_name(features.link(joint.child).label, name, joint.child)
+        part = part_name(features.link(joint.child).label, joint.child, name)
         motion = "slider" if joint.prismatic else "hinge"
         plain = (
             joint.type != "continuous"
