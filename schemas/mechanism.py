@@ -6,7 +6,9 @@ from pydantic import Field
 
 from schemas.base import Finite, Frozen, NonNegative, Positive
 
-MechanismName = Literal["free", "friction", "spring return", "detent", "bistable", "screw", "strut", "seal", "latch", "brake"]
+MechanismName = Literal[
+    "free", "friction", "spring return", "detent", "bistable", "screw", "strut", "seal", "latch", "brake"
+]
 """Kinds of a part: it moves freely; stays by friction, detents, a thread or a brake; returns by a spring; snaps between
 two ends; has its weight carried by a strut, counterweight or gas spring; or is kept shut by a gasket or catch."""
 STAYS: tuple[MechanismName, ...] = ("friction", "detent", "bistable", "screw", "strut", "seal", "latch", "brake")

@@ -96,15 +96,15 @@ class PhysicsSettings(Frozen):
     seal_travel_m: Positive = 8e-3
     """Way of a door's edge over which its gasket pulls, m: gaskets have bellows of 8 to 12 mm."""
     latch_n: Positive = 20.0
-    """Force at a door's edge with which its catch lets go, N: appliances' typically do so at 10 to 40 N; a dishwasher's,
-    measured, at 25 N (15 N·m, Drake's ``DoorHingeConfig``)."""
+    """Force at a door's edge with which its catch lets go, N: appliances' typically do so at 10 to 40 N; a dishwasher's
+    measured at 25 N (15 N·m, Drake's ``DoorHingeConfig``)."""
     latch_travel_m: Positive = 4e-3
     """Way of a door's edge over which its catch pulls, m: a roller or hook of some millimetres."""
     default_coast_s: Positive = 0.1
     """Default time constant I_eff / damping, s (design.md: passes in two engines)."""
     default_friction_rad_s2: NonNegative = 0.6
-    """Default friction over I_eff of a hinge, rad/s²: with its coast of 1.5 s a door that is pushed at 1 rad/s swings on
-    by 28°, of any size; doors without closers do by 20° to 60°."""
+    """Default friction over I_eff of a hinge, rad/s²: with its coast of 1.5 s a door pushed at 1 rad/s swings on by
+    28°, of any size; doors without closers do by 20° to 60°."""
     default_friction_m_s2: NonNegative = 0.5
     """Default friction over moved mass of a slider, m/s²: rollers at a coefficient of 0.05."""
     free_friction_share: Fraction = 0.1

@@ -15,19 +15,25 @@ from schemas.guidance import AskedMaterial, AskedWeight
 ROLLS_SHARE = 0.5
 """Share of the object's height up to which a wheel's lowest point may lie for it to roll on the ground: they are drawn
 small, large, and on things that lie."""
-WHICH_ONE = frozenset(
-    "left right top bottom front back rear upper lower middle center inner outer main root first second third fourth "
-    "link joint hinge slide rail body part mesh visual obj group revolute prismatic continuous rotation translation "
-    "motion mechanism region side small large a b c l r x y z".split()
-)
+WHICH_ONE = {
+    *("left", "right", "top", "bottom", "front", "back", "rear", "upper", "lower", "middle", "center"),
+    *("inner", "outer"),
+    *("main", "root", "first", "second", "third", "fourth", "region", "side", "small", "large", *"abclrxyz"),
+    *("link", "joint", "hinge", "slide", "rail", "body", "part", "mesh", "visual", "obj", "group", "mechanism"),
+    *("revolute", "prismatic", "continuous", "rotation", "translation", "motion"),
+}
 """Last words of names that say which part, or how it moves, and not what it is."""
-HOLDS_PARTS = frozenset("frame base case housing holder bracket mount board cabinet".split())
+HOLDS_PARTS = {"frame", "base", "case", "housing", "holder", "bracket", "mount", "board", "cabinet"}
 """Last words of names of what a part is on: a door's frame is no door."""
 JOINED = 5
 """Least letters of a label that is looked for within a word, as in "gasknob"."""
 LEVER_SHARE = 0.35
 """Most extent of a handle along its hinge, as a share of its longest across it, for it to be a lever or a bar on a
 spindle: a bail hangs between two pins."""
+LEAF_THIN, LEAF_SHARE = 0.2, 0.25
+"""Thickness of a leaf over its second longest edge, at most, and that edge over the object's longest, at least."""
+UP = 2
+"""Index of the vertical among the axes of the root's frame."""
 ROW_SHARE = 0.15
 """Parts whose centres differ by less than this share of the object's height stand in one row."""
 
@@ -65,6 +71,7 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
             across = [edge for edge, share in zip(link.box_m, along, strict=True) if share < max(along)]
             extent = link.box_m[along.index(max(along))] / max(max(across, default=0.0), 1e-9)
             name = held_as(name, category, joint.motion, extent)
+            name = name or leaf_name(joint.type, joint.axis, link.box_m, info.size_closed_m)
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
 
@@ -74,6 +81,17 @@ def held_as(name: str, category: str, motion: str, extent: float) -> str:
     is how far it reaches along, over how far across."""
     usual = tables.mechanism(name, category, motion) is tables.mechanism(name, "*", motion)
     return "lever" if name == "handle" and usual and motion != "slider" and extent < LEVER_SHARE else name
+
+
+def leaf_name(motion: str, axis: Vector, box_m: Vector, whole_m: Vector) -> str:
+    """The part that one without a name is by its shape: a large thin leaf on a hinge in its plane is a "door", or where
+    it lies level a "lid"; else "". ``motion`` is its joint's type, ``whole_m`` the object's edges."""
+    thin = min(range(3), key=lambda edge: box_m[edge])
+    second = sorted(box_m)[1]
+    flat = box_m[thin] <= LEAF_THIN * second and second >= LEAF_SHARE * max(whole_m)
+    if motion != "revolute" or not flat or abs(axis[thin]) > LEAF_THIN:
+        return ""
+    return "door" if thin != UP else "lid"
 
 
 def rolls(info: ObjectInfo, wheel: LinkInfo) -> bool:
@@ -100,7 +118,9 @@ def head_part(name: str) -> str:
         return ""
     two, *several = "_".join(words[-2:]), *(form for word in reversed(words) for form in (word, word.removesuffix("s")))
     inside = (label for word in reversed(words) for label in labels if len(label) >= JOINED and label in word)
-    found = next((form for form in (two, *several) if form in labels), next(inside, "door" if "door" in words[-1] else ""))
+    found = next(
+        (form for form in (two, *several) if form in labels), next(inside, "door" if "door" in words[-1] else "")
+    )
     return labels.get(found, "")
 
 

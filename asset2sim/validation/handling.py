@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.guidance.parts import held_as, part_name
+from asset2sim.guidance.parts import held_as, leaf_name, part_name
 from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
@@ -93,7 +93,9 @@ def handling(
     """The handling of one joint by its part, the object's category and the words about it; no object stands yet."""
     motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
     named = part_name(carried_label(features, joint), joint.child, joint.name)
-    named = held_as(named, features.category, motion, moved.extent)
+    named = held_as(named, features.category, motion, moved.extent) or leaf_name(
+        joint.type, joint.axis_in_root, features.link(joint.child).box_size, features.closed_size
+    )
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
     row = part_effort(named, features.category, motion, moved.length_m, loose=not stays)

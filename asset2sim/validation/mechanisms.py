@@ -80,7 +80,9 @@ def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None
         return None
     tips = kind.tips_upward if way > 0.0 else kind.tips_downward
     seal = kind.mechanism == "seal"
-    holds_n, travel_m = (settings.seal_n, settings.seal_travel_m) if seal else (settings.latch_n, settings.latch_travel_m)
+    holds_n, travel_m = (
+        (settings.seal_n, settings.seal_travel_m) if seal else (settings.latch_n, settings.latch_travel_m)
+    )
     force = kind.lever * min(holds_n, settings.press_margin * tips)
     width = min(travel_m / kind.lever, 0.5 * span.span)
     least, most = (-force, 0.0) if way > 0.0 else (0.0, force)
