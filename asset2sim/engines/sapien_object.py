@@ -198,6 +198,9 @@ def give_groups(built: SapienParts, passing: Sequence[tuple[str, str]]) -> None:
     for first, second in passing:
         others[first].add(second)
         others[second].add(first)
+    closed = {name: found | {name} if found else found for name, found in others.items()}
+    # Links that all pass each other are of one kind if each counts itself, links that pass a third alone if not.
+    others = min(others, closed, key=lambda found: len({frozenset(names) for names in found.values()}))
     kinds = list(dict.fromkeys(frozenset(names) for names in others.values()))
     if not passing or len(kinds) > FILTER_BITS:
         return

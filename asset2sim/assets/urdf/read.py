@@ -5,6 +5,7 @@ import logging
 import math
 from collections import Counter
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -204,10 +205,25 @@ def read_contacts(robot: "etree._Element") -> dict[str, LinkContact]:
 
 
 def passing_pairs(robot: "etree._Element") -> tuple[tuple[str, str], ...]:
-    """The pairs of a URDF's links that pass through each other, stated as SRDF does; others collide."""
+    """The pairs of a URDF's links that pass through each other: those stated as SRDF does, and those that fixed joints
+    hold at their places, which can neither push each other apart nor jam. Links of one joint pass anyhow."""
+    links = [str(link.get("name")) for link in robot.findall("link")]
     stated = [(str(item.get("link1")), str(item.get("link2"))) for item in robot.findall("disable_collisions")]
-    links = {link.get("name") for link in robot.findall("link")}
-    return tuple(pair for pair in stated if links.issuperset(pair))
+    ends = {
+        str(child.get("link")): (str(parent.get("link")), joint.get("type") == "fixed")
+        for joint in robot.findall("joint")
+        if (parent := joint.find("parent")) is not None and (child := joint.find("child")) is not None
+    }
+    groups: dict[str, list[str]] = {}
+    for link in links:
+        held = link
+        for _ in ends:  # a file that is not checked yet may have a loop
+            held = ends[held][0] if ends.get(held, ("", False))[1] else held
+        groups.setdefault(held, []).append(link)
+    adjacent = {frozenset((child, parent)) for child, (parent, _) in ends.items()}
+    unmoved = [pair for group in groups.values() for pair in combinations(group, 2) if {*pair} not in adjacent]
+    every = {frozenset(pair): pair for pair in (*unmoved, *stated) if {*links}.issuperset(pair)}
+    return tuple(every.values())
 
 
 def front_of(robot: yourdfpy.Robot, urdf_file: Path) -> Array:
