@@ -229,4 +229,8 @@ def latest_rows(out: Path | str, *names: str) -> tuple[pd.DataFrame, ...]:
     if found[runs].empty:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     tables = [found[name] for name in names]
+    if found[history].empty:
+        # Its history was removed: the rows that the run itself wrote are left.
+        (run_id,) = latest(found[runs])
+        return tuple(table[table["run_id"] == run_id] for table in tables)
     return tuple(table.merge(found[history], on=list(ASSET_KEY), how="inner") for table in tables)
