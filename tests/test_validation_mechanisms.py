@@ -6,9 +6,14 @@ from pathlib import Path
 import pytest
 
 from asset2sim.baselines.declared_method import known_methods
+from asset2sim.validation.handling import Handling
+from asset2sim.validation.limits import Range
+from asset2sim.validation.mechanisms import mechanism_bias
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
+from schemas.mechanism import CAUGHT, EffortRange
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
+from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source, Status, UpAxis
 from tasks.extract import extract_asset
 from tasks.pipeline import refine_asset
@@ -16,6 +21,7 @@ from tasks.progress import AssetJob
 from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
+from tests.factories import make_features
 
 BODY = shape("0.04 0.04 0.2") + shape("0.15 0.025 0.025", xyz="0.06 0 0.09")
 STICK = shape("0.1 0.02 0.012", xyz="0.04 0 0.006")
@@ -133,6 +139,17 @@ def test_a_seal_never_tips_what_stands_light(tmp_path: Path) -> None:
     words = "A toy fridge 0.3 m tall that weighs 0.5 kg."
     made = only(described(tmp_path, "a", "Refrigerator", words, small, "door", body=shape("0.1 0.1 0.33"), **hinge))
     assert made.bias is not None and -made.exerted(made.closed) < 0.5 * 0.5 * 9.81 * 0.1, "half of what tips it"
+
+
+@pytest.mark.parametrize(("closed", "caught"), [(0.0, True), (0.002, True), (1.0, False)])
+def test_a_catch_presses_on_a_stop_alone(closed: float, caught: bool) -> None:
+    door = make_features("7").movable_joints[0]
+    span = Range(door, 0.0, 2.0, closed, 2.0, Source.AUTHORED)
+    most = EffortRange(kind="door", least_n=1.0, most_n=45.0, source="a test")
+    kind = Handling(most, anywhere=False, counterbalanced=False)
+    for mechanism in CAUGHT:
+        bias = mechanism_bias(span, replace(kind, mechanism=mechanism, lever=0.4), PhysicsSettings())
+        assert (bias is not None) is caught, "what is shut in the middle of its range would run away"
 
 
 HEAVY = {

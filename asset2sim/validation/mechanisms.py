@@ -74,9 +74,10 @@ def snap(span: Range, kind: Handling) -> Bias:
 
 def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
     """Effort of a magnetic gasket, or of a latch, on a shut door, over the last millimetres; less on what it would tip
-    over, none where the range has no closed end."""
+    over; none where no stop meets the closed part, which it would press on beyond."""
     way = np.sign(span.open - span.closed)
-    if way == 0.0 or span.lower is None:
+    stop = span.lower if way > 0.0 else span.upper
+    if way == 0.0 or stop is None:
         return None
     tips = kind.tips_upward if way > 0.0 else kind.tips_downward
     seal = kind.mechanism == "seal"
@@ -85,6 +86,8 @@ def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None
     )
     force = kind.lever * min(holds_n, settings.press_margin * tips)
     width = min(travel_m / kind.lever, 0.5 * span.span)
+    if abs(span.closed - stop) > width:
+        return None
     least, most = (-force, 0.0) if way > 0.0 else (0.0, force)
     return Bias(kind=kind.mechanism, slope=force / width, none_at=span.closed + way * width, least=least, most=most)
 
