@@ -3,7 +3,6 @@
 import base64
 import pickle
 import socket
-import sys
 import threading
 import types
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +11,7 @@ from time import time
 
 import pytest
 
+import asset2sim.models.prior.answer as tables_answer
 from asset2sim.models.gateway.ask import ask, prompt_hash
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
@@ -223,10 +223,8 @@ def test_waits_grow_and_honour_the_provider_within_bounds() -> None:
 @pytest.fixture
 def prior(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
     """A stand-in for the tables: the provider that LiteLLM calls is the real one."""
-    module = types.ModuleType("asset2sim.models.prior.answer")
-    module.answer = lambda text: '{"echo": "' + text + '"}'  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "asset2sim.models.prior.answer", module)
-    return module
+    monkeypatch.setattr(tables_answer, "answer", lambda text: '{"echo": "' + text + '"}')
+    return tables_answer
 
 
 def test_the_prior_answers_in_this_process_and_costs_nothing(prior: types.ModuleType) -> None:
@@ -246,7 +244,7 @@ def test_the_prior_may_be_asked_from_many_threads(prior: types.ModuleType) -> No
         seen.add(threading.get_ident())
         return text
 
-    prior.answer = answer  # type: ignore[attr-defined]
+    prior.answer = answer
     requests = [REQUEST.model_copy(update={"text": f"question {index}"}) for index in range(24)]
     with ThreadPoolExecutor(4) as pool:
         answers = list(pool.map(lambda request: ask(request, ModelSettings()), requests))
@@ -261,7 +259,7 @@ def test_a_prior_that_fails_is_reported_and_not_asked_again(prior: types.ModuleT
         asked.append(text)
         raise ValueError("no structured information in the prompt")
 
-    prior.answer = fail  # type: ignore[attr-defined]
+    prior.answer = fail
     answer = ask(REQUEST, ModelSettings())
     assert len(asked) == len(answer.calls) == 1
     assert answer.error is not None and "no structured information" in answer.error

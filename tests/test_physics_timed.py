@@ -1,5 +1,5 @@
 """What a person was promised, watched in each engine at 240 Hz and 60 Hz: a lid that closes, a drawer that stops, a
-trigger that returns."""
+paddle that returns."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,21 +21,21 @@ THING = robot(
     link("body", shape("1 1 1")),
     link("lid", shape("0.3 0.3 0.02", xyz="0.15 0 0")),
     link("drawer", shape("0.5 0.4 0.2")),
-    link("trigger", shape("0.02 0.02 0.06", xyz="0 0 -0.03")),
+    link("paddle", shape("0.02 0.02 0.06", xyz="0 0 -0.03")),
     link("door", shape("0.4 0.02 0.6", xyz="0.2 0 0")),
     joint("lid", "revolute", "body", "lid", xyz="0.6 0 1", axis="0 -1 0", limit="0 1.8"),
     joint("drawer", "prismatic", "body", "drawer", xyz="2 0 0", axis="1 0 0", limit="0 0.4"),
-    joint("trigger", "revolute", "body", "trigger", xyz="0 2 0", axis="0 1 0", limit="0 0.5"),
+    joint("paddle", "revolute", "body", "paddle", xyz="0 2 0", axis="0 1 0", limit="0 0.5"),
     joint("door", "revolute", "body", "door", xyz="0 -2 0", axis="0 0 1", limit="-2 2"),
 )
-MASSES = {"body": 30.0, "lid": 0.6, "drawer": 2.0, "trigger": 0.02, "door": 3.0}
+MASSES = {"body": 30.0, "lid": 0.6, "drawer": 2.0, "paddle": 0.02, "door": 3.0}
 WISHES = Overlay(
     scale=1.0,
     links=tuple(LinkProposal(name=name, mass_kg=mass) for name, mass in MASSES.items()),
     joints=(
         JointProposal(name="lid", closes_s=1.5, holds=False),
         JointProposal(name="drawer", stops_within=0.1),
-        JointProposal(name="trigger", returns_s=0.25, spring_rest=0.0),
+        JointProposal(name="paddle", returns_s=0.25, spring_rest=0.0),
         JointProposal(name="door", stops_within=0.5),
     ),
 )
@@ -71,7 +71,7 @@ def let_go(world: World, name: str, position: float, speed: float = 0.0) -> Iter
         yield count * world.timestep_s, float(world.positions()[index])
 
 
-@pytest.mark.parametrize(("name", "start", "seconds"), [("lid", 0.9, 1.5), ("trigger", 0.5, 0.25)])
+@pytest.mark.parametrize(("name", "start", "seconds"), [("lid", 0.9, 1.5), ("paddle", 0.5, 0.25)])
 def test_it_closes_or_returns_in_the_time_asked(world: World, name: str, start: float, seconds: float) -> None:
     arrived = next(time for time, position in let_go(world, name, start) if position <= 0.1 * start)
     assert arrived == pytest.approx(seconds, rel=0.25)
