@@ -110,11 +110,11 @@ class Progress:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
             now = os.times()
-            self.processor_s[stage] += now.user + now.system - before.user - before.system
+            self.processor_s[stage] += (now.user - before.user) + (now.system - before.system)
             # What refinement has children do is to measure.
             by = Stage.MEASURE if stage is Stage.REFINE else stage
-            self.processor_s[by] += now.children_user + now.children_system
-            self.processor_s[by] -= before.children_user + before.children_system
+            children_s = now.children_user - before.children_user, now.children_system - before.children_system
+            self.processor_s[by] += sum(children_s)
         if result.measure_s:
             self.seconds[stage] -= result.measure_s
             self.seconds[Stage.MEASURE] = self.seconds.get(Stage.MEASURE, 0.0) + result.measure_s

@@ -232,7 +232,7 @@ def differing(one: Path, two: Path) -> dict[str, dict[Hashable, tuple[object, ob
         for column, value in row.items():
             # A question that was paid for by a worker that is lost is answered from the cache the second time.
             named = column in ("run_id", "source_path", "content_hash", "cached_calls")
-            named = named or str(column).startswith("seconds")
+            named = named or str(column).startswith(("seconds", "processor_s"))
             if not named and str(value) != str(second[name][column]):
                 found.setdefault(name, {})[column] = (value, second[name][column])
     return found

@@ -49,15 +49,15 @@ if __name__ == "__main__":
 """A folder of this machine, a bucket, and the bucket once more from a machine that knows nothing yet."""
 
 OF_THE_RUN = ["run_id", "started_at", "finished_at", "content_hash", "source_path", "dataset", "latency_s", "seconds"]
-"""Columns of when and where, beside ``seconds_…``."""
+"""Columns of when and where, beside ``seconds_…`` and ``processor_s_…``."""
 
 
 def comparable(out: Path | str, name: str) -> pd.DataFrame:
     table = read_table(out, name)
     if name in ("runs", "asset_history"):
         table = table[table["run_id"] == table["run_id"].min()].reset_index(drop=True)
-    timed = [column for column in table.columns if "seconds" in column or column in OF_THE_RUN]
-    return table.drop(columns=timed)
+    timed = table.columns.str.contains("seconds|^processor_s_", regex=True)
+    return table.loc[:, ~(timed | table.columns.isin(OF_THE_RUN))]
 
 
 @pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")

@@ -1,8 +1,11 @@
 """What a stage raises: an error of reading an asset is a finding of the stage, another one the program's own."""
 
 import errno
+import os
 import time
 from collections import defaultdict
+from functools import partial
+from random import Random
 
 import pytest
 
@@ -77,6 +80,18 @@ def test_processor_time_is_that_of_the_stage_and_of_its_children_without_waiting
     progress.run(Stage.REFINE, work)
     assert 0.08 < progress.processor_s[Stage.REFINE] < 0.2, "what its engines do is to measure"
     assert 0.08 < progress.processor_s[Stage.MEASURE] < 0.2
+
+
+def test_a_stage_that_takes_no_processor_time_takes_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However much of it the process and its children took before: a rounded sum of the four is never negative."""
+    clocks_s = [tick / 100.0 for tick in range(1, 4000, 7)]
+    random = Random(1)
+    for _ in range(500):
+        now = os.times_result((*random.choices(clocks_s, k=4), 0.0))
+        monkeypatch.setattr("os.times", partial(lambda value: value, now))
+        progress = Progress()
+        progress.run(Stage.EXTRACT, StageResult)
+        assert progress.processor_s == {Stage.EXTRACT: 0.0}
 
 
 def busy() -> None:
