@@ -74,6 +74,7 @@ def base_of(task: ProbeTask, points: Array, seed: int) -> Array:
     origin = at + SHIFT_M * shift[:2] - (low + high) / 2.0
     base = np.eye(4)
     base[:2, :2], base[:2, 3] = turn.T, -turn.T @ origin
+    base[2, 3] = points[:, 2].min()  # what is fixed clears the floor: the arm stands as high as the object
     return base
 
 

@@ -74,6 +74,7 @@ def test_a_joint_starts_where_the_task_says_and_the_arm_as_droids(thing: Path) -
     assert scene.stage.positions() == {"slide": pytest.approx(0.06)}
     assert (START - FLANGE)[[1, 3, 5, 6]] == pytest.approx(np.pi * np.array([-1 / 5, -4 / 5, 3 / 5, 0.0]))
     assert scene.stage.data.qpos[scene.stage.tool_places] == pytest.approx(OPEN)
+    assert in_base(thing, CLOSE, 0)[:, 2].min() == pytest.approx(0.0, abs=1e-6), "its foot is level with the arm's"
 
 
 def test_an_object_without_the_tasks_joint_is_refused_with_those_it_has(thing: Path) -> None:
