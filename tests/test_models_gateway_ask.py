@@ -4,9 +4,10 @@ import base64
 import pickle
 import socket
 import threading
-import types
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from email.utils import formatdate
+from functools import partial
 from time import time
 
 import pytest
@@ -20,6 +21,8 @@ from schemas.request import LabelledImage, ModelRequest
 from schemas.secret import redact
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, forget_refusals, serve
+
+StandIn = Callable[[Callable[[str], str]], None]
 
 REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PNG = base64.b64decode(
@@ -221,13 +224,13 @@ def test_waits_grow_and_honour_the_provider_within_bounds() -> None:
 
 
 @pytest.fixture
-def prior(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
-    """A stand-in for the tables: the provider that LiteLLM calls is the real one."""
-    monkeypatch.setattr(tables_answer, "answer", lambda text: '{"echo": "' + text + '"}')
-    return tables_answer
+def from_tables(monkeypatch: pytest.MonkeyPatch) -> StandIn:
+    """Puts a stand-in for the tables in place: the provider that LiteLLM calls is the real one."""
+    return partial(monkeypatch.setattr, tables_answer, "answer")
 
 
-def test_the_prior_answers_in_this_process_and_costs_nothing(prior: types.ModuleType) -> None:
+def test_the_prior_answers_in_this_process_and_costs_nothing(from_tables: StandIn) -> None:
+    from_tables(lambda text: '{"echo": "' + text + '"}')
     request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
     answer = ask(request, ModelSettings())
     assert answer.content == '{"echo": "What is it?"}'
@@ -236,7 +239,7 @@ def test_the_prior_answers_in_this_process_and_costs_nothing(prior: types.Module
     assert 6 <= call.prompt_tokens <= 12 and 6 <= call.completion_tokens <= 14
 
 
-def test_the_prior_may_be_asked_from_many_threads(prior: types.ModuleType) -> None:
+def test_the_prior_may_be_asked_from_many_threads(from_tables: StandIn) -> None:
     main = threading.get_ident()
     seen: set[int] = set()
 
@@ -244,7 +247,7 @@ def test_the_prior_may_be_asked_from_many_threads(prior: types.ModuleType) -> No
         seen.add(threading.get_ident())
         return text
 
-    prior.answer = answer
+    from_tables(answer)
     requests = [REQUEST.model_copy(update={"text": f"question {index}"}) for index in range(24)]
     with ThreadPoolExecutor(4) as pool:
         answers = list(pool.map(lambda request: ask(request, ModelSettings()), requests))
@@ -252,14 +255,14 @@ def test_the_prior_may_be_asked_from_many_threads(prior: types.ModuleType) -> No
     assert seen and main not in seen
 
 
-def test_a_prior_that_fails_is_reported_and_not_asked_again(prior: types.ModuleType) -> None:
+def test_a_prior_that_fails_is_reported_and_not_asked_again(from_tables: StandIn) -> None:
     asked: list[str] = []
 
     def fail(text: str) -> str:
         asked.append(text)
         raise ValueError("no structured information in the prompt")
 
-    prior.answer = fail
+    from_tables(fail)
     answer = ask(REQUEST, ModelSettings())
     assert len(asked) == len(answer.calls) == 1
     assert answer.error is not None and "no structured information" in answer.error
