@@ -119,7 +119,7 @@ def test_numbers_that_no_such_part_has_are_supplied_and_the_reason_is_said(tmp_p
     assert (trust, source) == (Trust.DOUBTFUL, Source.MODEL) and "same" in why, "a hinge and a slider"
     assert judged('friction="60"', quantity=Quantity.FRICTION)[0] is Trust.DOUBTFUL
     assert judged('spring_stiffness="90"', quantity=Quantity.SPRINGS)[0] is Trust.DOUBTFUL
-    trust, source, why = judged('spring_stiffness="0.02"', quantity=Quantity.SPRINGS)
+    trust, source, why = judged('spring_stiffness="0.002"', quantity=Quantity.SPRINGS)
     assert (trust, source) == (Trust.DOUBTFUL, Source.RULE) and "half a minute" not in why, "no hand feels it"
 
 
