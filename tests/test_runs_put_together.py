@@ -73,13 +73,13 @@ def test_in_mujoco_each_part_is_at_its_place_and_opens_while_the_others_rest(
     assert len(joints) == sum(map(len, MOVED.values())) and plain.njnt == len(joints) + 1, "the kettle is free"
     for index in joints:
         spec = mujoco.MjSpec.from_file(str(scene / "scene.xml"))
-        servo = spec.add_actuator(target=plain.joint(index).name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        servo = spec.add_actuator(name="hand", target=plain.joint(index).name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_position(kp=500.0, dampratio=1.0)
         model = spec.compile()
         data = start(model)
         before = data.qpos.copy()
         for step in range(round(3.0 / model.opt.timestep)):
-            data.ctrl[0] = model.jnt_range[index][1] * min(1.0, step * model.opt.timestep / 2.0)
+            data.actuator("hand").ctrl = model.jnt_range[index][1] * min(1.0, step * model.opt.timestep / 2.0)
             mujoco.mj_step(model, data)
         share = np.abs(data.qpos - before)[model.jnt_qposadr[joints]] / np.ptp(model.jnt_range[joints], axis=1)
         assert share[joints.index(index)] > OPENED, model.joint(index).name
