@@ -1,4 +1,4 @@
-"""What carries an object by springs is a suspension: kept, at rest under its load, and no hand's to move."""
+"""Suspensions: springs that carry an object are kept, at rest under its load, and no hand is to move them."""
 
 from pathlib import Path
 
