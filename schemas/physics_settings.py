@@ -143,7 +143,7 @@ class PhysicsSettings(Frozen):
     """... and most: rubber on dry concrete has 1.0 to 1.2; simulators' files state 100 where parts are to stick."""
     disputed_factor: Positive = 3.0
     """Factor beyond which a model's number stands against a plausible one of a file: a guess within it says nothing
-    against a number that somebody wrote down; mistaken units and placeholders are off by ten and more."""
+    against an authored number; mistaken units and placeholders are off by ten and more."""
     kept_massless_share: Fraction = 0.01
     """Share of a mass that is kept which a link without geometry takes over: four such links leave it within a
     twentieth of what its file says."""

@@ -69,7 +69,7 @@ class Handling:
     tips_upward: float = math.inf
     tips_downward: float = math.inf
     ground_load: float = 0.0
-    """What the ground exerts on the joint where the object stands on its part by a spring, N·m or N."""
+    """Effort of the ground on the joint where the object stands on its part by a spring, N·m or N."""
 
     @property
     def least_effort(self) -> float:
