@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.enforce import to_arrow
 from lab.comparisons.charts import failure_chart, growth_chart
 from lab.comparisons.comparison_rows import Row, failure_rows, figure_rows, growth_rows
-from lab.comparisons.figure_specs import COST, STABILITY, SUCCESS
+from lab.comparisons.figure_specs import COST, LARGE_SUBSET, STABILITY, SUCCESS
 from lab.comparisons.first_table import first_table
 from lab.comparisons.markdown import (
     agreement_sentences,
@@ -116,6 +116,7 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
         notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects),
         "### Stability and semantics",
         stability_tables(found.stability, model),
+        *large_set_section(found, model),
         *found.shapes,
         *meaning_section(found, model),
         "### How assets ended",
@@ -124,6 +125,16 @@ def model_section(found: Comparison, model: str, chart: str) -> list[str]:
         "### Cost of an asset",
         figure_table(found.cost, COST, model),
     ]
+
+
+def large_set_section(found: Comparison, model: str) -> list[str]:
+    """Success and stability of the paper's 93 objects that are among others; empty where these alone, or none, are."""
+    own = found.objects[found.objects["subset"] == LARGE_SUBSET]
+    if found.subset is not None or own.empty:
+        return []
+    figures = (*SUCCESS, *STABILITY)
+    said = f"Of these, the {own['asset_id'].nunique()} that are of the paper's 93:"
+    return [said, figure_table(figure_rows(own, figures, LARGE_SUBSET), figures, model)]
 
 
 def meaning_section(found: Comparison, model: str) -> list[str]:
@@ -147,6 +158,7 @@ def page_block(found: Comparison, pictures: dict[str, str]) -> str:
     parts = [
         notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects),
         figure_table(found.stability, STABILITY, model),
+        *large_set_section(found, model),
         *found.shapes,
         *meaning_section(found, model),
         f"![Outcomes of each method with {described(model)}]({pictures[model]})",

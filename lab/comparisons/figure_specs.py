@@ -21,6 +21,8 @@ class Stated:
 
 NINE_SUBSET = "paper9"
 """The subset of Table 1's nine objects."""
+LARGE_SUBSET = "paper93"
+"""The subset of Table 6's 93 objects."""
 EXCLUDED_CATEGORIES = ("Stapler", "Toilet")
 """Categories that one of the paper's penetration columns excludes."""
 

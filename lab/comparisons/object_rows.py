@@ -43,6 +43,7 @@ def _objects(run: MethodRun, limits: Thresholds) -> pd.DataFrame:
             "model": run.label,
             "asset_id": merged["asset_id"].astype(str),
             "category": merged["category"].astype(str),
+            "subset": merged["subset"],
             "ok": merged["status"] == "ok",
             "failure_mode": merged["failure_mode"].astype(str),
             "paper_failure_mode": [PAPER_FAILURE_MODES.get(FailureMode(mode)) for mode in merged["failure_mode"]],

@@ -11,6 +11,7 @@ _OBJECTS: tuple[Column, ...] = (
     *_RUN,
     ("asset_id!", TEXT, "", "The asset"),
     ("category!", TEXT, "", "What the object is"),
+    ("subset", TEXT, "", "The manifest's subset; null where it names none"),
     ("ok!", FLAG, "", "Whether it passed every test that was run"),
     ("failure_mode!", TEXT, "", "Why it failed, none for ok"),
     ("paper_failure_mode", TEXT, "", "The paper's name for the failure mode; null for ok, and where it has none"),

@@ -16,7 +16,7 @@ from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.expectations import meet
 from lab.comparisons.charts import growth_chart, spread_labels
-from lab.comparisons.comparison import compare, write_comparison, write_page
+from lab.comparisons.comparison import compare, large_set_section, write_comparison, write_page
 from lab.comparisons.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
 from lab.comparisons.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
 from lab.comparisons.first_table import first_table
@@ -46,7 +46,7 @@ MODEL = "prior/noisy"
 
 def one(method: Method, asset_id: str, model: str = MODEL, /, **changes: object) -> dict[str, object]:
     fields: dict[str, object] = {
-        "method": method.value, "model": model, "asset_id": asset_id, "category": "Box", "ok": True,
+        "method": method.value, "model": model, "asset_id": asset_id, "category": "Box", "subset": None, "ok": True,
         "failure_mode": "none", "paper_failure_mode": None, "penetration_mm": 0.0, "drift_passes": True,
         "oscillation_passes": True, "paper_tests_pass": True, "alignment": 1.0, "judged": np.nan,
         "scale_deviation": 0.1, "joint_deviation_rad": 0.2, "calls": 1, "tokens": 100, "cost_usd": 0.01, "seconds": 2.0,
@@ -92,6 +92,16 @@ def test_figures_by_hand() -> None:
     ours = found(rows, Method.ASSET2SIM, "penetration_nonzero")
     assert ours["value"] == pytest.approx(0.5), "what is rounding counts as zero"
     assert (ours["paper"], ours["paper_spread"]) == (12.83, 18.14)
+
+
+def test_those_of_the_papers_large_set_stand_for_themselves() -> None:
+    objects = OBJECTS.assign(subset=["paper93", "extra", None, "paper93", "extra", None, "paper93"])
+    section = large_set_section(compare(objects, None, "pybullet"), MODEL)
+    assert section[0] == "Of these, the 1 that are of the paper's 93:"
+    direct = next(line for line in section[1].splitlines() if line.startswith("| direct VLM"))
+    assert direct.split("|")[2].strip().startswith("100.0") and "paper 97.5" in section[1], "object 1 alone passed"
+    for alone in (compare(objects, "paper93", "pybullet"), compare(OBJECTS, None, "pybullet")):
+        assert large_set_section(alone, MODEL) == []
 
 
 def expected(meaning: float, size: bool | None, asked: int, start: int, rest: int) -> dict[str, object]:
