@@ -28,7 +28,7 @@ def output() -> Console:
     """Standard output: as wide as the terminal, or ``WIDE`` columns in a file or a pipe. What it prints is shown, never
     obeyed: escapes in a prompt or a name are left out, brackets are brackets."""
     console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
+    if not console.is_terminal or not console.file.isatty():
         console.width = WIDE
     console.push_render_hook(_OnlyPrintable())
     return console

@@ -83,7 +83,8 @@ class Report:
 def progress(total: int) -> Iterator[Report]:
     """A report to call with each finished record."""
     console = Console(stderr=True)
-    with _bar(console, total) if console.is_terminal else _lines(total) as report:
+    # Where colours are forced (a notebook, a build server's log) rich takes any file for a terminal.
+    with _bar(console, total) if console.is_terminal and console.file.isatty() else _lines(total) as report:
         yield report
 
 
