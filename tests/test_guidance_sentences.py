@@ -210,7 +210,27 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
 ]
 
 
-@pytest.mark.parametrize(("information", "guidance", "expected"), PAPER_AND_MANIFEST + OWN_PHRASINGS)
+D, C, T = known.DRAWERS, known.CABINET, known.TOILET
+NAMED_BEFORE: list[tuple[Json, str, dict[str, float]]] = [
+    (D, "a desk with three drawers, the upper one half open", {"d0": 0.25}),
+    (D, "a chest of drawers with three drawers and the bottom one open", {"d2": 0.5}),
+    (D, "a nightstand with drawers, one of them open", {"d0": 0.5}),
+    (D, "a dresser having three drawers, of which the middle one is half open", {"d1": 0.25}),
+    (D, "a dresser with drawers, the top two open", {"d0": 0.5, "d1": 0.5}),
+    (D, "the two upper drawers are open and the lowest is closed", {"d0": 0.5, "d1": 0.5, "d2": 0.0}),
+    (D, "three drawers, all of them closed", {"d0": 0.0, "d1": 0.0, "d2": 0.0}),
+    (D, "first two drawers ajar", {"d0": 0.1, "d1": 0.1}),
+    (C, "a cabinet with two doors and two drawers, the left door open", {"door_left": 1.6}),
+    (C, "a sideboard with two doors, both half open", {"door_left": 0.8, "door_right": 0.8}),
+    (C, "a cupboard with two doors, one open, the other closed", {"door_left": 1.6, "door_right": 0.0}),
+    (C, "the doors and the left drawer open", {"door_left": 1.6, "door_right": 1.6, "drawer_left": 0.5}),
+    (T, "a toilet with a lid and a seat, the lid open", {"lid": 1.6}),
+    (T, "a toilet with lid and seat, both open", {"lid": 1.6, "seat": 1.6}),
+]
+"""States of parts that are counted, or named before: what is described is not all opened."""
+
+
+@pytest.mark.parametrize(("information", "guidance", "expected"), PAPER_AND_MANIFEST + OWN_PHRASINGS + NAMED_BEFORE)
 def test_asked_states(information: Json, guidance: str, expected: dict[str, float]) -> None:
     overlay = ask(information, guidance)
     assert overlay["initial_joint_positions"] == pytest.approx(expected, abs=2e-3)

@@ -52,12 +52,15 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
     ordinals = [item.value for item in segment.of("ordinal")]
     quantifiers = {item.value for item in segment.of("quantifier")}
     others = "other" in quantifiers
+    count = int(next((item.number for item in segment.of("count")), 0))
     if "everything" in quantifiers:
         return Mention(_openable(parts), ("everything",), others)
     if not specific:
-        if (ordinals or others) and last.words and last.words != ("everything",):
+        if (ordinals or others or count) and last.words and last.words != ("everything",):
             kind = last.words[-1]
-            chosen = pick(info, parts_named(parts, kind), ordinals, parts) if ordinals else parts_named(parts, kind)
+            named = parts_named(parts, kind)
+            chosen = pick(info, named, ordinals, parts, count) if ordinals else named
+            chosen = tuple(reading_order(info, chosen, parts)[:count]) if count and not ordinals else chosen
             return Mention(chosen, (kind,), others)
         if "all" in quantifiers or others:
             return Mention(_openable(parts), ("everything",), others)
@@ -66,12 +69,12 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
     for item in specific:
         candidates = parts_named(parts, item.value) or _main_parts_if_unnamed(info, parts, item.value)
         if ordinals:
-            picked = pick(info, candidates, ordinals, parts)
+            picked = pick(info, candidates, ordinals, parts, count)
             picked = picked[:1] if item.kind == "part" and _single(picked) else picked
             before = pick(info, candidates, last.carried, parts) if last.carried else ()
             candidates = before + tuple(part for part in picked if part not in before)
-        elif segment.of("count"):
-            candidates = tuple(reading_order(info, candidates, parts)[: int(segment.of("count")[0].number)])
+        elif count:
+            candidates = tuple(reading_order(info, candidates, parts)[:count])
         elif item.kind == "part" and not quantifiers and len(candidates) > 1 and _single(candidates):
             candidates = (max(candidates, key=lambda part: round(part.extent, 6)),)
         chosen_all += [part for part in candidates if part not in chosen_all]

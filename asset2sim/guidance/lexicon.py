@@ -172,7 +172,7 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
         return None
     if token.endswith("n't"):
         return Item("not", "state", index, index + 1)
-    if token in _COUNTS and any(map(part_word, tokens[index + 1 : index + 2])):
+    if token in _COUNTS and _counts_parts(tokens, index):
         return Item("count", token, index, index + 1, _COUNTS[token])
     if token in _ORDINALS and not _is_time(tokens, index):
         return Item("ordinal", _ORDINALS[token], index, index + 1)
@@ -193,6 +193,15 @@ def _is_hypothetical(tokens: tuple[str, ...], index: int) -> bool:
     start = max((i + 1 for i in range(index) if not tokens[i][0].isalnum()), default=0)
     clause = tokens[max(start, index - 4) : index]
     return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(clause))
+
+
+def _counts_parts(tokens: tuple[str, ...], index: int) -> bool:
+    """Whether a number counts parts: before their word or its ordinal, after an ordinal, or for those named before:
+    "two drawers", "two upper drawers", "the top two", "one of them", "one ajar"."""
+    before, after = tokens[max(index - 1, 0) : index], tokens[index + 1 : index + 2]
+    if any(word in _ORDINALS for word in before):
+        return tokens[index] != "one"
+    return any(word in _ORDINALS or word == "of" or part_word(word) for word in after) or _opens(after)
 
 
 def _opens(following: tuple[str, ...]) -> bool:

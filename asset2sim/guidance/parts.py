@@ -169,12 +169,23 @@ def outermost(info: ObjectInfo, chosen: Sequence[MovablePart]) -> tuple[MovableP
     return tuple(part for part in chosen if not _hangs_from(info, part.joint.parent, children))
 
 
+_ENDS = {"0": True, "top": True, "-1": False, "bottom": False}
+"""Ordinals from which several are counted, and whether forwards in reading order."""
+
+
 def pick(
-    info: ObjectInfo, candidates: Sequence[MovablePart], ordinals: Sequence[str], parts: Sequence[MovablePart]
+    info: ObjectInfo,
+    candidates: Sequence[MovablePart],
+    ordinals: Sequence[str],
+    parts: Sequence[MovablePart],
+    count: int = 1,
 ) -> tuple[MovablePart, ...]:
     """Candidates that ordinals name, in reading order: top row first, each from left to right as seen from the front.
-    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left."""
+    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left. With a ``count``
+    of several, the first or last so many: "the top two"."""
     chosen = reading_order(info, candidates, parts)
+    if count > 1 and ordinals and ordinals[0] in _ENDS:
+        return tuple(chosen[:count] if _ENDS[ordinals[0]] else chosen[-count:])
     for side in (ordinal for ordinal in ordinals if not _counts(ordinal)):
         chosen = _at_side(info, chosen, side, parts)
     numbers = [int(ordinal) for ordinal in ordinals if _counts(ordinal)]

@@ -29,6 +29,8 @@ def asked_states(
         if segment.sentence != sentence:
             sentence, pending = segment.sentence, NO_MENTION
         here = mention(info, parts, segment, last)
+        if pending.found and here.words == ("everything",) and not here.others and _refers(segment):
+            here = NO_MENTION
         state = state_of(segment, here.found or pending.found)
         if here.found or here.carried:
             last = here
@@ -89,10 +91,18 @@ def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment)
     ]
 
 
+def _refers(segment: Segment) -> bool:
+    """Whether "all" or "both" are those just named: "two doors, both open"."""
+    return all(item.value == "all" for item in segment.of("quantifier"))
+
+
 def _joined(first: Mention, second: Mention) -> Mention:
-    """Both mentions as one; of the first, only the parts that open and close."""
+    """Both mentions as one; of the first, only the parts that open and close. Where the second is some of the first,
+    those alone: "with two drawers, the upper one open"."""
     if not second.found:
         return first
+    if second.parts and set(second.parts) <= set(first.parts):
+        return second
     opening = tuple(part for part in first.parts if part.mechanism.role in ("main", "cap"))
     parts = opening + tuple(part for part in second.parts if part not in opening)
     return Mention(parts, (first.words if opening else ()) + second.words, second.others)
