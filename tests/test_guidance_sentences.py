@@ -237,6 +237,37 @@ def test_asked_states(information: Json, guidance: str, expected: dict[str, floa
     assert [name for name in overlay["asked"] if name != "scale"] == list(overlay["initial_joint_positions"])
 
 
+@pytest.mark.parametrize(
+    ("guidance", "longest_m"),
+    [
+        ("jewelry box roughly 20 by 15 by 10 cm with its lid half open", 0.2),
+        ("gift box (12 in x 8 in x 4 in)", 0.3048),
+        ("a box 80cm x 70cm x 35cm", 0.8),
+        ("wooden box 300 mm × 0.2 m", 0.3),
+        ("a box that is 3 by 5 inches", 0.127),
+        ("a crate about a meter long", 1.0),
+        ("a box half a metre wide", 0.5),
+        ("a bin two feet tall", 0.6096),
+        ("a tub 25 cm in diameter", 0.25),
+        ("a box 4x4 plywood", 0.4),
+        ("a box on a foot", 0.4),
+    ],
+)
+def test_a_size_in_edges_or_in_words(guidance: str, longest_m: float) -> None:
+    assert ask(known.BOX, guidance)["scale"] * 1.6 == pytest.approx(longest_m, abs=1e-3)
+
+
+def test_half_a_kilo_is_a_weight() -> None:
+    assert ask(known.BOX, "a box of half a kilo")["mass_change"]["to_kg"] == pytest.approx(0.5)
+
+
+def test_what_a_whole_object_opens_by_and_other_names_of_parts() -> None:
+    suitcase = ask(known.SUITCASE, "a suitcase, opened like a book")["initial_joint_positions"]
+    assert suitcase == pytest.approx({"lid": 3.14}, abs=1e-3)
+    assert list(ask(known.LAPTOP, "a laptop, lid barely open")["initial_joint_positions"]) == ["screen"]
+    assert ask(known.BOTTLE, "a bottle, its cap screwed on tight")["initial_joint_positions"] == {"cap": 0.0}
+
+
 def test_a_length_opens_a_slide_at_the_final_scale() -> None:
     overlay = ask(known.DRAWERS, "a small office cabinet with its first drawer pulled out 5 cm")
     assert overlay["initial_joint_positions"]["d0"] * overlay["scale"] == pytest.approx(0.05, rel=1e-3)

@@ -44,6 +44,16 @@ _SCALED = re.compile(r"\bscal(?:e|ed|ing)(?:\s+(?:factor|of|to|by|is|it|up|down)
 _SIZED = re.compile(r"[\s-]*(?:long|wide|tall|high|deep|across|in\s+(?:length|width|height|depth|diameter))\b")
 _OPENED = re.compile(r"[\s-]*(?:open|closed|shut|of\s+the\s+way)\b")
 _OPENS = re.compile(r"\bopen(?:ed)?(?:\s+(?:by|to|at))?\s*$")
+_SPELT = re.compile(
+    r"\b(?P<half>half\s+)?(?P<word>an?|one|two|three|four|five|six)\s+(?P<unit>(?:centi|milli)?met(?:re|er)s?|inch(?:es)?"
+    r"|kilo(?:gram)?s?|pounds?|feet|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot"
+    r"|(?<=about\sa\s)foot|(?<=by\sa\s)foot)\b"
+)
+"""Amounts in words: "a metre long", "half a kilo", "open about a foot"; else "a foot" may be one to stand on."""
+_SPELT_NUMBERS = {"a": 1.0, "an": 1.0, "one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0, "five": 5.0, "six": 6.0}
+_EDGE = r"(\d+(?:\.\d+)?)\s*(cm|mm|m|centimet(?:re|er)s?|millimet(?:re|er)s?|met(?:re|er)s?|inch(?:es)?|in|ft|feet)?"
+_EDGES = re.compile(rf"(?<![\w.,]){_EDGE}\s*(?:x|×|by)\s*{_EDGE}(?:\s*(?:x|×|by)\s*{_EDGE})?(?![\w.])")
+"""Two or three edges: "20 by 15 by 10 cm", "80cm x 70cm x 35cm"."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:,\d{3})+")
 _NUMBER = re.compile(rf"\d+(?:[.,]\d+)?|{_THOUSANDS.pattern}")
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -78,9 +88,26 @@ def asked_masses(guidance: str) -> tuple[AskedMass, ...]:
     )
 
 
+def _in_digits(found: "re.Match[str]") -> str:
+    """An amount in words as a number with its unit."""
+    return f"{_decimal(_SPELT_NUMBERS[found['word']] * (0.5 if found['half'] else 1.0))} {found['unit']}"
+
+
+def _longest(found: "re.Match[str]") -> str:
+    """The longest of some edges, as a length: which of them is meant as the height nobody says."""
+    digits, units = found.groups()[::2], found.groups()[1::2]
+    last = next((unit for unit in reversed(units) if unit), None)
+    if last is None:
+        return found.group()
+    edges = [(digit, unit or last) for digit, unit in zip(digits, units, strict=True) if digit]
+    longest, unit = max(edges, key=lambda edge: float(edge[0]) * _unit(edge[1])[1])
+    return f"{longest} {'inches' if unit == 'in' else unit} long"
+
+
 @lru_cache(maxsize=64)
 def _read(guidance: str) -> tuple[str, tuple[UnmetNumber, ...]]:
-    text, pieces, unmet, end = guidance.lower().replace("\u2019", "'"), list[str](), list[UnmetNumber](), 0
+    text = _SPELT.sub(_in_digits, guidance.lower().replace("\u2019", "'"))
+    text, pieces, unmet, end = _EDGES.sub(_longest, text), list[str](), list[UnmetNumber](), 0
     for found in _AMOUNT.finditer(text):
         before, after = text[max(found.start() - NEAR, 0) : found.start()], text[found.end() : found.end() + NEAR]
         word, why = _rewritten(found, before, after)

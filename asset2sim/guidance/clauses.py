@@ -82,8 +82,10 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
 
 
 def whole(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
-    """The parts that a state of the whole object is about: a laptop's screen, both halves of a pair of scissors."""
-    return outermost(info, main_parts(parts))
+    """The parts that a state of the whole object is about: a laptop's screen, both halves of a pair of scissors; not
+    the handle by which one carries it."""
+    mains = main_parts(parts)
+    return outermost(info, tuple(part for part in mains if part.name != "handle") or mains)
 
 
 def _openable(parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:

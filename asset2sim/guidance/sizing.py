@@ -65,7 +65,7 @@ def _lengths(statements: Sequence[Segment]) -> tuple[AskedLength, ...]:
     return tuple(
         AskedLength(
             metres=item.number,
-            following="".join(segment.tokens[item.end - segment.start :][:1]),
+            following=_following(segment.tokens[item.end - segment.start :]),
             beside=tuple(sorted((MEASURING | LONGEST) & set(segment.tokens))),
             **place_of(segment),
         )
@@ -74,6 +74,11 @@ def _lengths(statements: Sequence[Segment]) -> tuple[AskedLength, ...]:
         for item in segment.of("length")
         if item.number > 0.0
     )
+
+
+def _following(tokens: tuple[str, ...]) -> str:
+    """The word that says which edge a length is about, "" for none: "tall", "in height"."""
+    return "".join(tokens[1:2] if tokens[:1] == ("in",) else tokens[:1])
 
 
 def _size_words(tokens: tuple[str, ...], statements: Sequence[Segment]) -> tuple[SizeWord, ...]:
