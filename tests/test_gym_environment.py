@@ -332,3 +332,55 @@ def test_the_three_lines_of_the_documentation_run(thing: Path) -> None:
 def test_the_papers_nine_have_a_task_each_that_moves_a_joint() -> None:
     tasks = learned_tasks()
     assert len(tasks) == 9 and tasks["101673"].name == "bag handle sideways" and tasks["103275"].name == "stapler press"
+
+
+def test_joints_start_where_a_state_says_anew_at_each_reset(thing: Path) -> None:
+    env = opened(thing, base=BASE, state="random", settings=SHORT)
+    upper, at = env.subject.upper, [env.reset(seed=seed)[1]["position"] for seed in range(12)]
+    assert max(at) > 0.8 * upper and 0.0 < min(at) < 0.25 * upper and len(set(at)) == 12
+    assert env.reset(seed=5)[1]["position"] == at[5] and not env.reset()[1]["solved_at_start"]
+    assert env.reset(options={"state": {"slide": 0.5}})[1]["position"] == pytest.approx(0.5 * upper)
+    assert env.reset(options={"state": "closed"})[1]["solved_at_start"]
+    with pytest.raises(LoadError, match='no state "ajar"'):
+        env.reset(options={"state": "ajar"})
+    assert env.stage.base[2, 3] == 0.0, "a base that is given stays"
+
+
+def thrown(env: ObjectEnv, data: Any) -> None:
+    """The whole object is thrown up, tumbling."""
+    if data.time < 0.05:
+        data.qvel[env.stage.model.body_dofadr[env.root] + np.arange(6)] = (0.0, 0.0, 1.5, 0.0, -4.0, 0.0)
+
+
+def coasting(env: ObjectEnv, data: Any) -> None:
+    """At the first touch the part goes off by itself towards its target."""
+    if sum(env.touched) == 1:
+        data.qvel[env.subject.dof] = -0.6
+
+
+def rebounding(env: ObjectEnv, data: Any) -> None:
+    """Once the arm has pushed the part shut and left, it comes back from its stop by itself."""
+    if any(env.touched) and not any(env.touched[-50:]) and data.qpos[env.subject.place] < 2e-3:
+        data.qvel[env.subject.dof] = 0.5
+
+
+@pytest.mark.parametrize(
+    ("cheat", "fixed", "task", "guard"),
+    [(thrown, False, Verb.CLOSE, "displaced"), (coasting, True, Verb.CLOSE, "moved_untouched"),
+     (rebounding, True, Verb.OPEN, "moved_untouched")],
+)  # fmt: skip
+def test_a_part_that_gets_there_by_a_throw_a_coast_or_a_rebound_is_no_success(
+    tmp_path: Path, cheat: Callable[[ObjectEnv, Any], None], fixed: bool, task: Verb, guard: str
+) -> None:
+    """The arm pushes the part shut as planned; the joint has next to no friction, so that the part goes on."""
+    folder = slider(tmp_path / "thing", fixed=fixed, friction=0.0, damping=0.05, holds=False)
+    plan = opened(folder, action="joints").subject.plan
+    assert plan is not None
+    env = opened(folder, task=Task("it", task), action="joints", base=plan.base)
+    env.watched = lambda data, _: cheat(env, data)
+    env.reset(options={"start": 0})
+    ended = False
+    while not ended:
+        *_, ended, info = env.step(planned_action(env, plan))
+    assert info["S_best"] > 0.9 and info[guard] and not info["is_success"]
+    assert guard == "displaced" or info["untouched_share"] > 0.5

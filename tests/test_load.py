@@ -7,17 +7,21 @@ import re
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 
 import asset2sim.load
 from asset2sim.catalog.index import loader_source, write_index
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
-from asset2sim.load import describe
+from asset2sim.load import LoadError, describe
+from asset2sim.load.overlaps import TOUCH_M, depth, pieces_of
 from lab.loaders import hold
 from lab.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
 from lab.pages.blocks import markers
@@ -28,7 +32,7 @@ from schemas.vocabulary import Engine, Export, FailureMode, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, ROOT, SHARED, prior, sample
 from tests.factories import make_failure, make_record
-from tests.test_load_engines import BALL, BASE, NEEDS, written
+from tests.test_load_engines import BALL, BASE, NEEDS, body, box, written
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
@@ -52,6 +56,65 @@ print([name for name in ours if name in sys.modules])
         [sys.executable, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=300
     )
     assert ended.stdout.splitlines()[-2:] == ["fixed 0.25", "[]"]
+
+
+LEFT, RIGHT = (body(name, 0.5, "0 0 0", 1e-3, box("0.1 0.1 0.1")) for name in ("left", "right"))
+SLIDES = {
+    "a": {"kind": "prismatic", "axis": "1 0 0", "xyz": "-0.2 0 0", "child": "left", "lower": 0.0, "upper": 0.2},
+    "b": {"kind": "prismatic", "axis": "-1 0 0", "xyz": "0.2 0 0", "child": "right", "lower": 0.0, "upper": 0.2},
+}
+"""Two cubes of 0.1 m whose faces are 0.3 m apart and which slide towards each other by up to 0.2 m each."""
+
+
+def test_a_state_in_which_links_are_in_each_other_is_refused_and_none_is_drawn(tmp_path: Path) -> None:
+    thing = describe(written(tmp_path / "slides", BASE + LEFT + RIGHT, SLIDES))
+    assert thing.positions_at({"a": 1.0, "b": 0.5}) == {"a": 0.2, "b": 0.1}, "they touch"
+    with pytest.raises(LoadError, match=r"state: 'open' puts link 'left' 100 mm into 'right'; choose other.* a or b"):
+        thing.positions_at("open")
+    drawn = [thing.positions_at("random", seed) for seed in range(60)]
+    assert all(one["a"] + one["b"] <= 0.3 + TOUCH_M for one in drawn)
+    assert thing.positions_at("random", 3) == drawn[3] != drawn[4], "a seed gives the same"
+    for name in ("a", "b"):
+        assert min(one[name] for one in drawn) < 0.04 and max(one[name] for one in drawn) > 0.16
+    apart = BASE + LEFT + RIGHT + '<disable_collisions link1="right" link2="left"/>'
+    assert describe(written(tmp_path / "apart", apart, SLIDES)).positions_at("open") == {"a": 0.2, "b": 0.2}
+    above = {**SLIDES, "b": SLIDES["b"] | {"xyz": "0.2 0 0.11"}}
+    assert describe(written(tmp_path / "above", BASE + LEFT + RIGHT, above)).positions_at("open")["b"] == 0.2
+    crowded = {**SLIDES, "b": SLIDES["b"] | {"xyz": "-0.15 0 0", "initial_position": 0.0}}
+    asked = describe(written(tmp_path / "crowded", BASE + LEFT + RIGHT, crowded))
+    assert asked.positions_at({"b": 0.0}) == {"a": 0.0, "b": 0.0}, "as deep as it is asked to be is no more"
+
+
+@pytest.mark.system
+def test_how_deep_pieces_are_is_what_mujoco_measures(tmp_path: Path) -> None:
+    """Two wedges, as meshes, at random turns and places: the depth is no less than MuJoCo's, and free where it is."""
+    mujoco = pytest.importorskip("mujoco")
+    corners = [[0, 0, 0], [0.2, 0, 0], [0, 0.3, 0], [0.05, 0.05, 0.25], [0.2, 0.3, 0]]
+    trimesh.convex.convex_hull(np.array(corners)).export(tmp_path / "wedge.obj")
+    text = f'<collision><geometry><mesh filename="{tmp_path}/wedge.obj"/></geometry></collision>'
+    piece = pieces_of(ET.fromstring(f"<link>{text}</link>"))[0]
+    spec = mujoco.MjSpec()
+    spec.add_mesh(name="wedge", file=str(tmp_path / "wedge.obj"))
+    for name in ("one", "other"):
+        spec.worldbody.add_body(name=name, mocap=True).add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="wedge")
+    model = spec.compile()
+    data, rng, met = mujoco.MjData(model), np.random.default_rng(0), 0
+    for _ in range(60):
+        placed = []
+        for body_number in range(2):
+            rotation = trimesh.transformations.random_rotation_matrix(rng.uniform(size=3))[:3, :3]
+            at = rng.uniform(-0.1, 0.1, 3)
+            placed.append((piece[0] @ rotation.T + at, piece[1] @ rotation.T))
+            data.mocap_pos[body_number] = at
+            mujoco.mju_mat2Quat(data.mocap_quat[body_number], rotation.ravel())
+        mujoco.mj_kinematics(model, data)
+        away = mujoco.mj_geomDistance(model, data, 0, 1, 1.0, None)
+        deep = depth(*placed)
+        met += away < -1e-3
+        assert (deep > 1e-4) >= (away < -1e-3) and (away > 1e-3) <= (deep < 0.01)
+        if away < -1e-3:
+            assert -away - 2e-3 <= deep <= 1.5 * -away + 5e-3
+    assert 10 < met < 55
 
 
 def make_run(run_id: str) -> RunRow:

@@ -317,7 +317,8 @@ def test_what_is_given_is_checked_and_reset_undoes_it(engine: str, tmp_path: Pat
         ({"timestep_s": math.nan}, "timestep_s: nan is not a finite number"),
         ({"position": (0.0,)}, "position: .* is not 2 or 3 finite"),
         ({"position": "here"}, "position: here is not 2 or 3 finite"),
-        ({"state": "ajar"}, 'no state "ajar"; choose "closed", "open", or'),
+        ({"state": "ajar"}, 'no state "ajar"; choose "closed", "open", "random", or'),
+        ({"state": "random", "seed": -1}, "seed: -1 is no whole number from 0 on"),
         ({"state": {"j": 5}}, "5 for joint 'j' is no share"),
         ({"timestep_s": 0}, "timestep_s: 0 is no time step"),
         ({"yaw": None}, "yaw: None is not a finite number"),
@@ -354,6 +355,8 @@ def test_what_is_given_is_checked_and_reset_undoes_it(engine: str, tmp_path: Pat
     assert item.velocities()["j"] == pytest.approx(0.5 / MOMENT * 10 * STEP, rel=0.05)
     item.reset("closed")
     assert [item.positions()["j"], item.velocities()["j"]] == pytest.approx([-3.0, 0.0], abs=1e-5)
+    item.reset("random", seed=7)
+    assert item.positions() == pytest.approx(describe(folder).positions_at("random", 7), abs=1e-5)
     item.reset()
     item.set_targets({"j": 0.5})
     for _ in range(240):

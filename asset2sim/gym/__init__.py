@@ -12,6 +12,7 @@ from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.record import command
 from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import Action, ObjectEnv
+from asset2sim.load.description import State
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings
@@ -29,12 +30,16 @@ def make_env(
     action: Literal["tool", "joints"] = "tool",
     settings: LearningSettings | None = None,
     base: Array | None = None,
+    state: State = None,
 ) -> gymnasium.Env[NDArray[np.float32], Action]:
     """An environment of the refined object in ``folder`` (as OUT/assets/ID), what ``ObjectEnv`` says of it. ``task`` is
     one of ``asset2sim.gym.arm.tasks`` or its name, None the object's first that moves a joint; ``action`` is ``tool``
-    or ``joints``; ``base`` the (4, 4) pose of the arm's base, None to plan it (seconds, once a process and object).
+    or ``joints``; ``base`` the (4, 4) pose of the arm's base, None to plan it (seconds, once a process and object);
+    ``state`` where its joints start, as in ``asset2sim.load``: None as asked of it, on the starts of the reset check.
     Raises UsageError where there is nothing to learn, LoadError where the object cannot be loaded."""
-    return gymnasium.make(ENVIRONMENT, folder=str(folder), task=task, action=action, settings=settings, base=base)
+    return gymnasium.make(
+        ENVIRONMENT, folder=str(folder), task=task, action=action, settings=settings, base=base, state=state
+    )
 
 
 def planned_action(env: ObjectEnv, plan: ToolPlan) -> Action:

@@ -21,6 +21,7 @@ from asset2sim.gym.contact import ToolContacts
 from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
+from asset2sim.load.description import State
 from asset2sim.physics.arrays import Array
 from schemas.errors import UnknownChoiceError
 from schemas.learning_settings import LearningSettings
@@ -45,6 +46,8 @@ OBSERVATION = MappingProxyType(
 SIZE, DAMPED = 38, 0.05
 SAMPLE_S = SAMPLE_STEPS * TIMESTEP_S
 """Time between two samples, s: as in recorded interactions."""
+REDRAWN = 16
+"""How often a random state is drawn again that has the part at its target."""
 INSIDE_RAD = 0.02
 """How far commands stay from the joints' bounds."""
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -74,7 +77,9 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     ``asset2sim.gym.guards`` found, and ``is_success``: S is at least 0.9 (a press: 0.8 at its deepest), no guard fires.
 
     An episode is truncated after ``episode_s``; it is terminated only where the simulation diverges or the object flies
-    away. ``reset(seed=…)`` draws a start of the reset check; ``reset(options={"start": 0})`` asks for one.
+    away. ``reset(seed=…)`` draws a start of the reset check; ``reset(options={"start": 0})`` asks for one. ``state``,
+    of the environment or ``reset(options={"state": …})``, has joints start as in ``asset2sim.load``: "closed", "open",
+    "random", drawn anew at each reset, or {joint: share}; no links are in each other then.
     """
 
     def __init__(
@@ -85,13 +90,14 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         settings: LearningSettings | None = None,
         base: Array | None = None,
         render_mode: None = None,
+        state: State = None,
     ) -> None:
         if action not in ("tool", "joints"):
             raise UnknownChoiceError("action", action, ("tool", "joints"))
         self.settings = settings or LearningSettings()
         self.subject = subject_of(Path(folder), task, base, self.settings)
         self.stage: CompiledScene = replace(self.subject.stage, data=mujoco.MjData(self.subject.stage.model))
-        self.by_joints = action == "joints"
+        self.by_joints, self.state = action == "joints", state
         self.metadata, self.render_mode = {"render_modes": []}, render_mode
         self.sample_steps = round(SAMPLE_S / self.settings.timestep_s)
         self.dt_s = self.settings.samples_per_action * SAMPLE_S
@@ -123,14 +129,17 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begin an episode. ``options["start"]`` is the number of a start; ValueError where there is no such."""
+        """Begin an episode. ``options["start"]`` is the number of a start; ValueError where there is no such.
+        ``options["state"]`` is another of the joints; LoadError where there is no such."""
         super().reset(seed=seed)
+        state = (options or {}).get("state", self.state)
         count = len(self.subject.starts)
-        drawn = int(self.np_random.integers(count)) if self.settings.perturbed else 0
+        drawn = int(self.np_random.integers(count)) if self.settings.perturbed and state is None else 0
         index = int((options or {}).get("start", drawn))
         if not 0 <= index < count:
             raise ValueError(f"there is no start {index}: they are 0 to {count - 1}")
-        self.subject.started_at(self.stage.data, index, self.settings.settle_s)
+        positions = None if state is None else self.positions_of(state)
+        self.subject.started_at(self.stage.data, index, self.settings.settle_s, positions)
         self.begin()
         if self.settings.perturbed and "start" not in (options or {}):
             self.shift_arm()
@@ -138,6 +147,16 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         solved = solved_at_start(first, subject.target, subject.lower, subject.upper, self.settings.guards)
         self.last = self.observe()
         return self.last.copy(), {"start": index, "solved_at_start": solved, "position": first}
+
+    def positions_of(self, state: State) -> dict[str, float]:
+        """Joint → position in a state; a random one is drawn again where nothing would be left to do."""
+        subject = self.subject
+        for _ in range(REDRAWN):
+            found = subject.stage.about.positions_at(state, int(self.np_random.integers(2**31)))
+            at, guards = found[subject.joint.name], self.settings.guards
+            if not solved_at_start(at, subject.target, subject.lower, subject.upper, guards):
+                break
+        return found
 
     def shift_arm(self) -> None:
         """Let the arm wait a little beside where it waits."""

@@ -1,7 +1,7 @@
 """State that the environments of one object and task share: the compiled world, the task's numbers, and the starts."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -17,6 +17,7 @@ from asset2sim.gym.arm.paths import carried, vertices
 from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan, planned
 from asset2sim.gym.arm.scene import TOOL, CompiledScene, base_at, build_stage
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
+from asset2sim.load.description import height_at
 from asset2sim.physics.arrays import Array
 from schemas.base import Vector3
 from schemas.errors import UsageError
@@ -75,18 +76,28 @@ class TrialSubject:
         """A position of the joint, rad or m, as a share of its limits as loaded."""
         return (position - self.lower) / (self.upper - self.lower)
 
-    def started_at(self, data: mujoco.MjData, index: int, settle_s: float) -> None:
-        """Set the state of one start, 0 the plain one, at rest; kept once it has been worked out."""
+    def started_at(
+        self, data: mujoco.MjData, index: int, settle_s: float, state: Mapping[str, float] | None = None
+    ) -> None:
+        """Set the state of one start, 0 the plain one, at rest; kept once it has been worked out. ``state`` are joint
+        positions, rad or m, other than those of the plain start."""
         key = (index, settle_s)
-        if key not in self.settled:
-            self.settled[key] = self.settle(data, self.starts[index], settle_s if index else 0.0)
+        if state is not None:
+            found = self.settle(data, PLAIN, 0.0, state)
+        elif key in self.settled:
+            found = self.settled[key]
+        else:
+            found = self.settled[key] = self.settle(data, self.starts[index], settle_s if index else 0.0)
         mujoco.mj_resetData(self.stage.model, data)
-        data.qpos[:], data.qvel[:] = self.settled[key]
+        data.qpos[:], data.qvel[:] = found
         data.ctrl[:] = waiting(self.stage.gripper)
         mujoco.mj_forward(self.stage.model, data)
 
-    def settle(self, data: mujoco.MjData, start: ResetStart, settle_s: float) -> tuple[Array, Array]:
-        """Positions and speeds after an object was let go of in a start, its joints held, and given time."""
+    def settle(
+        self, data: mujoco.MjData, start: ResetStart, settle_s: float, state: Mapping[str, float] | None = None
+    ) -> tuple[Array, Array]:
+        """Positions and speeds after an object was let go of in a start, its joints held, and given time; it stands as
+        high over the floor in another ``state`` of its joints."""
         model, stage = self.stage.model, replace(self.stage, data=data)
         mujoco.mj_resetData(model, data)
         data.ctrl[:] = waiting(stage.gripper)
@@ -94,8 +105,11 @@ class TrialSubject:
         for number, joint in enumerate(stage.about.joints):
             moved = start.share * (1.0 if (number + start.turn) % 2 == 0 else -1.0)
             low, high = model.jnt_range[int(model.joint(stage.prefix + joint.name).id)]
-            at = joint.initial_position + moved * (high - low)
+            at = (state or {}).get(joint.name, joint.initial_position) + moved * (high - low)
             data.qpos[stage.joint(joint.name)] = np.clip(at, low, high) if high > low and moved else at
+        if self.free_place is not None and state is not None:
+            about = stage.about
+            data.qpos[self.free_place + 2] += height_at(about.urdf, about.root, state) - about.height_m
         mujoco.mj_kinematics(model, data)
         if self.free_place is not None and start != PLAIN:
             self.moved_off(stage, start)
@@ -225,12 +239,12 @@ def arm_spec(gripper: Gripper) -> mujoco.MjSpec:
 
 
 def default_base(folder: Path) -> Array:
-    """(4, 4) pose of the base where the scripted arm finds no way: on the floor before the object's front (+x), facing
-    it, ``ROOM_M`` from its outermost point, within the distances from which the arm reaches the middle."""
+    """(4, 4) pose of the base where the scripted arm finds no way: before the object's front (+x), as high, facing it,
+    ``ROOM_M`` from its outermost point, within the distances from which the arm reaches the middle."""
     stage = build_stage(folder, None, np.eye(4))
     points = vertices(stage, frozenset(range(1, stage.model.nbody)))
     reach = math.hypot(*np.abs(points[:, :2]).max(axis=0)) if len(points) else 0.0
-    return base_at(0.0, float(np.clip(reach + ROOM_M, NEAREST_M, FURTHEST_M)))
+    return base_at(0.0, float(np.clip(reach + ROOM_M, NEAREST_M, FURTHEST_M)), stage.about)
 
 
 def learned_tasks() -> dict[str, Task]:

@@ -10,7 +10,7 @@ numpy, and the engine that is asked for::
     item.apply_effort({"joint_0": 4.0})                  # N or N·m, in every step until it is given anew
     item.step()                                          # item.positions(), velocities(), link_poses(), contacts()
     item.set_targets({"joint_0": 0.2})                   # a servo, rad or m
-    item.reset("closed")
+    item.reset("closed")                                 # or "open", or "random" with seed=7
 
 Set are: initial state, no motors, joint damping, dry friction, springs and references, armature, friction and rolling
 friction of contacts (as far as the engine has it), the base (held where the object is fixed to something), and, in a
@@ -44,7 +44,9 @@ from asset2sim.load.in_sapien import SapienObject
 from asset2sim.load.loaded import Contact, Loaded, Root
 from asset2sim.load.shapes import LoadError, finite, mesh_points
 
-__all__ = ["ENGINES", "Contact", "Description", "Joint", "LoadError", "Loaded", "describe", "load", "mesh_points"]
+__all__ = [
+    "ENGINES", "GAP_M", "Contact", "Description", "Joint", "LoadError", "Loaded", "describe", "load", "mesh_points",
+]  # fmt: skip
 KINDS: tuple[type[Any], ...] = (PyBulletObject, MuJoCoObject, SapienObject, DrakeObject, GenesisObject, NewtonObject)
 ENGINES: dict[str, type[Any]] = {kind.engine: kind for kind in KINDS}
 GAP_M = 0.01  # under what is fixed, as in the exports: a door that reaches down to the floor itself would scrape on it
@@ -59,6 +61,7 @@ class Options(TypedDict, total=False):
     yaw: float
     fixed: bool | None
     state: State
+    seed: int
     timestep_s: float
     strict: bool
 
@@ -80,14 +83,15 @@ def load(folder: str | Path, engine: str, **options: Unpack[Options]) -> Loaded:
 def load(
     folder: str | Path, engine: str = "pybullet", *, into: Any = None, name: str | None = None,
     position: Sequence[float] = (0.0, 0.0), yaw: float = 0.0, fixed: bool | None = None, state: State = None,
-    timestep_s: float = 1.0 / 240.0, strict: bool = False,
+    seed: int = 0, timestep_s: float = 1.0 / 240.0, strict: bool = False,
 ) -> Loaded:  # fmt: skip
     """A refined object in an engine, in its initial state, with the engine's own handles (see the module).
 
     ``position`` is (x, y), the object standing on z = 0, a fixed one 1 cm over it, or (x, y, z) of its root's origin;
     ``yaw`` turns it about the vertical, rad. ``fixed`` holds the root or frees it; None does as the object's support
-    says. ``state`` is another than the initial one: "closed", "open", or for joints by name a share of the way from
-    closed to open. ``name`` tells objects in a world of yours apart; without one it is the asset's, numbered where that
+    says. ``state`` is another than the initial one, in which no links are in each other: "closed", "open", "random",
+    the same for a ``seed`` in every engine, or for joints by name a share of the way from closed to open. ``name``
+    tells objects in a world of yours apart; without one it is the asset's, numbered where that
     is taken. An object that failed warns with its reason, or with ``strict`` raises. Raises LoadError for a folder,
     engine, name, state or number that is none, ImportError where the engine is not installed. Checked at the default
     time step."""
@@ -112,7 +116,7 @@ def load(
             raise LoadError(said)
         warnings.warn(said, stacklevel=2)
     if state is not None:
-        about = about.in_state(state)
+        about = about.in_state(state, seed)
     held = about.support == "fixed" if fixed is None else fixed
     gap = GAP_M if held and about.support == "fixed" else 0.0
     wxyz = (math.cos(turned / 2.0), 0.0, 0.0, math.sin(turned / 2.0))

@@ -1,19 +1,23 @@
 """Description of a refined object: joints, ranges, what holds, where to pull, support, mass and verdict."""
 
 import json
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from asset2sim.load.overlaps import TOUCH_M, Pieces
 from asset2sim.load.shapes import LoadError, end, finite, link_poses, points_of, vector
 
 Values = Mapping[str, float] | Sequence[float] | np.ndarray | float
 """Numbers of joints by name, or one for each in the order of ``joint_names``."""
 State = str | Mapping[str, float] | None
+DRAWN = 16  # states drawn at random before joints are drawn one after another, and of each then
 HANDLES = ("handle", "knob", "pull", "grip", "lever", "latch", "strap")  # names of visuals that hands take begin so
 
 
@@ -121,14 +125,17 @@ class Description:
                 found[joint.name] = joint.mimic[1] * positions[joint.mimic[0]] + joint.mimic[2]
         return found
 
-    def positions_at(self, state: State = None) -> dict[str, float]:
-        """Joint → position, rad or m: None as asked of it, "closed", "open", or for joints by name a share of the way
-        from closed (0) to open (1), the others as asked. Raises LoadError as ``numbers`` does, and for another word."""
+    def positions_at(self, state: State = None, seed: int = 0) -> dict[str, float]:
+        """Joint → position, rad or m: None as asked of it, "closed", "open", "random", or for joints by name a share of
+        the way from closed (0) to open (1), the others as asked. A seed gives the same "random" in every engine. Raises
+        LoadError as ``numbers`` does, for another word, and for a state in which links are in each other."""
         asked = {joint.name: joint.initial_position for joint in self.joints}
         if state is None:
             return asked
-        if isinstance(state, str) and state not in ("closed", "open"):
-            raise LoadError(f'no state "{state}"; choose "closed", "open", or {{joint: share}}')
+        if isinstance(state, str) and state not in ("closed", "open", "random"):
+            raise LoadError(f'no state "{state}"; choose "closed", "open", "random", or {{joint: share}}')
+        if state == "random":
+            return self.drawn(asked, seed)
         leaders = [joint.name for joint in self.joints if joint.mimic is None]
         shares = dict.fromkeys(leaders, float(state == "open")) if isinstance(state, str) else state
         ends = {joint.name: (joint.closed, joint.open) for joint in self.joints}
@@ -137,12 +144,59 @@ class Description:
             if not -1e-6 <= share <= 1.0 + 1e-6:
                 raise LoadError(f"state: {share:g} for joint '{name}' is no share from 0, closed, to 1, open")
         moved = {name: ends[name][0] + share * (ends[name][1] - ends[name][0]) for name, share in shares.items()}
-        return asked | self.followed(moved)
+        positions = asked | self.followed(moved)
+        met = self.overlap(positions)
+        if met is not None:
+            (one, other), deep = met
+            mine = [joint.name for joint in self.joints if joint.link in (one, other)]
+            raise LoadError(
+                f"state: {state!r} puts link '{one}' {1000.0 * deep:.0f} mm into '{other}'; choose other shares for "
+                f"{' or '.join(mine) or 'the joints before them'}"
+            )
+        return positions
 
-    def in_state(self, state: State) -> "Description":
+    def drawn(self, asked: Mapping[str, float], seed: int) -> dict[str, float]:
+        """Positions drawn evenly over the joints' ranges, free of overlaps: all joints at once, else one after another,
+        each left as asked where nothing that is drawn is free. Raises LoadError for a seed that is none."""
+        if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+            raise LoadError(f"seed: {seed!r} is no whole number from 0 on")
+        rng, leaders = np.random.default_rng(int(seed)), [joint for joint in self.joints if joint.mimic is None]
+
+        def draw(joint: Joint) -> dict[str, float]:
+            endless = joint.lower is None or joint.upper is None
+            low, high = (-math.pi, math.pi) if endless else (joint.closed, joint.open)
+            return {joint.name: float(low + rng.uniform() * (high - low))}
+
+        for _ in range(DRAWN):
+            positions = dict(asked) | self.followed({key: at for joint in leaders for key, at in draw(joint).items()})
+            if self.overlap(positions) is None:
+                return positions
+        positions = dict(asked)
+        for index in rng.permutation(len(leaders)):
+            tried = (positions | self.followed(draw(leaders[index])) for _ in range(DRAWN))
+            positions = next((found for found in tried if self.overlap(found) is None), positions)
+        return positions
+
+    @cached_property
+    def pieces(self) -> tuple[Pieces, dict[tuple[str, str], float]]:
+        """What of it may meet, and how deep it is in each other as asked, m."""
+        found = Pieces(self.urdf, self.root, self.passing)
+        return found, found.depths({joint.name: joint.initial_position for joint in self.joints})
+
+    def overlap(self, positions: Mapping[str, float]) -> tuple[tuple[str, str], float] | None:
+        """The links that are deepest in each other at these positions, and how deep, m; None where none are by more
+        than ``TOUCH_M`` and as the object is asked to be."""
+        pieces, before = self.pieces
+        depths = pieces.depths(positions)
+        worst = max(depths, key=lambda pair: depths[pair] - before.get(pair, 0.0), default=None)
+        if worst is None or depths[worst] - before.get(worst, 0.0) <= TOUCH_M:
+            return None
+        return worst, depths[worst]
+
+    def in_state(self, state: State, seed: int = 0) -> "Description":
         """The same object with another initial state, and the height at which it stands then. Raises LoadError as
         ``positions_at`` does."""
-        positions = self.positions_at(state)
+        positions = self.positions_at(state, seed)
         joints = tuple(replace(joint, initial_position=positions[joint.name]) for joint in self.joints)
         return replace(self, joints=joints, height_m=height_at(self.urdf, self.root, positions))
 

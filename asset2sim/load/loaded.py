@@ -119,10 +119,10 @@ class Loaded(ABC):
         metre of lever."""
         self.targets = {} if positions is None else self.targets | self.about.numbers(positions, "set_targets")
 
-    def reset(self, state: State = None) -> None:
-        """Its first place, at rest, joints in the initial state or in another ("closed", "open", {joint: share}),
-        without efforts and targets."""
-        positions = self.about.positions_at(state)
+    def reset(self, state: State = None, seed: int = 0) -> None:
+        """Its first place, at rest, joints in the initial state or in another ("closed", "open", "random" with a seed,
+        {joint: share}), without efforts and targets."""
+        positions = self.about.positions_at(state, seed)
         self.efforts, self.targets = {}, {}
         self.place()
         self.write(positions)

@@ -105,20 +105,22 @@ def points_of(link: ET.Element, tag: str, names: tuple[str, ...] = ("",)) -> np.
     for item in (one for one in link.findall(tag) if str(one.get("name", "")).lower().startswith(names)):
         pose = pose_of(item)
         for shape in item.findall("geometry/*"):
-            half = np.array([0.0, 0.0, float(shape.get("length", 0.0)) / 2.0])
-            if shape.tag == "mesh":
-                points = mesh_points(Path(shape.get("filename", "")), tag == "collision") * vector(shape, "scale", "1")
-            elif shape.tag == "box":
-                points = np.array(np.meshgrid(*[(-v / 2.0, v / 2.0) for v in vector(shape, "size")])).reshape(3, -1).T
-            else:  # round: a cylinder along z by its rims, a sphere or capsule by circles about x
-                around = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
-                circle = float(shape.get("radius", 0.0)) * np.stack(
-                    [np.cos(around), np.sin(around), 0.0 * around], axis=1
-                )
-                tilts = [turn(np.eye(3)[0], tilt) for tilt in (around[:1] if shape.tag == "cylinder" else around)]
-                points = np.vstack([circle @ tilt + side for tilt in tilts for side in (half, -half)])
-            clouds.append(points @ pose[:3, :3].T + pose[:3, 3])
+            clouds.append(shape_points(shape, tag == "collision") @ pose[:3, :3].T + pose[:3, 3])
     return np.vstack(clouds)
+
+
+def shape_points(shape: ET.Element, needed: bool) -> np.ndarray:
+    """(n, 3) points that span a shape of a ``<geometry>``, in its own frame, m; see ``mesh_points``."""
+    half = np.array([0.0, 0.0, float(shape.get("length", 0.0)) / 2.0])
+    if shape.tag == "mesh":
+        return mesh_points(Path(shape.get("filename", "")), needed) * vector(shape, "scale", "1")
+    if shape.tag == "box":
+        return np.reshape(np.meshgrid(*[(-v / 2.0, v / 2.0) for v in vector(shape, "size")]), (3, -1)).T
+    # Round: a cylinder along z by its rims, a sphere or capsule by circles about x.
+    around = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
+    circle = float(shape.get("radius", 0.0)) * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+    tilts = [turn(np.eye(3)[0], tilt) for tilt in (around[:1] if shape.tag == "cylinder" else around)]
+    return np.vstack([circle @ tilt + side for tilt in tilts for side in (half, -half)])
 
 
 def mesh_points(file: Path, needed: bool) -> np.ndarray:

@@ -74,7 +74,7 @@ def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[
     for path in list(paths):  # all of them before the arm comes near: they are found by rays
         tilt_rad = TILT_RAD if path.across is None else HELD_RAD
         for distance, azimuth in product(DISTANCES_M, AZIMUTHS):
-            base = base_at(azimuth, distance)
+            base = base_at(azimuth, distance, stage.about)
             away = np.linalg.norm(path.points[:, :2] - base[:2, 3], axis=1)
             if away.min() < NEAREST_M or away.max() > FURTHEST_M:
                 continue

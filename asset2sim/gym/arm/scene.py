@@ -11,7 +11,7 @@ import numpy as np
 
 from asset2sim.gym.arm.franka import servo
 from asset2sim.gym.arm.gripper import GRIPPERS, PANDA, Gripper
-from asset2sim.load import Description, load, mesh_points
+from asset2sim.load import GAP_M, Description, load, mesh_points
 from asset2sim.physics.arrays import Array
 
 TIMESTEP_S = 1e-3
@@ -175,10 +175,12 @@ def quaternion(pose: Array) -> Array:
     return found
 
 
-def base_at(azimuth: float, distance_m: float) -> Array:
-    """(4, 4) pose of a base on the floor that faces the origin, at this azimuth (rad) and distance."""
+def base_at(azimuth: float, distance_m: float, about: Description | None = None) -> Array:
+    """(4, 4) pose of a base that faces the origin, at this azimuth (rad) and distance, on the floor, or as high over it
+    as this object: what is fixed clears it."""
     pose, facing = np.eye(4), azimuth + math.pi
     pose[:2, 3] = distance_m * math.cos(azimuth), distance_m * math.sin(azimuth)
+    pose[2, 3] = GAP_M if about is not None and about.support == "fixed" else 0.0
     pose[:2, :2] = [[math.cos(facing), -math.sin(facing)], [math.sin(facing), math.cos(facing)]]
     return pose
 
