@@ -179,7 +179,7 @@ class Description:
 
     @cached_property
     def pieces(self) -> tuple[Pieces, dict[tuple[str, str], float]]:
-        """What of it may meet, and how deep it is in each other as asked, m."""
+        """Its pieces that may meet, and how deep links are in each other as asked, m."""
         found = Pieces(self.urdf, self.root, self.passing)
         return found, found.depths({joint.name: joint.initial_position for joint in self.joints})
 
