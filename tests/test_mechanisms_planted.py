@@ -13,7 +13,8 @@ from schemas.vocabulary import Engine, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, prior
 from tests.factories import make_joint
-from tests.planted_mechanisms import FRESH, PLANTED, faults, felt, made
+from tests.hand import felt
+from tests.planted_mechanisms import FRESH, PLANTED, faults, made
 
 ONE_ENGINE = NO_VIEWS.model_copy(
     update={"engine": NO_VIEWS.engine.model_copy(update={"verify": (Engine.MUJOCO,), "interaction": False})}
