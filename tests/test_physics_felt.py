@@ -83,6 +83,17 @@ def test_forces_that_need_too_much_armature_are_lowered_together_and_say_so() ->
     assert found.stiffness.source is Source.RULE and found.stiffness.replaced == pytest.approx(5.0 / 1e-4)
 
 
+@pytest.mark.parametrize(("asked", "borne", "felt"), [(1.6, 1.6, 1.6), (2.0, 1.8, 2.0), (40.0, 1.8, 2.52)])
+def test_what_no_armature_bears_of_the_start_is_dry_friction_against_which_the_spring_still_returns(
+    asked: float, borne: float, felt: float
+) -> None:
+    """Of 1 g over 0.1 mm with 10 kg of armature, limits hold 10.001 · 0.5 · 1e-4 m / (1/60 s)² = 1.8 N."""
+    found = terms(travel=1e-4, press_start=asked, press_end=1.2 * asked)
+    assert press(found, 0.0) == pytest.approx(borne, rel=1e-3)
+    assert press(found, 0.0) + found.friction.value == pytest.approx(felt, rel=1e-3)
+    assert found.friction.value < 0.5 * press(found, 0.0)
+
+
 def test_one_force_gives_the_other() -> None:
     assert press(terms(press_end=1.0), 0.0) == pytest.approx(0.7)
     assert press(terms(press_start=0.7), TRAVEL) == pytest.approx(1.0)

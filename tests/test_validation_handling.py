@@ -77,8 +77,10 @@ def test_a_press_that_is_too_strong_is_lowered_in_proportion_with_a_finding() ->
     assert (finding.code, finding.joint, finding.value) == ("press_bounded", "part", 25.0)
 
 
-@pytest.mark.parametrize("spring", [{"returns_s": 0.25}, {"spring_hz": 2.0}])
-def test_a_spring_stated_by_its_time_alone_is_made_to_be_felt(spring: dict[str, float]) -> None:
+@pytest.mark.parametrize(
+    "spring", [{"returns_s": 0.25}, {"spring_hz": 2.0}, {"press_start": 0.3, "press_end": 0.5}, {"press_end": 0.6}]
+)
+def test_a_spring_stated_by_its_time_or_by_too_light_a_press_is_made_to_be_felt(spring: dict[str, float]) -> None:
     kind, notes = handled(BUTTON_POINTS, BUTTON), Notes()
     kind = replace(kind, range=kind.range.model_copy(update={"least_n": 0.5}))
     moved = button_load()

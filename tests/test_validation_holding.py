@@ -107,5 +107,5 @@ def test_every_motion_of_every_part_has_a_range() -> None:
         for motion in ("hinge", "slider", "spin"):
             row = part_effort(part, "no such category", motion)
             assert 0.0 <= row.least_n < row.most_n and row.source
-    pedal = part_effort("pedal", "TrashCan", "hinge")
+    pedal = part_effort("pedal", "TrashCan", "hinge", 0.1)
     assert pedal.least_n == 15.0 and "15 to 30 N" in pedal.source, "no lighter than its own source has it"

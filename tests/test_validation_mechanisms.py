@@ -1,14 +1,16 @@
 """Parts of objects that no table lists do what such parts do, however they are labelled: they stay or return."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from asset2sim.baselines.declared_method import known_methods
+from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.limits import Range
-from asset2sim.validation.mechanisms import mechanism_bias
+from asset2sim.validation.mechanisms import caught_where_it_drops, mechanism_bias
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.mechanism import CAUGHT, EffortRange
@@ -22,6 +24,7 @@ from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
 from tests.factories import make_features
+from tests.planted_mechanisms import HELD, PLANTED, made
 
 BODY = shape("0.04 0.04 0.2") + shape("0.15 0.025 0.025", xyz="0.06 0 0.09")
 STICK = shape("0.1 0.02 0.012", xyz="0.04 0 0.006")
@@ -29,6 +32,7 @@ CROSS = shape("0.07 0.012 0.01") + shape("0.012 0.07 0.01")
 DISC = "".join(
     f'<{tag}><geometry><cylinder radius="0.02" length="0.02"/></geometry></{tag}>' for tag in ("visual", "collision")
 )
+ANY = EffortRange(kind="door", least_n=1.0, most_n=45.0, source="a test")
 PLATE = shape("0.01 0.08 0.08")
 
 
@@ -46,6 +50,11 @@ def described(
         prompt=words,
         up=UpAxis(up) if up else None,
     )
+    return overlay_of(ref, folder)
+
+
+def overlay_of(ref: AssetRef, folder: Path) -> PhysicsOverlay:
+    """What the offline model and the rules make of an asset."""
     job, method = AssetJob(ref, folder / "out", NO_VIEWS, prior), known_methods()[NO_VIEWS.method]
     extracted = extract_asset(job, correct_joints=True)
     job = replace(job, guidance=extracted.guidance)
@@ -145,11 +154,42 @@ def test_a_seal_never_tips_what_stands_light(tmp_path: Path) -> None:
 def test_a_catch_presses_on_a_stop_alone(closed: float, caught: bool) -> None:
     door = make_features("7").movable_joints[0]
     span = Range(door, 0.0, 2.0, closed, 2.0, Source.AUTHORED)
-    most = EffortRange(kind="door", least_n=1.0, most_n=45.0, source="a test")
-    kind = Handling(most, anywhere=False, counterbalanced=False)
+    kind = Handling(ANY, anywhere=False, counterbalanced=False)
     for mechanism in CAUGHT:
         bias = mechanism_bias(span, replace(kind, mechanism=mechanism, lever=0.4), PhysicsSettings())
         assert (bias is not None) is caught, "what is shut in the middle of its range would run away"
+
+
+@pytest.mark.parametrize(
+    ("name", "arm_m", "mechanism", "least", "most"),
+    [
+        ("compartment", 0.18, "latch", 4.0, 22.2),
+        ("cupboard", 0.35, "latch", 1.0, 5.0),
+        ("shampoo", 0.05, "detent", 2.0, 45.0),
+        ("power_strip", 0.02, "bistable", 1.0, 15.0),
+        ("shutter", 1.0, "spring return", 0.5, 4.0),
+    ],
+)
+def test_what_keeps_a_planted_part_lets_go_at_a_hands_force(
+    tmp_path: Path, name: str, arm_m: float, mechanism: str, least: float, most: float
+) -> None:
+    item = next(one for one in (*PLANTED, *HELD) if one.name == name)
+    found = only(overlay_of(made(item, tmp_path / "in"), tmp_path))
+    assert found.mechanism == mechanism
+    assert least < (abs(found.exerted(found.initial_position)) + found.friction) / arm_m < most, "N at its edge"
+
+
+@pytest.mark.parametrize(("load", "closed_load", "caught"), [(1.0, 0.0, True), (-1.0, 0.0, False), (1.0, -0.5, False)])
+def test_a_leaf_that_gravity_opens_is_caught_and_one_that_gravity_shuts_is_not(
+    load: float, closed_load: float, caught: bool
+) -> None:
+    """Load at 90° and where it is shut, N·m towards larger angles: a · cos(q) + b · sin(q)."""
+    span = Range(make_features("7").movable_joints[0], 0.0, math.pi / 2.0, 0.0, math.pi / 2.0, Source.AUTHORED)
+    leaf = Handling(ANY, anywhere=False, counterbalanced=False, leaf=True)
+    pull = Pull(0.0, closed_load, load, prismatic=False)
+    assert pull.at(span.open) == pytest.approx(load)
+    assert (caught_where_it_drops(leaf, span, pull).mechanism == "latch") is caught
+    assert caught_where_it_drops(replace(leaf, leaf=False), span, pull).mechanism == "friction", "a bail hangs down"
 
 
 HEAVY = {

@@ -102,9 +102,9 @@ def bears_the_rest(item: Mechanism, joint: JointPhysics) -> bool:
 
 def in_hand(joint: JointPhysics, direction: Array, support: SupportPolygon, limits: Thresholds) -> bool:
     """Whether a hand holds the object while another moves the part along the (3,) direction: of a light object, a part
-    with a spring that the table does not press back."""
-    sprung = joint.stiffness > 0.0 and not joint.holds
-    return sprung and support.mass < limits.held_by_hand_kg and float(direction @ support.up) > -DOWNWARD
+    with a spring, or a rocker, that the table does not press back."""
+    pressed = (joint.stiffness > 0.0 and not joint.holds) or joint.mechanism == "bistable"
+    return pressed and support.mass < limits.held_by_hand_kg and float(direction @ support.up) > -DOWNWARD
 
 
 def opens(joint: JointPhysics) -> float:
@@ -173,10 +173,10 @@ def stronger(joint: JointPhysics) -> str:
         return "give it more friction"
     if joint.armature <= 0.0 or joint.lower is None or joint.upper is None:
         return "give it a stronger spring"
-    travel, unit = joint.upper - joint.lower, unit_of(joint)
+    travel, unit, times = joint.upper - joint.lower, unit_of(joint), joint.armature / (joint.least_inertia or 1.0)
     return (
-        f"over {travel:.2g} {unit} of travel its armature of {joint.armature:.2g} is all that solvers bear at "
-        "the coarse time step, and bears no stronger spring; give it more travel"
+        f"give it a stronger spring; one over {travel:.2g} {unit} of travel, whose armature is {times:.2g} times what "
+        "the part moves, may be all that solvers bear: then more travel, or a heavier part"
     )
 
 

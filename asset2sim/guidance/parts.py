@@ -30,6 +30,8 @@ JOINED = 5
 LEVER_SHARE = 0.35
 """Most extent of a handle along its hinge, as a share of its longest across it, for it to be a lever or a bar on a
 spindle: a bail hangs between two pins."""
+PRESSED_SHARE, BUTTON_SHARE = 0.05, 0.25
+"""Most travel of a button, which is also less than its own longest edge, and that edge, over the object's longest."""
 LEAF_THIN, LEAF_SHARE = 0.2, 0.25
 """Thickness of a leaf over its second longest edge, at most, and that edge over the object's longest, at least."""
 UP = 2
@@ -71,7 +73,7 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
             across = [edge for edge, share in zip(link.box_m, along, strict=True) if share < max(along)]
             extent = link.box_m[along.index(max(along))] / max(max(across, default=0.0), 1e-9)
             name = held_as(name, category, joint.motion, extent)
-            name = name or leaf_name(joint.type, joint.axis, link.box_m, info.size_closed_m)
+            name = name or shape_name(joint.type, joint.axis, link.box_m, info.size_closed_m, joint.lower, joint.upper)
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
 
@@ -83,9 +85,15 @@ def held_as(name: str, category: str, motion: str, extent: float) -> str:
     return "lever" if name == "handle" and usual and motion != "slider" and extent < LEVER_SHARE else name
 
 
-def leaf_name(motion: str, axis: Vector, box_m: Vector, whole_m: Vector) -> str:
+def shape_name(
+    motion: str, axis: Vector, box_m: Vector, whole_m: Vector, lower: float | None, upper: float | None
+) -> str:
     """The part that one without a name is by its shape: a large thin leaf on a hinge in its plane is a "door", or where
-    it lies level a "lid"; else "". ``motion`` is its joint's type, ``whole_m`` the object's edges."""
+    it lies level a "lid"; a small one that slides by less than its own size is a "button"; else "". ``motion`` is its
+    joint's type, ``whole_m`` the object's edges, its limits in rad or m."""
+    if motion == "prismatic" and lower is not None and upper is not None:
+        most = min(PRESSED_SHARE * max(whole_m), max(box_m))
+        return "button" if 0.0 < upper - lower <= most and max(box_m) <= BUTTON_SHARE * max(whole_m) else ""
     thin = min(range(3), key=lambda edge: box_m[edge])
     second = sorted(box_m)[1]
     flat = box_m[thin] <= LEAF_THIN * second and second >= LEAF_SHARE * max(whole_m)

@@ -22,6 +22,9 @@ LEAST_RISE = 0.1
 SWING_FRICTION = 0.2
 """Dry friction of a spring without a stop behind its rest, as a share of its force at the end: each swing past the rest
 is two fifths of the travel smaller than the one before."""
+HYSTERESIS = 0.4
+"""Most dry friction beside a spring, as a share of its force at the start, where no armature bears all of that: a dome
+of a button lets go at about half of the force that presses it."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,8 @@ def felt_spring(
 
     Stiffness is the rise of the force over the travel, and the preload the force at the start, against the stop behind
     the part. Without a stop there nothing preloads it, and dry friction keeps the armature from swinging. Forces whose
-    armature would exceed ``max_armature_ratio`` are lowered together.
+    armature would exceed ``max_armature_ratio`` are lowered together, and what the start lacks then is dry friction,
+    which a hundredth of that armature bears.
     """
     forces = press_forces(proposal)
     if forces is None or max(forces) < LEAST_PRESS_N or moved.far == 0.0:
@@ -72,7 +76,8 @@ def felt_spring(
     stiffness = Term(wanted, source) if share == 1.0 else Term(share * wanted, Source.RULE, wanted)
     armature = max(0.0, share * needed - moved.least)
     if moved.backed:
-        return FeltSpring(stiffness, moved.rest - outward * preload / wanted, armature)
+        lacks = min(1.0 - share, HYSTERESIS * share) * preload
+        return FeltSpring(stiffness, moved.rest - outward * preload / wanted, armature, lacks)
     friction = SWING_FRICTION * share * end if armature > 0.0 else 0.0
     return FeltSpring(stiffness, moved.rest - outward * at_rest / stiffness.value, armature, friction)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.guidance.parts import held_as, leaf_name, part_name
+from asset2sim.guidance.parts import held_as, part_name, shape_name
 from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
@@ -57,14 +57,17 @@ UNKNOWN_PART = MovedPart()
 @dataclass(frozen=True)
 class Handling:
     """How people handle one joint's part: the forces at its edge that its kind should take, whether it is left
-    ``anywhere``, whether springs carry its weight (``counterbalanced``), what its mechanism is, the ``lever`` of its
-    edge (m; 1 for a slider), and the forces there (N), to larger and to smaller positions, that tip over or slide the
+    ``anywhere``, whether springs carry its weight (``counterbalanced``), what its mechanism is, whether it is a door or
+    lid (``leaf``), the force at its edge at which its catch lets go (None: that of most), the ``lever`` of that edge
+    (m; 1 for a slider), and the forces there (N), to larger and to smaller positions, that tip over or slide the
     object: infinite where none does, or where a hand holds it meanwhile."""
 
     range: EffortRange
     anywhere: bool
     counterbalanced: bool
     mechanism: MechanismName = "friction"
+    leaf: bool = False
+    lets_go_n: float | None = None
     lever: float = 1.0
     tips_upward: float = math.inf
     tips_downward: float = math.inf
@@ -93,8 +96,13 @@ def handling(
     """The handling of one joint by its part, the object's category and the words about it; no object stands yet."""
     motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
     named = part_name(carried_label(features, joint), joint.child, joint.name)
-    named = held_as(named, features.category, motion, moved.extent) or leaf_name(
-        joint.type, joint.axis_in_root, features.link(joint.child).box_size, features.closed_size
+    named = held_as(named, features.category, motion, moved.extent) or shape_name(
+        joint.type,
+        joint.axis_in_root,
+        features.link(joint.child).box_size,
+        features.closed_size,
+        joint.lower,
+        joint.upper,
     )
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
@@ -110,8 +118,10 @@ def handling(
     stated = EffortRange(
         kind=row.kind, least_n=least, most_n=factor * row.most_n, source=row.source + said, braced=row.braced
     )
-    usual = mechanism(named, features.category, MOTIONS.get(joint.type, "hinge")).kind
-    return Handling(stated, row.anywhere, row.counterbalanced, named_mechanism(usual, proposal))
+    usual = mechanism(named, features.category, MOTIONS.get(joint.type, "hinge"))
+    kind = named_mechanism(usual.kind, proposal)
+    lets_go = usual.lets_go_n if kind == usual.kind else None
+    return Handling(stated, row.anywhere, row.counterbalanced, kind, named in ("door", "lid"), lets_go)
 
 
 def named_mechanism(usual: MechanismName, proposal: JointProposal | None) -> MechanismName:
@@ -202,7 +212,8 @@ def handlings(
         if grip is None or name in chained:
             found[name] = replace(kind, range=kind.range.model_copy(update={"least_n": 0.0}))
             continue
-        pressed, light = is_pressed(proposals.get(name)), mass < settings.held_by_hand_kg
+        pressed = is_pressed(proposals.get(name)) or kind.mechanism == "bistable"
+        light = mass < settings.held_by_hand_kg
         up, down = (
             math.inf
             if carried is not SupportKind.FREESTANDING
@@ -244,11 +255,12 @@ def bearable(support: SupportPolygon, point: Array, direction: Array, friction: 
 def felt_press(
     proposal: JointProposal, kind: Handling, terms: JointTerms, moved: JointLoad, notes: Notes
 ) -> JointProposal | None:
-    """The proposal with the press of a part of its kind, where it states a spring by other terms, such as how fast it
-    returns, and that spring is too weak to be felt; None where it has none, or one that is felt."""
-    stiffness, least = terms.stiffness.value, kind.range.least_n
-    starts_at = stiffness * abs(moved.rest - terms.spring_reference) / moved.reach
-    if stiffness <= 0.0 or starts_at >= least or press_forces(proposal) is not None:
+    """The proposal with the least press of a part of its kind, where the press that it states is less, or the spring
+    that it states by other terms, such as how fast it returns, is too weak to be felt; None where there is no spring,
+    or one that is felt."""
+    stiffness, least, stated = terms.stiffness.value, kind.range.least_n, press_forces(proposal)
+    starts_at = stiffness * abs(moved.rest - terms.spring_reference) / moved.reach if stated is None else stated[0]
+    if stiffness <= 0.0 or starts_at >= least:
         return None
     start = FELT_MARGIN * least
     message = (

@@ -32,7 +32,14 @@ from asset2sim.validation.joint_coupling import bound_together
 from asset2sim.validation.joint_reports import report, report_holding, report_plain_spring
 from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
-from asset2sim.validation.mechanisms import SNAP_FRICTION, bias_armature, mechanism_bias, snaps, strut
+from asset2sim.validation.mechanisms import (
+    SNAP_FRICTION,
+    bias_armature,
+    caught_where_it_drops,
+    mechanism_bias,
+    snaps,
+    strut,
+)
 from asset2sim.validation.positions import Start, turned
 from schemas.features import Features
 from schemas.finding import Notes
@@ -150,8 +157,7 @@ def one_joint(
     proposal = inputs.proposals.get(name) or omitted(name, notes)
     holds = must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
     by_user = f"{name}.dynamics" in inputs.asked
-    if by_user:
-        handled = as_the_user_states(handled)
+    handled = as_the_user_states(handled) if by_user else caught_where_it_drops(handled, start.range, mechanics.pull)
     kind = standing_part(handled) if mechanics.bears_most else handled
     held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
     rest = spring_rest(proposal, start, inputs.scale)

@@ -16,6 +16,8 @@ from schemas.vocabulary import DynamicsRule, Source
 
 SNAP_FRICTION = 0.1
 """Dry friction of a part that snaps, as a share of its kind's least effort: between its ends it must not stay."""
+OVER_CENTRE = 0.1
+"""Most of a door's load once it is open with which gravity may keep it shut for it to fall open: a touch does that."""
 WAY_SAMPLES = 17
 """Positions of its range at which the load of a flap is taken."""
 
@@ -46,6 +48,16 @@ def nearer_end(start: Start) -> float:
     span = start.range
     far = abs(start.position - span.closed) > 0.501 * span.span
     return span.open if far else span.closed
+
+
+def caught_where_it_drops(kind: Handling, span: Range, pull: Pull) -> Handling:
+    """The handling of a door or lid that falls open from where it is shut, and which neither springs nor a mechanism of
+    its own keep there, with the catch without which it would not be shut: a glove compartment."""
+    way, load = span.open - span.closed, pull.at(np.array([span.closed, span.open]))
+    if span.joint.prismatic or not kind.leaf or kind.counterbalanced or kind.mechanism not in ("free", "friction"):
+        return kind
+    falls = load[1] * way > 0.0 and load[0] * way >= -OVER_CENTRE * abs(load[1] * way)
+    return replace(kind, mechanism="latch", lets_go_n=0.5 * kind.range.most_n) if falls else kind
 
 
 def mechanism_bias(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
@@ -84,7 +96,7 @@ def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None
     holds_n, travel_m = (
         (settings.seal_n, settings.seal_travel_m) if seal else (settings.latch_n, settings.latch_travel_m)
     )
-    force = kind.lever * min(holds_n, settings.press_margin * tips)
+    force = kind.lever * min(holds_n, kind.lets_go_n or holds_n, settings.press_margin * tips)
     width = min(travel_m / kind.lever, 0.5 * span.span)
     if abs(span.closed - stop) > width:
         return None
