@@ -14,7 +14,7 @@ from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.bake import RECORD_NAME, Bake, angles, bake, bake_file, baked, unbake
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import contacts_at
+from asset2sim.engines.static_object import contacts_at
 from asset2sim.validation.validate import validate
 from schemas.errors import UsageError
 from schemas.overlay import JointProposal, Overlay, PhysicsOverlay

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.checks import rest
 from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import contact_points, contacts_at, static_object
+from asset2sim.engines.static_object import contact_points, contacts_at, static_object
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, write_urdf

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.engines.pybullet_object import contact_points, static_object
+from asset2sim.engines.static_object import contact_points, static_object
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.engines.contacts import ContactPoint, penetration
-from asset2sim.engines.pybullet_object import contacts_at
+from asset2sim.engines.static_object import contacts_at
 from asset2sim.models.refinement_prompt import TriedProposal
 from asset2sim.refinement.position_bands import Band, Evaluator, band_of, objective
 from asset2sim.refinement.search_state import Ask, refine_state

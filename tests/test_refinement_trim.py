@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened, write_hulls
 from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_object import MARGIN_M, contacts_at
+from asset2sim.engines.static_object import MARGIN_M, contacts_at
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, transform
-from asset2sim.refinement.collision.hull_world import cleared, quaternion
+from asset2sim.refinement.collision.cleared import cleared
+from asset2sim.refinement.collision.pybullet_hulls import quaternion
 from asset2sim.refinement.collision.trim import CLEARANCE_M, Key, Overlap, TrimBound, Trimmer, contact_pairs, trim
 from schemas.settings import EngineSettings
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, corners, joint_features, mesh, shifted, write_urdf

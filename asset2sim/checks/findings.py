@@ -3,22 +3,15 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import pybullet
-
+from asset2sim.assets.urdf.document import parsed
 from asset2sim.checks.rig import CauseOf
 from asset2sim.checks.verdict import deciding, disagreements, error, failures_of, warning
 from asset2sim.engines.contacts import by_pair
-from asset2sim.engines.pybullet_object import loaded
+from asset2sim.engines.static_object import contact_points, static_object
 from schemas.finding import Finding
 from schemas.interaction import EngineReport, OverlapPair
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings
-
-FLAGS = (
-    pybullet.URDF_USE_SELF_COLLISION
-    | pybullet.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
-    | pybullet.URDF_IGNORE_VISUAL_SHAPES
-)
 
 
 def overlap_pairs(
@@ -27,14 +20,14 @@ def overlap_pairs(
     """Every pair of links that overlaps at these joint positions (rad, m), the worst first, each with its cause.
 
     A link and its parent are left out where the joint between them is fixed: they are one body. Raises AssetError
-    (engine_refused) where PyBullet, whose hulls and contact points these are, refuses the file.
+    (engine_refused) where the engine whose hulls and contact points these are refuses the file.
     """
-    with loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, flags=FLAGS) as item:
-        item.place(positions)
-        joints = [item.client.getJointInfo(item.body, index) for index in range(item.client.getNumJoints(item.body))]
-        names = item.link_names
-        related = {frozenset((names[info[0]], names[info[16]])): info[2] != pybullet.JOINT_FIXED for info in joints}
-        pairs = by_pair(item.contacts())
+    with static_object(urdf, settings, parents=True) as item:
+        pairs = by_pair(contact_points(item, positions))
+    related = {}
+    for joint in parsed(urdf).iterfind("joint"):
+        ends = frozenset(str(end.get("link")) for end in (*joint.iterfind("parent"), *joint.iterfind("child")))
+        related[ends] = joint.get("type") != "fixed"
     return tuple(
         OverlapPair(
             pair=pair,

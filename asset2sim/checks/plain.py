@@ -2,14 +2,11 @@
 
 from collections.abc import Mapping
 
-import pybullet
-
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped
-from asset2sim.engines.pybullet_object import empty_client
 from schemas.base import Frozen
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction
@@ -58,6 +55,10 @@ def written_springs(rig: Rig) -> dict[str, tuple[float, float]]:
 
 def let_go(rig: Rig, springs: Mapping[str, tuple[float, float]]) -> list[PlainSpring]:
     """The records of these springs: each step their force is set as a torque, and nothing else is done."""
+    import pybullet  # late: where it is not installed, this check does not run
+
+    from asset2sim.engines.pybullet_object import empty_client
+
     with empty_client() as client:
         client.setTimeStep(TIMESTEP_S)
         client.setGravity(0.0, 0.0, GRAVITY_M_S2)

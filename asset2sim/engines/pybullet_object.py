@@ -19,19 +19,16 @@ from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.engines.console import captured_console
-from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration
+from asset2sim.engines.contacts import ContactPoint, LocatedContact
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import AssetError
 from schemas.features import Mimic
-from schemas.settings import EngineSettings
 from schemas.vocabulary import FailureMode
 
 FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_IGNORE_VISUAL_SHAPES
 """Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
-MARGIN_M = 1e-3
-"""PyBullet's margin around every mesh hull, m: it reports contact of two hulls up to twice this distance."""
 MOST_SPEED = 1e6
 """Joint speed at which PyBullet cuts off, rad/s or m/s, instead of its own 100: it cuts before it solves for friction,
 which at 100 stops whatever moves less inertia than friction · Δt / 100, under any torque: a camera's knob."""
@@ -196,23 +193,7 @@ def gear(client: BulletClient, body: int, follower: int, leader: int, mimic: Mim
     )
 
 
-def contact_points(item: PyBulletObject, positions: Mapping[str, float]) -> list[ContactPoint]:
-    """The object's contact points with itself at these joint positions."""
-    item.place(positions)
-    return item.contacts()
-
-
-def static_object(urdf: Path, settings: EngineSettings) -> AbstractContextManager[PyBulletObject]:
-    """The object with its root held and no gravity, for ``contact_points`` at many joint positions."""
-    return loaded(urdf, fixed_base=True, timestep_s=settings.timestep_s, gravity_m_s2=0.0)
-
-
-def contacts_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> list[ContactPoint]:
-    """Contact points at one pose in a fresh world: contact caches make Φ depend slightly on earlier poses."""
-    with static_object(urdf, settings) as item:
-        return contact_points(item, positions)
-
-
-def phi_at(urdf: Path, positions: Mapping[str, float], settings: EngineSettings) -> float:
-    """Φ (m) at one pose in a fresh world."""
-    return penetration(contacts_at(urdf, positions, settings))
+def static_pybullet(urdf: Path, timestep_s: float, *, parents: bool = False) -> AbstractContextManager[PyBulletObject]:
+    """``StaticObject``; ``parents``: a link collides with its parent, too."""
+    flags = FLAGS | (pybullet.URDF_USE_SELF_COLLISION_INCLUDE_PARENT if parents else 0)
+    return loaded(urdf, fixed_base=True, timestep_s=timestep_s, gravity_m_s2=0.0, flags=flags)

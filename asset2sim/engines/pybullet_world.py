@@ -10,8 +10,9 @@ import pybullet
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.pybullet_object import MARGIN_M, PyBulletObject, loaded
+from asset2sim.engines.pybullet_object import PyBulletObject, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
+from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.engines.world import DeclaredEngine, biases, contact_distance_m, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2

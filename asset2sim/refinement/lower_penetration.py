@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
-from asset2sim.engines.pybullet_object import contact_points, phi_at, static_object
+from asset2sim.engines.static_object import contact_points, phi_at, static_object
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
 from asset2sim.refinement.collision.let_joints_move import let_joints_move

@@ -6,12 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 from PIL import Image
 
 from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, decode_textures, unit
 from asset2sim.render.camera import Camera, axes
+from schemas.errors import UsageError
+
+try:
+    import pybullet
+except ImportError:
+    pybullet = None
 
 Pixels = NDArray[np.float32]
 Bodies = NDArray[np.int64]
@@ -24,6 +29,11 @@ SHEEN = 0.07
 """The darkest a colour is drawn, in 0 to 1: even black plastic returns enough light to show its edges."""
 LAMP = (-0.35, 0.75, 1.0)
 """The lamp's direction in the camera's frame (right, up, to the viewer): every view is lit alike, from above left."""
+
+
+def can_draw() -> bool:
+    """Whether PyBullet, which draws, is installed."""
+    return pybullet is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +60,8 @@ def render(
     """The batches seen by each camera, before any background. TinyRenderer cannot blend: a view in which something
     translucent is seen is drawn again without it, and mixed by its opacity, one layer deep; where a texture varies the
     opacity, a third pass draws that."""
+    if not can_draw():
+        raise UsageError("pictures are drawn by PyBullet, which is not installed: pip install pybullet")
     visible = [batch for batch in batches if batch.paint.color[3] >= INVISIBLE]
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     drawn = visible or list(batches)

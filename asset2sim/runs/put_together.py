@@ -91,7 +91,7 @@ def overlapping(
 ) -> set[frozenset[str]]:
     """Pairs of links of different parts, none of them free, that overlap in the scene's initial state, as it is
     furnished: they would hold each other. None is found among more links than PyBullet simulates."""
-    from asset2sim.engines.pybullet_object import contacts_at  # late: only the child needs an engine
+    from asset2sim.engines.static_object import contacts_at  # late: only the child needs an engine
 
     owner = {link: part.name for part in parts if not part.free for link in part.links}
     initial = {name: value for part in placed for name, value in part.overlay.initial_positions.items()}

@@ -12,7 +12,7 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.text import NOTHING, markdown_table
-from asset2sim.engines.pybullet_object import phi_at
+from asset2sim.engines.static_object import phi_at
 from lab.comparisons.markdown import name_of
 from lab.comparisons.method_runs import MethodRun
 from lab.comparisons.proposers import STATE_STEPS

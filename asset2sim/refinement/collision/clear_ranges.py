@@ -13,10 +13,11 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.assets.authored_overlap import AuthoredShapes
 from asset2sim.assets.hulls import Hulls
-from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.refinement.collision.hull_world import HullWorld, clear_pose, hull_world
+from asset2sim.refinement.collision.cleared import hull_world
+from asset2sim.refinement.collision.hull_world import HullWorld, clear_pose
 from asset2sim.refinement.collision.jams import (
     JAM_M,
     Causes,

@@ -12,7 +12,7 @@ import numpy as np
 
 from asset2sim.assets.authored_overlap import TOUCHING_M, AuthoredShapes, authored_depth
 from asset2sim.assets.meshes.hull import boxes_meet
-from asset2sim.engines.pybullet_object import MARGIN_M
+from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.refinement.collision.hull_world import FAR_M, REACH_M, HullWorld, boxes_at, candidates

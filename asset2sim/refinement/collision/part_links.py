@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls, exact_links
-from asset2sim.engines.pybullet_object import phi_at
+from asset2sim.engines.static_object import phi_at
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
-from asset2sim.refinement.collision.hull_world import cleared
+from asset2sim.refinement.collision.cleared import cleared
 from asset2sim.refinement.collision.trim import Cut, contact_pairs
 from asset2sim.refinement.context import RefinementContext
 from asset2sim.refinement.position_bands import Pose
