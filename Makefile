@@ -49,7 +49,7 @@ $(INSTALLED): pyproject.toml lab/pyproject.toml constraints.txt
 	echo "installing into $(VENV) with $$python ..."; \
 	"$$python" -m venv --clear $(VENV) && \
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-		--editable '.[dev,browser,engines,gym,usd,s3,view]' --editable ./lab
+		--editable '.[pipeline,dev,browser,engines,gym,usd,s3,view]' --editable ./lab
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined); ARGS="--workers 2", as asset2sim refine --help lists them

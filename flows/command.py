@@ -8,12 +8,14 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
+from asset2sim.runs.extras import missing_package
 from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -47,7 +49,14 @@ def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -
     What a person did wrong, and what went wrong in a way that we know, is one line on standard error. A broken program
     is an exception, with its traceback.
     """
-    return exit_code_of("asset2sim", lambda: _dispatch(parse(arguments), refine, nightly))
+
+    def run() -> int:
+        try:
+            return _dispatch(parse(arguments), refine, nightly)
+        except ModuleNotFoundError as error:
+            raise missing_package(error) from error
+
+    return exit_code_of("asset2sim", run)
 
 
 def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
@@ -60,6 +69,24 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             from asset2sim.runs.settings_file import settings_text
 
             sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
+            return DONE
+        case asked.CheckOptions():
+            from flows.local import check_listed
+
+            settings = settings_for_run(options.settings, stated_settings(options))
+            return check_listed(options.folders, settings, options.json_, options.sarif, options.fix)
+        case asked.ConvertOptions():
+            from flows.local import convert_listed
+
+            settings = settings_for_run(options.settings, stated_settings(options))
+            return convert_listed(options.data, options.out, settings)
+        case asked.DescribeOptions():
+            from asset2sim.load import LoadError, describe
+
+            try:
+                sys.stdout.write(f"{describe(options.folder)}\n")
+            except LoadError as error:
+                raise UsageError(str(error)) from error
             return DONE
         case ViewOptions():
             from flows.serve_pages import serve_viewer
@@ -105,9 +132,6 @@ def _print(options: Options) -> int:
             settings = settings_for_run(options.settings, stated_settings(options))
             chosen = options.subset, options.assets, options.limit
             return DONE if show.print_questions(options.data, options.folder, settings, *chosen) else FAILED
-        case asked.CheckOptions():
-            settings = settings_for_run(options.settings, stated_settings(options))
-            return DONE if show.print_checks(options.folders, settings, json=options.json_) else FAILED
         case PagesOptions():
             from flows.serve_pages import serve_pages
 
@@ -132,11 +156,15 @@ def check(request: RefineRequest) -> RefineRequest:
 
 def _run_refine(request: RefineRequest, refine: Refine) -> int:
     """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
-    from asset2sim.runs.result import alert, exit_code
-
     request = check(request)
+    if not request.dry_run and find_spec("prefect") is None:
+        from flows.local import refine_listed
+
+        return refine_listed(request)
     if request.dry_run:
         return _dry_run(request)
+    from asset2sim.runs.result import alert, exit_code
+
     result = alert(_refined(request, refine), request.strict)
     from flows.show import print_summary
 

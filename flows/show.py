@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Sequence
 from datetime import datetime
-from json import dumps, loads
 from pathlib import Path
 
 import pandas as pd
@@ -19,10 +18,6 @@ from schemas.errors import printable
 from schemas.location import Location
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Grouping, Status
-
-CHECK_PIPELINE = "tasks.check:check_asset"
-SAID_BESIDE = ("changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
-"""Codes of findings of a check that the terminal shows beside the verdict."""
 
 
 def print_failures(
@@ -200,37 +195,6 @@ def print_views(out: Path | str, settings: Settings) -> bool:
         if problem:
             sys.stderr.write(f"asset2sim: no views of {asset_id}: {printable(problem)}\n")
     return not any(drawn.values())
-
-
-def print_checks(folders: Sequence[Path | str], settings: Settings, *, json: bool) -> bool:
-    """Check URDF folders as they are, and print a row, or JSON, for each; returns whether all pass."""
-    from asset2sim.models.gateway.environment import quiet_environment
-    from asset2sim.runs.check_folders import check_as_json, check_folders, engine_verdict
-
-    quiet_environment()
-    records = check_folders(folders, settings, CHECK_PIPELINE)
-    passed = all(record.status is Status.OK for record in records)
-    if json:
-        told = dumps([check_as_json(record, settings) for record in records])
-        # What exploded has numbers that JSON does not.
-        sys.stdout.write(f"{dumps(loads(told, parse_constant=lambda _: None), indent=1)}\n")
-        return passed
-    engines = list(dict.fromkeys(report.engine for record in records for report in record.reports))
-    table = Table(box=box.SIMPLE_HEAD)
-    for name in ("asset", "verdict", *engines, "reason"):
-        table.add_column(name, overflow="fold", no_wrap=name in ("verdict", *engines))
-    for record in records:
-        seen = {report.engine: engine_verdict(record, report, settings) for report in record.reports}
-        ok = record.status is Status.OK
-        warned = [item.message for item in record.findings if item.code in SAID_BESIDE]
-        verdict = Text("ok", style="green") if ok else Text(record.failure_mode, style="bold red")
-        reason = "; ".join(([] if ok else [record.reason]) + warned)
-        table.add_row(
-            Text(record.ref.asset_id), verdict, *(Text(seen.get(name, NOTHING)) for name in engines), Text(reason)
-        )
-    output().print(table)
-    output().print(Text(f"{sum(record.status is Status.OK for record in records)} of {len(records)} ok"))
-    return passed
 
 
 def print_site(out: Path | str, settings: Settings, anew: bool) -> None:

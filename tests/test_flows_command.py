@@ -52,8 +52,8 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         ([], "COMMAND"),
         (
             ["refin"],
-            "choose from refine, failures, query, show, view, check, views, report, ui, doctor, nightly, ask, record, "
-            "settings, rate, judge-videos, ratings, record-motion, probe, learn",
+            "choose from refine, failures, query, show, view, check, convert, describe, views, report, ui, doctor, "
+            "nightly, ask, record, settings, rate, judge-videos, ratings, record-motion, probe, learn",
         ),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),

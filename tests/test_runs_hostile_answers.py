@@ -21,7 +21,7 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.models.prior.answer import answer
-from asset2sim.runs.spread.worker import attempt_asset
+from asset2sim.runs.asking_attempt import attempt_asset
 from flows import PIPELINE
 from schemas.asset import AssetRecord, AssetRef
 from schemas.settings import CollisionSettings, EngineSettings, ModelSettings, SearchSettings, Settings, ViewSettings

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.intake.dataset import load_dataset
+from asset2sim.runs.asking_attempt import ask_settings
 from asset2sim.runs.check_request import check_packages
 from asset2sim.runs.doctor import check_model_answers
 from asset2sim.runs.options import parse
@@ -16,7 +17,6 @@ from asset2sim.runs.request import (
     stated_settings,
 )
 from asset2sim.runs.spread.refine_all import refine_all
-from asset2sim.runs.spread.worker import ask_settings
 from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings

@@ -2,25 +2,23 @@
 
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from asset2sim.assets.urdf.base import WORLD
+from asset2sim.checks.known_checks import failure_guide
 from asset2sim.checks.verdict import failures_of
 from asset2sim.engines.registry import require
-from asset2sim.experiments.isolation import stop_children
-from asset2sim.experiments.isolation.children import warm_up
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.asset_attempt import attempt_in_child
+from asset2sim.runs.here import each_here
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.interaction import EngineReport
 from schemas.location import Location
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
-from schemas.vocabulary import Method, Severity
+from schemas.vocabulary import FailureMode, Method, Severity
 
 
 def check_settings(settings: Settings) -> Settings:
@@ -40,18 +38,16 @@ def check_folders(folders: Sequence[Path | str], settings: Settings, pipeline: s
         if Location(folder).is_url:
             raise UsageError(f"{folder}: folders are checked here; copy it first")
         refs |= {ref.path: ref for ref in load_dataset(folder)}
-    warm_up(pipeline)
     with tempfile.TemporaryDirectory(prefix="asset2sim-check-") as place:
         # Two folders may hold assets of one name.
-        places = [Path(place, str(number)) for number in range(len(refs))]
-        pool = ThreadPoolExecutor(settings.run.workers)
-        try:
-            return list(pool.map(partial(_check, pipeline, check_settings(settings), place), refs.values(), places))
-        except KeyboardInterrupt:
-            stop_children(place)
-            raise
-        finally:
-            pool.shutdown(cancel_futures=True)
+        places = {path: Path(place, str(number)) for number, path in enumerate(refs)}
+        own = check_settings(settings)
+
+        def attempt(ref: AssetRef) -> AssetRecord:
+            places[ref.path].mkdir()
+            return attempt_in_child(pipeline, ref, places[ref.path], own, _never, owner=place).record
+
+        return each_here(attempt, list(refs.values()), place, pipeline, settings.run.workers)
 
 
 def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:
@@ -63,6 +59,7 @@ def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:
         "status": record.status.value,
         "failure_mode": record.failure_mode.value,
         "reason": record.reason,
+        "remedy": remedy_of(record.failure_mode),
         # The link that stands for the world weighs nothing, whatever engines invent for it.
         "mass_kg": overlay and sum(link.mass_kg for link in overlay.links if link.name != WORLD),
         "support": overlay and overlay.support.kind.value,
@@ -74,6 +71,12 @@ def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:
             if item.severity is not Severity.INFO
         ],
     }
+
+
+def remedy_of(mode: FailureMode) -> str | None:
+    """What would mend a failure, in words; None where nothing failed."""
+    guide = failure_guide().get(mode)
+    return None if guide is None else guide.remedy
 
 
 def engine_verdict(record: AssetRecord, report: EngineReport, settings: Settings) -> str:
@@ -90,16 +93,11 @@ def _engine(record: AssetRecord, report: EngineReport, settings: Settings) -> di
         "version": report.engine_version,
         "passed": not failed,
         "failures": [
-            {"check": item.mode.value, "subject": item.subject, "reason": item.reason, "value": item.value,
-             "limit": item.limit}
+            {"check": item.mode.value, "subject": item.subject, "reason": item.reason,
+             "remedy": remedy_of(item.mode), "value": item.value, "limit": item.limit}
             for item in failed
         ],
     }  # fmt: skip
-
-
-def _check(pipeline: str, settings: Settings, owner: str, ref: AssetRef, place: Path) -> AssetRecord:
-    place.mkdir()
-    return attempt_in_child(pipeline, ref, place, settings, _never, owner=owner).record
 
 
 def _never(request: ModelRequest) -> ModelAnswer:

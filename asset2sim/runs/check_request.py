@@ -17,7 +17,6 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.overrides import with_prompt
 from asset2sim.intake.scenes import with_parts
 from asset2sim.models.gateway.choices import check_model
-from asset2sim.runs.remote.output import check_store
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import Mistakes, UsageError
 from schemas.inputs import InputSettings
@@ -100,6 +99,8 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
                 raise UsageError("--split needs an --out that is a folder, in which scenes are put together")
             if settings.views.write and settings.views.later:
                 raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
+            from asset2sim.runs.remote.output import check_store  # late: it brings the tables
+
             check_store(place)
     mistakes.end()
 

@@ -235,7 +235,8 @@ class AskOptions(FileOptions, Chosen):
 
 
 class CheckOptions(FileOptions):
-    """Check URDF folders as they are: refined, edited by hand, or of somebody else. Exits with 1 if one fails."""
+    """Check objects as they are, in any format: refined, edited by hand, or of somebody else. Exits with 0 where all
+    pass, 1 where one fails, 2 for a mistake in the command."""
 
     folders: CliPositionalArg[typed.FOLDERS] = Field(description="assets' folders or files, or folders of those")
     engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
@@ -251,7 +252,32 @@ class CheckOptions(FileOptions):
         None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)"
     )
     json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
+    sarif: typed.FILE | None = Field(
+        None, description="a file to write failures and warnings to as SARIF 2.1.0, which GitHub shows"
+    )
+    fix: typed.FILE | None = Field(
+        None, description="a folder into which those that fail are refined; exits with 0 where all pass then"
+    )
     workers: typed.N | None = Field(None, description="assets checked at once (default: all cores)")
+
+
+class ConvertOptions(FileOptions):
+    """Convert objects of any format to URDF, MJCF and USD, their numbers as they are. Exits with 1 if one fails."""
+
+    data: CliPositionalArg[Location] = Field(description="objects, as asset2sim refine takes them")
+    out: typed.FILE = Field(description="the output folder: OUT/assets/<asset_id>")
+    to: typed.Listed[typed.FORMATS] = Field((), description=f"formats beside the URDF: {', '.join(Export)}")
+    up: typed.AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files")
+    package: typed.Listed[typed.PACKAGES] = Field(
+        (), description="a folder outside data that is read as package://NAME/…, repeatable"
+    )
+    workers: typed.N | None = Field(None, description="objects converted at once (default: all cores)")
+
+
+class DescribeOptions(Options):
+    """Say what a refined object is: joints, ranges, what holds, where to pull, support, mass, verdict."""
+
+    folder: CliPositionalArg[Path] = Field(description="a refined object's folder: OUT/assets/<asset_id>")
 
 
 class Command(Options):
@@ -262,7 +288,9 @@ class Command(Options):
     query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
     show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
     view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
-    check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on any URDF folder")
+    check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on objects as they are")
+    convert: CliSubCommand[ConvertOptions] = Field(description="objects of any format as URDF, MJCF and USD")
+    describe: CliSubCommand[DescribeOptions] = Field(description="a refined object in words")
     views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")
     ui: CliSubCommand[PagesOptions] = Field(description="the report and the pages of Prefect and MLflow")

@@ -29,6 +29,7 @@ SETS: Mapping[str, str] = {
     "split": "inputs.split",
     "package": "inputs.packages",
     "export": "exports",
+    "to": "exports",
     "model": "model.model",
     "api_base": "model.api_base",
     "refinement_model": "model.refinement_model",

@@ -13,9 +13,9 @@ from pathlib import Path
 
 from asset2sim.experiments.isolation.children import ONE_THREAD
 from asset2sim.models.gateway.session import open_gateway_session
+from asset2sim.runs.asking_attempt import ask_for_asset
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.request import RefineRequest, parse_request
-from asset2sim.runs.spread.worker import ask_for_asset
 from asset2sim.storage.objects import working_folder
 from lab.speed.measured import LoopTimes
 from lab.speed.process import BenchError, measure

@@ -3,6 +3,7 @@ environment of libraries: no logs, no usage reports, no downloads, keys from ``.
 
 import functools
 import importlib
+import importlib.util
 import logging
 import os
 import threading
@@ -56,6 +57,12 @@ def _load_env_files_once() -> None:
 
 _lock = threading.Lock()
 _loaded: ModuleType | None = None
+
+
+@functools.cache
+def has_litellm() -> bool:
+    """Whether LiteLLM is installed; without it the models of this process answer by themselves."""
+    return importlib.util.find_spec("litellm") is not None
 
 
 def load_litellm() -> ModuleType:

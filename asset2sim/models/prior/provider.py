@@ -1,8 +1,7 @@
 """The ``prior`` provider of LiteLLM: answers of the models of this process, without key or network. Imports LiteLLM, so
 it is itself imported late, by ``asset2sim.models.gateway.environment``."""
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import litellm
@@ -10,15 +9,10 @@ from litellm import CustomLLM, ModelResponse
 from litellm.llms.custom_llm import CustomLLMError
 from litellm.types.utils import Message
 
-from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answers_of
-from schemas.declared import TOOLS
+from asset2sim.models.prior.next_answer import guessed_tokens, next_answer, text_and_calls
 from schemas.errors import UsageError
-from schemas.extensions import named, offline_answers
 from schemas.model_names import PRIOR_PROVIDER
-
-PRIOR_CHARACTERS_PER_TOKEN = 4
-"""Characters per token where LiteLLM's own tokenizer cannot be loaded."""
 
 
 class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is untyped to a checker that skips it
@@ -49,23 +43,6 @@ class PriorProvider(CustomLLM):  # type: ignore[misc]  # LiteLLM's base class is
         return response
 
 
-def next_answer(
-    model: str, messages: Sequence[Mapping[str, Any]], with_tools: bool, sample: int
-) -> tuple[str | None, list[dict[str, Any]]]:
-    """Text and tool calls (in OpenAI's format) of the next message from a model of this process."""
-    answers = answers_of(model)
-    conversation = "\n".join(text_and_calls(message) for message in messages if message.get("role") != "system")
-
-    def proposal(text: str) -> str:
-        return answers(text, conversation, sample)
-
-    turns = offline_answers().get(TOOLS) if with_tools else None
-    if turns is None:
-        return proposal(user_text(messages)), []
-    said: tuple[str | None, list[dict[str, Any]]] = named(turns)(messages, proposal)
-    return said
-
-
 def register() -> None:
     """Make ``prior/…`` known to LiteLLM; a second call changes nothing."""
     if any(item["provider"] == PRIOR_PROVIDER for item in litellm.custom_provider_map):
@@ -75,25 +52,9 @@ def register() -> None:
     litellm.utils.custom_llm_setup()
 
 
-def user_text(messages: Iterable[Mapping[str, Any]]) -> str:
-    """The text of the last user message with an object's facts, else of the last; empty where there is none."""
-    texts = [message_text(message) for message in messages if message.get("role") == "user"]
-    stating = [text for text in texts if "<structured_information>" in text]
-    return (stating or texts or [""])[-1]
-
-
-def text_and_calls(message: Mapping[str, Any]) -> str:
-    """A message's text, with its tool calls as JSON below."""
-    calls = [
-        {key: (call.get("function") or {}).get(key) for key in ("name", "arguments")}
-        for call in message.get("tool_calls") or ()
-    ]
-    return message_text(message) + (f"\n{json.dumps(calls)}" if calls else "")
-
-
 def count_tokens(text: str) -> int:
     """Tokens of a text by the tokenizer that LiteLLM ships for unknown models, else one per four characters."""
     try:
         return int(litellm.token_counter(model="", text=text))
     except Exception:  # whatever a tokenizer raises that cannot be loaded
-        return -(-len(text) // PRIOR_CHARACTERS_PER_TOKEN)
+        return guessed_tokens(text)

@@ -1,0 +1,68 @@
+"""One attempt at an asset in a child process, whose questions this process asks its models."""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+
+from asset2sim.experiments.isolation.stopping import is_stopped
+from asset2sim.models.gateway.ask import ask
+from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
+from asset2sim.runs.asset_attempt import AssetAttempt, attempt_in_child
+from asset2sim.runs.remote.transfer import run_with_local_files, with_local_packages
+from asset2sim.storage.objects import working_folder
+from schemas.asset import AssetRef
+from schemas.location import Location
+from schemas.request import ModelAnswer, ModelCall, ModelRequest
+from schemas.settings import ModelSettings, Settings
+from schemas.vocabulary import Method
+
+
+def attempt_asset(
+    ref: AssetRef,
+    out: Path | str,
+    settings: Settings,
+    pipeline: str,
+    run_id: str,
+    made: Callable[[Iterable[ModelCall]], None],
+    fresh: bool,
+    recordings: str = "",
+) -> AssetAttempt:
+    """Attempt one asset in a child process, into ``out``, a folder or a URL. Model calls are made in this process and
+    passed to ``made``. A ``fresh`` child has refined nothing before; ``recordings``: see ``GatewaySession``."""
+    folder, owner = working_folder(out), str(out)
+    stopped = partial(is_stopped, owner)
+    patience_s = settings.run.asset_time_limit_s
+    books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped, Path(recordings), patience_s)
+
+    def ask_and_tell(request: ModelRequest) -> ModelAnswer:
+        answer = ask_for_asset(request, settings, books)
+        made(answer.calls)
+        return answer
+
+    attempt = partial(
+        attempt_in_child,
+        pipeline,
+        out=folder,
+        settings=with_local_packages(settings),
+        ask=ask_and_tell,
+        owner=owner,
+        fresh=fresh,
+    )
+    place = Location(out)
+    if place.is_url or Location(ref.path).is_url:
+        return run_with_local_files(ref, place, settings, attempt)
+    return attempt(ref)
+
+
+def ask_for_asset(request: ModelRequest, settings: Settings, books: GatewaySession) -> ModelAnswer:
+    """The answer to one model request of an asset, asked with the settings of its purpose."""
+    return ask(request, ask_settings(settings, request.purpose, request.sample), books)
+
+
+def ask_settings(settings: Settings, purpose: str, sample: int = 0) -> ModelSettings:
+    """Model settings of a question: one that is repeated to measure the spread has a temperature."""
+    if purpose == Method.IVW:
+        return settings.model.model_copy(update={"temperature": settings.methods.ivw_temperature})
+    if sample > 0:
+        return settings.model.model_copy(update={"temperature": settings.doubt.sample_temperature})
+    return settings.model

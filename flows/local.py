@@ -1,0 +1,125 @@
+"""The commands for objects on this machine: check, describe, convert and refine, with no server and no catalog."""
+
+import sys
+from collections.abc import Sequence
+from json import dumps, loads
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from asset2sim.catalog.text import NOTHING, output
+from asset2sim.engines.registry import HOW_TO_INSTALL, installed
+from asset2sim.engines.static_object import with_pybullet
+from asset2sim.intake.dataset import load_dataset
+from asset2sim.models.gateway.environment import quiet_environment
+from asset2sim.runs.check_folders import check_as_json, check_folders, engine_verdict, remedy_of
+from asset2sim.runs.check_sarif import check_as_sarif
+from asset2sim.runs.here import refine_here
+from asset2sim.runs.request import RefineRequest
+from flows import PIPELINE
+from schemas.asset import AssetRecord
+from schemas.errors import DONE, FAILED, UsageError
+from schemas.location import Location
+from schemas.settings import Settings
+from schemas.vocabulary import Severity, Status
+
+CHECK_PIPELINE, CONVERT_PIPELINE = "tasks.check:check_asset", "tasks.convert:convert_asset"
+SAID_BESIDE = ("changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
+"""Codes of findings of a check that the terminal shows beside the verdict."""
+
+
+def refine_listed(request: RefineRequest) -> int:
+    """Refine a checked request's assets into OUT/assets and print a row for each. Returns the exit code."""
+    assert request.found is not None, "the request has been checked"
+    if request.out.is_url:
+        raise UsageError("--out is a URL: runs write there; pip install 'asset2sim[pipeline]'")
+    say_what_is_absent()
+    records = refine_here(request.found.refs, request.out.folder, request.settings, PIPELINE)
+    print_records(records, request.settings)
+    output().print(Text(f"assets: {request.out.folder / 'assets'}"))
+    return FAILED if request.strict and failed_of(records) else DONE
+
+
+def convert_listed(data: Location, out: Path, settings: Settings) -> int:
+    """Convert assets, unrefined, into ``out/assets`` and print a row for each. Returns the exit code."""
+    from asset2sim.assets.exports import require_exports
+
+    quiet_environment()
+    require_exports(settings.exports)
+    views = settings.views.model_copy(update={"write": False})
+    records = refine_here(load_dataset(data), out, settings.model_copy(update={"views": views}), CONVERT_PIPELINE)
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in ("asset", "result", "findings"):
+        table.add_column(name, overflow="fold")
+    for record in records:
+        ok = record.status is Status.OK
+        said = [item.message for item in record.findings if item.severity is not Severity.INFO]
+        result = str(out / "assets" / record.ref.asset_id) if ok else record.failure_mode.value
+        table.add_row(Text(record.ref.asset_id), Text(result), Text("; ".join(said if ok else [record.reason])))
+    output().print(table)
+    return FAILED if failed_of(records) else DONE
+
+
+def check_listed(
+    folders: Sequence[Path | str], settings: Settings, json: bool, sarif: Path | None, fix: Path | None
+) -> int:
+    """Check folders as they are, and print a row, or JSON, for each, and write them as SARIF to a file; refine those
+    that fail into ``fix``. Returns the exit code: 1 where one fails, or with ``fix`` where one fails mended, too."""
+    quiet_environment()
+    say_what_is_absent()
+    records = check_folders(folders, settings, CHECK_PIPELINE)
+    if sarif is not None:
+        sarif.write_text(dumps(check_as_sarif(records, Path.cwd()), indent=1), encoding="utf-8")
+    if json:
+        print_json([check_as_json(record, settings) for record in records])
+    else:
+        print_records(records, settings)
+    failed = failed_of(records)
+    if fix is None or not failed:
+        return FAILED if failed else DONE
+    mended = refine_here([record.ref for record in failed], fix, settings, PIPELINE)
+    if not json:
+        print_records(mended, settings)
+        output().print(Text(f"mended: {fix / 'assets'}"))
+    return FAILED if failed_of(mended) else DONE
+
+
+def failed_of(records: Sequence[AssetRecord]) -> list[AssetRecord]:
+    """The records of assets that failed."""
+    return [record for record in records if record.status is not Status.OK]
+
+
+def print_json(told: Any) -> None:
+    """Print values as JSON; what exploded has numbers that JSON does not, and they are null."""
+    sys.stdout.write(f"{dumps(loads(dumps(told), parse_constant=lambda _: None), indent=1)}\n")
+
+
+def print_records(records: Sequence[AssetRecord], settings: Settings) -> None:
+    """Print each asset's verdict, that of each engine, the reason, and what would mend it."""
+    engines = list(dict.fromkeys(report.engine for record in records for report in record.reports))
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in ("asset", "verdict", *engines, "reason"):
+        table.add_column(name, overflow="fold", no_wrap=name in ("verdict", *engines))
+    for record in records:
+        seen = {report.engine: engine_verdict(record, report, settings) for report in record.reports}
+        ok = record.status is Status.OK
+        warned = [item.message for item in record.findings if item.code in SAID_BESIDE]
+        verdict = Text("ok", style="green") if ok else Text(record.failure_mode, style="bold red")
+        told = [] if ok else [record.reason, f"remedy: {remedy_of(record.failure_mode)}"]
+        table.add_row(
+            *(Text(record.ref.asset_id), verdict),
+            *(Text(seen.get(name, NOTHING)) for name in engines),
+            Text("; ".join(told + warned)),
+        )
+    output().print(table)
+    output().print(Text(f"{len(records) - len(failed_of(records))} of {len(records)} ok"))
+
+
+def say_what_is_absent() -> None:
+    """Say on standard error, once a command, that MuJoCo does the part of PyBullet where that is not installed."""
+    if not with_pybullet():
+        there = ", ".join(installed()) or "none"
+        sys.stderr.write(f"asset2sim: PyBullet is not installed; engines: {there} ({HOW_TO_INSTALL})\n")
