@@ -33,7 +33,7 @@ def at(x: float, y: float = 0.0, z: float = 0.0, turn: Rotation | None = None) -
 
 def rocks(seed: int) -> dict[str, tuple[Array, ...]]:
     numbers = np.random.default_rng(seed)
-    found = {}
+    found: dict[str, tuple[Array, ...]] = {}
     for name in ("a", "b"):
         hull = hull_of(numbers.normal(size=(12, 3)) * 0.05)
         assert hull is not None

@@ -16,7 +16,7 @@ from schemas.vocabulary import Engine
 
 PACKAGE, ENDING = "asset2sim.engines", "_world"
 """An engine's module in here is named for it, and it for the package that it needs: ``mujoco_world``."""
-HOW_TO_INSTALL = "pip install -c constraints.txt -e '.[engines]'"
+HOW_TO_INSTALL = "pip install 'asset2sim[bullet,engines]'"
 
 OWN = tuple(
     Engine.add(item.name.removesuffix(ENDING))

@@ -74,7 +74,7 @@ def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:
 
 
 def remedy_of(mode: FailureMode) -> str | None:
-    """What would mend a failure, in words; None where nothing failed."""
+    """The remedy of a failure, in words; None where nothing failed."""
     guide = failure_guide().get(mode)
     return None if guide is None else guide.remedy
 

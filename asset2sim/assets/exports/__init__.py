@@ -19,7 +19,7 @@ def has_usd() -> bool:
 def require_exports(exports: Sequence[Export]) -> None:
     """Raise UsageError where an export needs a package that is not installed; MJCF needs none."""
     if Export.USD in exports and not has_usd():
-        raise UsageError("export 'usd' needs usd-core, which is not installed; pip install -c constraints.txt '.[usd]'")
+        raise UsageError("export 'usd' needs usd-core, which is not installed; pip install 'asset2sim[usd]'")
 
 
 def write_exports(

@@ -51,7 +51,7 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
     try:
         import mujoco
     except ModuleNotFoundError as error:
-        problem = "reading MJCF needs MuJoCo: pip install 'asset2sim[engines]', or keep a URDF of it"
+        problem = "reading MJCF needs MuJoCo: pip install mujoco, or keep a URDF of it"
         raise unconvertible(file, "mujoco_missing", problem) from error
     notes: tuple[str, ...] = ()
     try:
