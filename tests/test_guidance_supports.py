@@ -24,6 +24,12 @@ def thing(category: str = "", asset_id: str = "17") -> ObjectInfo:
         ("A fan that hangs from the ceiling.", SupportKind.FIXED, Mount.CEILING),
         ("A free-standing cooker with its oven door open.", SupportKind.FREESTANDING, None),
         ("A handheld mixer.", SupportKind.HANDHELD, None),
+        ("A cupboard nailed to a wall.", SupportKind.FIXED, Mount.WALL),
+        ("A locker bolted to the concrete floor.", SupportKind.FIXED, Mount.FLOOR),
+        ("A kitchen unit hanging over the stove.", SupportKind.FIXED, Mount.WALL),
+        ("A monitor on an arm clamped to the desk.", SupportKind.FIXED, Mount.COUNTER),
+        ("An upper kitchen cabinet.", SupportKind.FIXED, Mount.WALL),
+        ("A countertop dishwasher.", SupportKind.FREESTANDING, None),
     ],
 )
 def test_the_guidance_says_what_carries_it(guidance: str, kind: SupportKind, mount: Mount | None) -> None:
@@ -38,6 +44,8 @@ def test_the_guidance_says_what_carries_it(guidance: str, kind: SupportKind, mou
         "A cabinet that is not fixed to the wall.",
         "A laptop, its screen fixed at 90 degrees.",
         "A cart whose door is open.",
+        "A bin with its lid attached to its body.",
+        "A shoe cabinet, not screwed to the wall.",
     ],
 )
 def test_other_words_and_denials_say_nothing(guidance: str) -> None:

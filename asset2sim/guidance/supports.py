@@ -12,6 +12,20 @@ from schemas.support import Mount, SupportKind, SupportProposal
 
 _DENIALS = frozenset(("not", "no", "never", "without", "isn't", "unlike"))
 """Words that turn a phrase round: "not fixed to the wall"."""
+_FASTENED = frozenset((
+    "hung", "hang", "hangs", "hanging", "mounted", "screwed", "bolted", "fixed", "attached", "fastened", "anchored",
+    "nailed", "clamped", "hooked",
+))  # fmt: skip
+_TO = frozenset(("to", "on", "onto", "in", "into", "at", "from", "above", "over", "against"))
+_HOLDERS = {
+    **dict.fromkeys(("wall", "walls", "nail", "hook"), "wall"),
+    **dict.fromkeys(("floor", "ground", "concrete"), "floor"),
+    **dict.fromkeys(("counter", "countertop", "worktop", "desk", "table", "bench"), "counter"),
+    "ceiling": "ceiling",
+}
+"""What an object is fastened to, as words name it, and the mount that it is."""
+FASTENED_CONFIDENCE = 0.95
+"""Confidence in a support that words state as a fastening: "screwed onto the wall"."""
 DENIED_WITHIN = 3
 """Tokens before a phrase in which such a word counts."""
 STANDS_CONFIDENCE = 0.6
@@ -23,11 +37,32 @@ NAMED_SHARE = 0.7
 def said_support(tokens: Phrase) -> SupportProposal | None:
     """The support that the guidance names: a phrase such as "wall-mounted", or else what its first phrase calls
     the object ("a wall clock"); None where it says nothing."""
+    if (fastened := _fastened(tokens)) is not None:
+        return fastened
     for start, _, phrase in longest_spans(tokens, _phrases("said")):
         if not _DENIALS & set(tokens[max(0, start - DENIED_WITHIN) : start]):
             return _row(phrase, f"the guidance says '{phrase}'")
     found = [span[2] for span in longest_spans(head_of(tokens), _phrases("object")) if span[1] - span[0] > 1]
     return _row(found[-1], f"the guidance calls it a {found[-1]}") if found else None
+
+
+def _fastened(tokens: Phrase) -> SupportProposal | None:
+    """The support of what is said to be fastened to a wall, floor, ceiling or worktop, or to hang above something;
+    None where nothing is."""
+    for index, token in enumerate(tokens):
+        to = tokens[index + 1 : index + 2]
+        if token not in _FASTENED or not _TO & set(to) or _DENIALS & set(tokens[max(0, index - DENIED_WITHIN) : index]):
+            continue
+        near = tokens[index + 2 : index + 5]
+        mount = next((_HOLDERS[word] for word in near if word in _HOLDERS), None)
+        # Over a stove or a table something hangs on a wall; a lamp would have said so.
+        mount = "wall" if to[0] in ("above", "over") else mount
+        if mount is not None:
+            words = " ".join(tokens[index : index + 5])
+            reason = f"the guidance says '{words}'"
+            kind = SupportKind.FIXED
+            return SupportProposal(kind=kind, mount=Mount(mount), confidence=FASTENED_CONFIDENCE, reason=reason)
+    return None
 
 
 def called_by(tokens: Phrase) -> str | None:
