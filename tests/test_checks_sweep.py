@@ -1,5 +1,6 @@
 """Sweeps: a free drawer, one stopped by a hull, by authored geometry, by another joint; and Φ over all pairs."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -143,6 +144,14 @@ def test_a_rack_behind_a_closed_door_is_not_jammed(tmp_path: Path, engine: Engin
     assert record.free_share == 1.0 and record.others == {"hinge": -2.0}
     verdict = sweep_verdict(record, item.overlay.joints[0], None, engine, LIMITS)
     assert verdict.passed and "'hinge'" in verdict.reason
+
+
+def test_what_is_in_the_way_at_either_end_is_moved_halfway(tmp_path: Path) -> None:
+    """A leaf that lies across the way at both ends of its half turn, and hangs below it between them."""
+    links = [bare("base", 10.0), solid("drawer", (0.3, 0.3, 0.1)), solid("leaf", (0.02, 0.2, 0.06), (0.0, 0.1, 0.0))]
+    leaf = UrdfJoint("hinge", "revolute", "base", "leaf", (1.0, 0.0, 0.0), (0.18, 0.0, 0.44), -math.pi, 0.0)
+    record = swept(subject(tmp_path, links, [DRAWER, leaf]), Engine.PYBULLET, authored_cause)["slide"]
+    assert record.free_share == 1.0 and record.others == {"hinge": pytest.approx(-math.pi / 2.0)}
 
 
 def test_a_rack_that_something_else_stops_too_is_jammed_there(tmp_path: Path) -> None:

@@ -149,8 +149,8 @@ def cleared(
     limits: Thresholds,
 ) -> tuple[Stretch, dict[str, float]]:
     """The free stretch with the joints that carry its obstacles moved away, and the positions of those joints. Each
-    such joint in turn is tried at either end of its own free stretch, at last those that are left together; what
-    lengthens the stretch most is kept."""
+    such joint in turn is tried at either end of its own free stretch, where neither helps in its middle (an arm that
+    folds back past upright), at last those that are left together; what lengthens the stretch most is kept."""
     lower, upper = span_of(joint)
     best, others, tried, met = stretch, dict[str, float](), set[str](), in_the_way(item, joint.name, stretch)
 
@@ -168,6 +168,8 @@ def cleared(
         tried.add(candidate)
         for position in free[candidate]:
             attempt({**others, candidate: position})
+        if candidate not in others:
+            attempt({**others, candidate: sum(free[candidate]) / 2.0})
     # What stops it just behind the first is met only once that is away, though it gains next to nothing.
     left = [name for name in dict.fromkeys(met) if name in free and name not in others][:MOST_TOGETHER]
     for ends in itertools.product(*(free[name] for name in left)) if best.ends and len(left) > 1 else ():
