@@ -207,6 +207,9 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     (known.TOASTER, "toaster with the lever pressed down", {"lever": 0.4}),
     (known.SUITCASE, "suitcase, handle upright", {"handle": -1.57}),
     (known.MICROWAVE, "with its drawer open", {}),
+    (known.SUITCASE, "the handle glides up and down without effort", {}),
+    (known.SCISSORS, "pruning scissors that open by themselves", {}),
+    (known.TOILET, "a toilet with its lid up and seat down", {"lid": 1.6, "seat": 0.0}),
 ]
 
 

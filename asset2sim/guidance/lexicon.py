@@ -49,7 +49,8 @@ _QUANTIFIERS = {
 _COUNTS = {"one": 1, "two": 2, "three": 3, "four": 4}
 _UNREAL = frozenset(("to", "can", "could", "would", "will", "may", "might", "be"))
 _CONDITIONS = frozenset(("when", "whenever", "if", "once", "until", "after", "before"))
-_STATE_KINDS = ("open", "closed", "rest", "pressed")
+_MOVING = frozenset((("by", "itself"), ("by", "themselves"), ("and", "down"), ("and", "close"), ("and", "closes")))
+_STATE_KINDS = ("open", "closed", "rest", "pressed", "up", "down")
 
 
 @dataclass(frozen=True)
@@ -189,7 +190,10 @@ def part_word(token: str) -> str:
 
 
 def _is_hypothetical(tokens: tuple[str, ...], index: int) -> bool:
-    """Whether the words before speak of what the object can do ("can be opened") or of another time ("when closed")."""
+    """Whether the words around speak of what the object can do ("can be opened", "opens by itself", "glides up and
+    down") or of another time ("when closed")."""
+    if tokens[index + 1 : index + 3] in _MOVING:
+        return True
     start = max((i + 1 for i in range(index) if not tokens[i][0].isalnum()), default=0)
     clause = tokens[max(start, index - 4) : index]
     return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(clause))
