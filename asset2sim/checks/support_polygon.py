@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.assets.urdf.collision_points import collision_points
 from asset2sim.assets.urdf.document import parsed
-from asset2sim.checks.mechanism import Mechanism, collision_points, poses_at
+from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.support_polygon import SupportPolygon, standing_on
 

@@ -12,9 +12,10 @@ import numpy as np
 from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
+from asset2sim.assets.urdf.collision_points import know_points
 from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.known_checks import run_for
-from asset2sim.checks.mechanism import know_points, mechanism
+from asset2sim.checks.mechanism import mechanism
 from asset2sim.checks.rest import contacts_of, measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
 from asset2sim.checks.support_polygon import point_clouds

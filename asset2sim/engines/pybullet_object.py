@@ -5,7 +5,7 @@ damps every body (design.md); it leaves a joint beyond its limit where it has ov
 provides dry friction, a torque acts as the spring, body damping is 0, and limits are enforced.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -63,6 +63,12 @@ class PyBulletObject:
         positions = followed(self.mimics, positions)
         for name, index in self.joint_index.items():
             self.client.resetJointState(self.body, index, positions.get(name, 0.0), 0.0)
+
+    def ignore(self, pairs: Iterable[tuple[str, str]]) -> None:
+        """Make no contacts between these links."""
+        index = {name: number for number, name in self.link_names.items()}
+        for a, b in pairs:
+            self.client.setCollisionFilterPair(self.body, self.body, index[a], index[b], 0)
 
     def positions(self) -> Array:
         """(n,) joint positions in ``joint_index``' order, rad or m."""
@@ -146,9 +152,7 @@ def loaded(
             message = f"PyBullet refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message)
         item = prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(parsed(urdf)))
-        index = {name: number for number, name in item.link_names.items()}
-        for pair in passing_pairs(parsed(urdf)):
-            client.setCollisionFilterPair(body, body, *(index[name] for name in pair), 0)
+        item.ignore(passing_pairs(parsed(urdf)))
         yield item
 
 

@@ -10,6 +10,7 @@ import pybullet
 from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
+from asset2sim.engines.parallel_sliders import never_meeting
 from asset2sim.engines.pybullet_object import PyBulletObject, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.static_object import MARGIN_M
@@ -28,6 +29,7 @@ def open_pybullet(
 ) -> Iterator["PyBulletWorld"]:
     """A world in PyBullet (see ``Opener``), the object placed with its joints at zero."""
     with loaded(urdf, fixed_base=not plane, timestep_s=timestep_s, gravity_m_s2=gravity_m_s2) as item:
+        item.ignore(never_meeting(urdf, PyBulletWorld.skin_m))
         world = PyBulletWorld(item, timestep_s, plane)
         world.give_contacts(contact_friction)
         world.place({})
