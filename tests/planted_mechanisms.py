@@ -290,6 +290,32 @@ HELD = (
 )  # fmt: skip
 """Written before any remedy of what they show, and run for the first time after they were committed."""
 
+AFTER = (
+    P("bread_box", "", "A bread box.", "", ("front_flap", "flap_hinge"), drop(0.35, 0.2, 0.25, 0.01), (1, 22.2),
+      "latched"),
+    P("mail_front", "", "A mailbox.", "", ("mail_door", "mail_hinge"), drop(0.2, 0.15, 0.3, 0.02), (1, 22.2),
+      "latched"),
+    P("sideboard", "", "A sideboard.", "", ("cupboardDoorLeft", "j_1"), leaf(0.45, 0.55, 0.4, 0.1), (1, 20), "swings"),
+    P("vanity", "", "A bathroom vanity.", "door", ("link_0", "joint_0"), leaf(0.4, 0.5, 0.45, 0.1), (1, 20), "swings"),
+    P("ketchup", "", "A ketchup bottle.", "", ("snap_lid", "snap"),
+      (round_shape(0.03, 0.2, "0 0 0.1"), round_shape(0.02, 0.02, "-0.02 0 0.011"), "revolute", "0.02 0 0.201",
+       "0 1 0", "0 2.2"), (2, 45)),
+    P("flask", "", "A vacuum flask.", "", ("stopper_link", "stopper_turn"), cap(0.025, 0.25), (15, 150), "stays"),
+    P("opener", "", "A garage door opener.", "", ("link_1", "joint_1"), push(0.012, 0.0015, "0.015 0.04 0.07"),
+      (0.5, 11), "returns"),
+    P("calculator", "", "A calculator.", "", ("k7", "k7_joint"), push(0.01, 0.0015, "0.01 0.08 0.15"), (0.25, 4),
+      "returns"),
+    P("cord", "", "A lamp with a switch in its cord.", "", ("slide_toggle", "toggle"), lever(0.008, "0 0 1",
+      "-0.25 0.25", "0.02 0.025 0.06"), (0.5, 15), "snaps"),
+    P("sewing", "", "A sewing machine's foot control.", "", ("sewing_pedal", "pedal"),
+      lid(0.08, 0.12, 0.03, 0.005, 0.2), (2, 90), "returns"),
+    P("spray", "", "A spray bottle.", "", ("trigger", "trigger_joint"), lever(0.05, "0 0 1", "0 0.4",
+      "0.06 0.06 0.25"), (5, 45), "returns"),
+    P("lighter", "", "A lighter.", "", ("thumb_button", "press"), push(0.01, 0.003, "0.012 0.025 0.08"), (0.5, 20),
+      "returns"),
+)  # fmt: skip
+"""Written after the remedies of what those show, and before they were run."""
+
 
 def made(item: Planted, folder: Path) -> AssetRef:
     """The asset's folder, written."""
@@ -345,7 +371,7 @@ def placed(item: Planted, overlay: PhysicsOverlay, features: Features) -> list[s
 
 
 def main(folder: Path, names: list[str]) -> None:
-    bad, every = 0, [item for item in (*PLANTED, *FRESH, *HELD) if not names or item.name in names]
+    bad, every = 0, [item for item in (*PLANTED, *FRESH, *HELD, *AFTER) if not names or item.name in names]
     for item in every:
         record = refine_asset(made(item, folder / "in"), folder / "out", NO_VIEWS, prior)
         wrong = [] if record.status is Status.OK else [f"{record.failure_mode}: {record.reason}"]
