@@ -94,6 +94,14 @@ def test_a_spring_stated_by_its_time_or_by_too_light_a_press_is_made_to_be_felt(
     assert felt_press(made, kind, felt, moved, notes) is None, "what a press states stays"
 
 
+def test_a_press_that_no_hand_has_is_one_of_its_kind() -> None:
+    kind, notes, moved = handled(BUTTON_POINTS, BUTTON), Notes(), button_load()
+    proposal = JointProposal(name="part", press_start=60.0, press_end=90.0)
+    made = felt_press(proposal, kind, terms_of(proposal, moved), moved, notes)
+    assert made is not None and made.press_start == pytest.approx(0.9 * kind.range.most_n) and notes.findings
+    assert felt_press(made, kind, terms_of(made, moved), moved, notes) is None
+
+
 def test_no_spring_and_a_spring_that_is_felt_stay_as_they_are() -> None:
     kind, notes, moved = handled(BUTTON_POINTS, BUTTON), Notes(), button_load()
     none = JointProposal(name="part", coast_s=0.1)

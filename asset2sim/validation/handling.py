@@ -255,20 +255,23 @@ def bearable(support: SupportPolygon, point: Array, direction: Array, friction: 
 def felt_press(
     proposal: JointProposal, kind: Handling, terms: JointTerms, moved: JointLoad, notes: Notes
 ) -> JointProposal | None:
-    """The proposal with the least press of a part of its kind, where the press that it states is less, or the spring
-    that it states by other terms, such as how fast it returns, is too weak to be felt; None where there is no spring,
-    or one that is felt."""
-    stiffness, least, stated = terms.stiffness.value, kind.range.least_n, press_forces(proposal)
+    """The proposal with a press of a part of its kind, where that which it states is less or more, or the spring that
+    it states by other terms, such as how fast it returns, is too weak to be felt or too strong for a hand; None where
+    there is no spring, or one of its kind."""
+    stiffness, stated = terms.stiffness.value, press_forces(proposal)
+    least, most = kind.range.least_n, kind.range.most_n
     starts_at = stiffness * abs(moved.rest - terms.spring_reference) / moved.reach if stated is None else stated[0]
-    if stiffness <= 0.0 or starts_at >= least:
+    if stiffness <= 0.0 or least <= starts_at <= most:
         return None
-    start = FELT_MARGIN * least
+    start = FELT_MARGIN * least if starts_at < least else SAFE_SHARE * most
     message = (
         f"joint '{proposal.name}': its spring, as stated, presses with {starts_at:.3g} N where it starts; a "
-        f"{kind.range.kind} takes at least {least:.3g} N, so that it is made for {start:.3g} N"
+        f"{kind.range.kind} takes {least:.3g} to {most:.3g} N, so that it is made for {start:.3g} N"
     )
     notes.info("press_assumed", message, joint=proposal.name, value=starts_at, limit=start)
-    return proposal.model_copy(update={"press_start": start, "returns_s": None, "spring_hz": None, "stiffness": None})
+    end = proposal.press_end if starts_at < least else None
+    other = {"press_end": end, "returns_s": None, "spring_hz": None, "stiffness": None}
+    return proposal.model_copy(update={"press_start": start, **other})
 
 
 def bounded_press(
