@@ -16,6 +16,7 @@ from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.extras import missing_package
+from asset2sim.runs.hand_on_options import OverlaysOptions
 from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -99,6 +100,10 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
             return DONE
+        case OverlaysOptions():
+            from flows.hand_on import print_overlays
+
+            return DONE if print_overlays(options) else FAILED
     added = next((item for item in commands() if type(options) is named(item.options)), None)
     return _print(options) if added is None else _run_added(added, options)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.folder import URDF_NAME, write_folder
+from asset2sim.assets.folder import URDF_NAME, Folder, write_folder
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE
 from asset2sim.refinement.refine import RefinementJob, ShapedFolder, shape_folder
 from schemas.authored import wanted
@@ -15,9 +15,10 @@ from tasks.progress import AssetJob, StageResult
 
 @dataclass(frozen=True, kw_only=True)
 class Applied(StageResult):
-    """The URDF to measure and, where our rules are to refine it, the job and its folder."""
+    """The URDF to measure, the folder that was written, and, where our rules are to refine it, the job."""
 
     urdf: Path
+    folder: Folder | None = None
     to_refine: tuple[RefinementJob, ShapedFolder] | None = None
 
 
@@ -40,10 +41,11 @@ def apply_overlay(
         return Applied(urdf=extraction.urdf)
     if not rules or proposal is None:
         written = write_folder(extraction, overlay, {}, folder, job.settings.physics, CollisionMode.KEEP)
-        return Applied(urdf=written.urdf)
+        return Applied(urdf=written.urdf, folder=written)
     cache, guidance, settings = job.out / PIECE_CACHE, job.ref.prompt, job.settings
     if wanted(extraction.features.keep, Quantity.SHAPES) is Keep.ALL:
         collision = settings.collision.model_copy(update={"mode": CollisionMode.KEEP})
         settings = settings.model_copy(update={"collision": collision})
     refinement = RefinementJob(extraction, proposal, overlay, job.source, folder, cache, settings, guidance)
-    return Applied(urdf=folder / URDF_NAME, to_refine=(refinement, shape_folder(refinement)))
+    shaped = shape_folder(refinement)
+    return Applied(urdf=folder / URDF_NAME, folder=shaped.folder, to_refine=(refinement, shaped))

@@ -25,6 +25,7 @@ from tasks.measure import measure_written
 from tasks.progress import AssetJob, Progress
 from tasks.publish import publish_folder
 from tasks.refine import Refined, refine_written
+from tasks.remake import recipe_of
 from tasks.validate import validate_overlay
 
 
@@ -63,7 +64,9 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
         final = job.out / "assets" / job.ref.asset_id
         with nullcontext() if proposal is None else staged_folder(final) as folder:
             applied = run(Stage.APPLY, apply_overlay, job, extraction, proposal, overlay, folder, rules=method.rules)
-            refined = run(Stage.REFINE, refine_written, job, applied) if method.rules else Refined(overlay=overlay)
+            refined = Refined(overlay=overlay, folder=applied.folder)
+            if method.rules:
+                refined = run(Stage.REFINE, refine_written, job, applied)
             measured = run(
                 Stage.MEASURE, measure_written, job, extraction, applied.urdf, refined.overlay, refined.reports
             )
@@ -71,7 +74,8 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
             progress.overlay = overlay
             draft = progress.record(job.ref, job.settings, measured.verdict)
             run(Stage.ALIGN, align_asset, given, draft, applied.urdf)
-            run(Stage.PUBLISH, publish_folder, job, folder, overlay, measured.reports)
+            recipe = recipe_of(job, extraction, overlay, refined.folder)
+            run(Stage.PUBLISH, publish_folder, job, folder, overlay, measured.reports, recipe)
             for name in job.settings.checks:
                 run(Stage.MEASURE, named(further_check(name).run), job, folder)
         progress.written = proposal is not None

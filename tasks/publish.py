@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.checksums import write_checksums
 from asset2sim.assets.exports import write_exports
 from asset2sim.assets.exports.refined_object import read_object
@@ -17,6 +18,7 @@ from asset2sim.render import can_draw, write_views
 from schemas.finding import Finding, warning
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
+from schemas.recipe import MEASUREMENT_NAME, RECIPE_NAME, Recipe
 from schemas.settings import Settings
 from schemas.vocabulary import BaseMode, Stage, StateMode
 from tasks.progress import AssetJob, StageResult
@@ -31,30 +33,41 @@ class Published(StageResult):
 
 
 def publish_folder(
-    job: AssetJob, folder: Path | None, overlay: PhysicsOverlay, reports: Sequence[EngineReport]
+    job: AssetJob,
+    folder: Path | None,
+    overlay: PhysicsOverlay,
+    reports: Sequence[EngineReport],
+    recipe: Recipe | None = None,
 ) -> Published:
-    """Write the overlay, the measurements, exports and views into the asset's folder, if there is one.
+    """Write the overlay, the measurements, the recipe, exports and views into the asset's folder, if there is one.
 
     A baked state is measured again: the baked URDF's zero must be the state that was verified.
     """
     if folder is None:
         return Published()
-    settings, urdf = job.settings, folder / URDF_NAME
-    findings: tuple[Finding, ...] = ()
+    settings, findings = job.settings, tuple[Finding, ...]()
     if settings.state is StateMode.BAKE:
-        overlay, findings = bake(urdf, overlay, settings)
-    (folder / "overlay.json").write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
+        overlay, findings = bake(folder / URDF_NAME, overlay, settings)
     # Without the wall time: the same input gives the same bytes.
     written = [report.model_dump(mode="json", exclude={"seconds", "judged"}) for report in reports]
-    (folder / "measurement.json").write_text(json.dumps(written, indent=1), encoding="utf-8")
-    findings += write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
+    (folder / MEASUREMENT_NAME).write_text(json.dumps(written, indent=1), encoding="utf-8")
+    if recipe is not None:
+        (folder / RECIPE_NAME).write_text(recipe.model_dump_json(indent=1), encoding="utf-8")
+    return Published(overlay=overlay, findings=(*findings, *finish_folder(folder, overlay, settings)))
+
+
+def finish_folder(folder: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[Finding, ...]:
+    """Write the overlay, exports, views and checksums beside the URDF that it describes; findings of the exports."""
+    urdf = folder / URDF_NAME
+    (folder / REFINED_NAME).write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
+    findings = write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
     if settings.base is BaseMode.WORLD and overlay.support.fixed:
         height = read_object(folder, overlay).height_to_stand(overlay.initial_positions)
         urdf.write_bytes(hung_from_world(urdf.read_bytes(), height))
     if settings.views.in_run and can_draw():
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     write_checksums(folder)
-    return Published(overlay=overlay, findings=findings)
+    return findings
 
 
 def bake(urdf: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:

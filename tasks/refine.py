@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from asset2sim.assets.folder import Folder
 from asset2sim.refinement.refine import refine
 from schemas.overlay import PhysicsOverlay
 from tasks.apply import Applied
@@ -10,9 +11,11 @@ from tasks.progress import AssetJob, StageResult
 
 @dataclass(frozen=True, kw_only=True)
 class Refined(StageResult):
-    """The overlay that stays written, and engines' reports on exactly that; None where nothing was refined."""
+    """The overlay that stays written, its folder, and engines' reports on exactly that; None where nothing was
+    refined."""
 
     overlay: PhysicsOverlay
+    folder: Folder | None = None
 
 
 def refine_written(job: AssetJob, applied: Applied) -> Refined:
@@ -21,6 +24,7 @@ def refine_written(job: AssetJob, applied: Applied) -> Refined:
     done = refine(*applied.to_refine, job.ask)
     return Refined(
         overlay=done.overlay,
+        folder=done.folder,
         reports=done.reports,
         trace=done.trace,
         calls=done.calls,

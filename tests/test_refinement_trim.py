@@ -15,7 +15,18 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, transform
 from asset2sim.refinement.collision.cleared import cleared
 from asset2sim.refinement.collision.pybullet_hulls import quaternion
-from asset2sim.refinement.collision.trim import CLEARANCE_M, Key, Overlap, TrimBound, Trimmer, contact_pairs, trim
+from asset2sim.refinement.collision.trim import (
+    CLEARANCE_M,
+    Key,
+    Overlap,
+    TrimBound,
+    Trimmer,
+    contact_pairs,
+    cut_again,
+    cuts_of,
+    trim,
+)
+from schemas.recipe import CutHull
 from schemas.settings import EngineSettings
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, corners, joint_features, mesh, shifted, write_urdf
 
@@ -212,6 +223,27 @@ def test_a_pose_turned_about_any_axis_becomes_the_same_rotation_in_the_engine() 
         pose = np.eye(4)
         pose[:3, :3] = turn.as_matrix()
         np.testing.assert_allclose(Rotation.from_quat(quaternion(pose)).as_matrix(), turn.as_matrix(), atol=1e-9)
+
+
+def test_hulls_are_cut_again_as_recorded_to_the_last_bit() -> None:
+    turn = Rotation.from_euler("xyz", (0.3, -0.2, 0.7)).as_matrix()
+    whole: Hulls = {"a": (shifted(UNIT, y=3.0), UNIT @ turn.T), "b": (shifted(UNIT, -0.9),), "c": (UNIT,)}
+    trimmer = Trimmer(whole)
+    before = trimmer.state(("a", 1), ("b", 0))
+    assert trimmer.clear(along_x(("a", 1), ("b", 0), 0.2), MARGIN_M)
+    trimmer.restore(before, ("a", 1), ("b", 0))  # the way back is no part of the record
+    assert trimmer.clear(along_x(("a", 1), ("b", 0), 0.2), MARGIN_M, 0.7)
+    assert trimmer.clear(Overlap(("a", 1), ("b", 0), HERE, HERE, turn[:, 2], 0.2), MARGIN_M)
+    final = trimmer.result() | {"a": (trimmer.result()["a"][1],)}  # a piece may be gone
+    cuts = cuts_of(whole, final, trimmer.planes)
+    assert {link: [(way.hull, len(way.planes)) for way in ways] for link, ways in cuts.items()} == {
+        "a": [(1, 2)], "b": [(0, 2)]}  # fmt: skip
+    kept = {link: [CutHull.model_validate_json(way.model_dump_json()) for way in ways] for link, ways in cuts.items()}
+    again = cut_again(whole, kept)
+    for link, pieces in final.items():
+        assert [one.tobytes() for one in again[link]] == [one.tobytes() for one in pieces]
+    with pytest.raises(ValueError, match="hull 4 is not there"):
+        cut_again(whole, {"c": [CutHull(hull=4)]})
 
 
 def test_hulls_that_are_apart_already_are_not_cut() -> None:

@@ -32,7 +32,7 @@ from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, Keep, Quantity, Severity, Stage
+from schemas.vocabulary import FailureMode, Keep, Quantity, Severity, Stage, UpAxis
 
 INPUTS = InputSettings()
 SMALLEST_M = 1e-5
@@ -58,6 +58,8 @@ class DescriptionFile:
     """The name of its format where that says that lengths are metres."""
     scene: bool = False
     """Whether it holds several objects, some of them free of the world that holds the others."""
+    up: UpAxis = UpAxis.Z
+    """The axis that points up in the file."""
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:

@@ -4,7 +4,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
@@ -12,6 +12,7 @@ from asset2sim.assets.hulls import CollisionFiles, Hulls, write_hulls
 from asset2sim.assets.urdf.edit import refined_urdf
 from asset2sim.assets.urdf.mesh_files import PICTURES, copy_meshes
 from schemas.overlay import PhysicsOverlay
+from schemas.recipe import CutHull
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import CollisionMode
 
@@ -29,6 +30,10 @@ class Folder:
     mesh_places: dict[str, str]
     collision: CollisionFiles
     mode: CollisionMode = CollisionMode.REPAIR
+    cuts: dict[str, tuple[CutHull, ...]] = field(default_factory=dict)
+    """Link whose hulls were cut → how each was made."""
+    boxed: tuple[str, ...] = ()
+    """Hulls' files that hold their boxes in their place."""
 
     @property
     def urdf(self) -> Path:

@@ -79,6 +79,14 @@ def thickened(points: Array) -> Array:
     return np.vstack([points + normal * SHEET_THICKNESS_M / 2.0, points - normal * SHEET_THICKNESS_M / 2.0])
 
 
+def box_corners(points: Array) -> Array:
+    """(8, 3) corners of the box of (n, 3) points, no edge of it thinner than a sheet, m."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    thin = np.maximum(SHEET_THICKNESS_M - (high - low), 0.0) / 2.0
+    low, high = low - thin, high + thin
+    return np.array([[(low, high)[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)])
+
+
 FOLDER = "collision"
 
 CollisionFiles = dict[str, tuple[str, ...]]

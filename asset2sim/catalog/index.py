@@ -4,7 +4,7 @@ import ast
 import json
 import tempfile
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,14 @@ def write_index(out: Path, url: str | None = None) -> None:
     entries = []
     for asset_id, row in sorted(rows.items()):
         names = there.get(asset_id, ()) if there is not None else local_files(folder / asset_id)
-        entries.append(entry(row, names, folder / asset_id))
+        entries.append((row, names))
+    write_entries(out, entries, url)
+
+
+def write_entries(out: Path, rows: Sequence[tuple[Mapping[str, Any], Collection[str]]], url: str | None = None) -> None:
+    """Write the index of these rows with the files of each, and the loader; see ``write_index``."""
+    folder = out / ASSETS_FOLDER
+    entries = [entry(row, names, folder / row["asset_id"]) for row, names in rows]
     document = {"version": VERSION, "loader": LOADER_NAME, "assets": entries}
     texts = {INDEX_NAME: json.dumps(document, indent=1, ensure_ascii=False) + "\n", LOADER_NAME: loader_source()}
     out.mkdir(parents=True, exist_ok=True)

@@ -12,7 +12,7 @@ from lxml.etree import SubElement
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.hulls import SHEET_THICKNESS_M
+from asset2sim.assets.hulls import box_corners
 from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.urdf.document import read_document
 from asset2sim.assets.urdf.edit import child, serialised, words
@@ -168,10 +168,7 @@ def joint_facts(joint: Element) -> str:
 def corners_of(part: FatalPart) -> "np.ndarray":
     """(8, 3) corners of a shape's box, no edge of it thinner than a sheet, m."""
     assert part.box is not None, "only shapes have a box"
-    low, high = np.array(part.box[0]), np.array(part.box[1])
-    thin = np.maximum(SHEET_THICKNESS_M - (high - low), 0.0) / 2.0
-    low, high = low - thin, high + thin
-    return np.array([[(low, high)[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)])
+    return box_corners(np.array(part.box))
 
 
 def link_of(robot: Element, name: str) -> Element:

@@ -96,7 +96,7 @@ def open_origin(
     form = FORMATS[file.suffix]
     scene = part is None and bool(converted.free)
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
-    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene)
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up)
 
 
 def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":

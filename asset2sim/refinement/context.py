@@ -6,6 +6,7 @@ from functools import partial
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls
+from asset2sim.refinement.collision.trim import PlaneCut
 from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import Overlay, PhysicsOverlay
@@ -36,10 +37,11 @@ def trace_step(
 
 @dataclass
 class Log:
-    """Trace steps and findings of the loop."""
+    """Trace steps and findings of the loop, and every plane by which hulls were cut, those of other attempts too."""
 
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
+    planes: list[PlaneCut] = field(default_factory=list)
 
     def step(self, step: TraceStep) -> None:
         """Add a step under the next number."""

@@ -1,7 +1,7 @@
 """Refine one asset in PyBullet: search its joint state, then cut collision hulls; ask a model where both fail."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.engines.static_object import contact_points, phi_at, static_object
@@ -9,6 +9,7 @@ from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_as
 from asset2sim.refinement.ask_state import nearer_to_request
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
+from asset2sim.refinement.collision.trim import cuts_of
 from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_shapes
@@ -82,6 +83,7 @@ def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> Ref
     if loop.settings.collision.mode is not CollisionMode.KEEP:
         overlay, hulls = let_joints_move(loop, overlay, best.hulls)
         folder = folder if hulls is loop.hulls else replace_hulls(folder, hulls)
+        folder = replace(folder, cuts=cuts_of(loop.hulls, hulls, log.planes))
     write_urdf(loop.extraction, overlay, folder, loop.settings.physics)
     return RefinedState(overlay, folder, tuple(log.trace), tuple(log.findings))
 

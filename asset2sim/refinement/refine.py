@@ -197,6 +197,8 @@ def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAt
         (folder.path / part.file).write_text(text, encoding="ascii")
         message = f"link '{part.name}': {dead} dies of {part.file} ({part.facts}); it collides as its box"
         notes = (*notes, warning(code=FATAL, link=part.name, message=message))
+    folder = replace(folder, boxed=tuple(part.file for part in shapes))
+    tried = replace(tried, state=replace(tried.state, folder=folder))
     mended, verdict = verify_and_mend(job, overlay, folder, ())
     return replace(tried, notes=notes, mended=mended, verdict=verdict)
 

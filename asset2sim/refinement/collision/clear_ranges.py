@@ -31,7 +31,7 @@ from asset2sim.refinement.collision.jams import (
     worst_jams,
 )
 from asset2sim.refinement.collision.travel import Limits, range_of, samples, stance_at, travel, within
-from asset2sim.refinement.collision.trim import Cut, Key, TrimBound, Trimmer
+from asset2sim.refinement.collision.trim import Cut, Key, PlaneCut, TrimBound, Trimmer
 from schemas.vocabulary import OverlapCause
 
 LEAST_RANGE = 0.5
@@ -185,18 +185,20 @@ def clear_ranges(
     pairs: Sequence[tuple[str, str]],
     authored: AuthoredShapes,
     exact: frozenset[str] = frozenset(),
+    planes: list[PlaneCut] | None = None,
 ) -> Cleared:
     """Clear the hulls of overlaps at rest (initial positions, joint zero) and over every joint's range.
 
     ``tree`` and ``limits`` are at the final scale (rad, m); ``pairs`` are the link pairs that engines let collide;
-    links in ``exact`` are bound by ``LARGEST_EXACT_SHARE``. Deterministic: no step depends on wall time.
+    links in ``exact`` are bound by ``LARGEST_EXACT_SHARE``; ``planes`` gets the cuts that were tried. Deterministic: no
+    step depends on wall time.
     """
     at_zero = {joint.name: within(limits, joint.name, 0.0) for joint in tree}
     zero, start = stance_at(tree, root, at_zero), stance_at(tree, root, {**at_zero, **initial})
     start = zero if start.positions == zero.positions else start
     stances = (zero,) if start is zero else (zero, start)
     machine = JamContext(tuple(tree), root, limits, stances, tuple(pairs))
-    trimmer, causes = Trimmer(hulls, exact), Causes(authored)
+    trimmer, causes = Trimmer(hulls, exact, planes), Causes(authored)
     proposed: dict[str, tuple[float, float]] = {}
     stops: dict[str, Jam] = {}
     left: list[Hit] = []

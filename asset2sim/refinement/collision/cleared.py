@@ -7,7 +7,7 @@ from asset2sim.assets.hulls import Hulls
 from asset2sim.engines.static_object import with_pybullet
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.hull_world import HullWorld, clear_pose
-from asset2sim.refinement.collision.trim import Cut, Trimmer
+from asset2sim.refinement.collision.trim import Cut, PlaneCut, Trimmer
 
 
 def hull_world(trimmer: Trimmer) -> AbstractContextManager[HullWorld]:
@@ -22,13 +22,18 @@ def hull_world(trimmer: Trimmer) -> AbstractContextManager[HullWorld]:
 
 
 def cleared(
-    hulls: Hulls, poses: Mapping[str, Array], pairs: Iterable[tuple[str, str]], exact: frozenset[str] = frozenset()
+    hulls: Hulls,
+    poses: Mapping[str, Array],
+    pairs: Iterable[tuple[str, str]],
+    exact: frozenset[str] = frozenset(),
+    planes: list[PlaneCut] | None = None,
 ) -> tuple[Hulls, tuple[Cut, ...]]:
     """The hulls cut until none of the link pairs overlap at these link-to-root poses, and what each link lost.
 
-    Overlaps that would take too much of a hull are left as they are; links in ``exact`` may lose least.
+    Overlaps that would take too much of a hull are left as they are; links in ``exact`` may lose least; ``planes``
+    gets the cuts that were tried.
     """
-    trimmer = Trimmer(hulls, exact)
+    trimmer = Trimmer(hulls, exact, planes)
     with hull_world(trimmer) as world:
         clear_pose(world, poses, list(pairs))
     return trimmer.result(), tuple(trimmer.cuts.values())

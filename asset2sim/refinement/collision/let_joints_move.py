@@ -12,7 +12,7 @@ from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.travel import within
-from asset2sim.refinement.collision.trim import Cut, contact_pairs, trim
+from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.notes import note_cuts
 from schemas.finding import Finding
@@ -38,6 +38,7 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
         list(contact_pairs(joints, [link.name for link in features.links])),
         AuthoredShapes(loop.extraction, overlay.scale),
         exact_links(loop.extraction),
+        loop.log.planes,
     )
     off_floor, lifted = take_off_floor(loop, overlay, cleared.hulls)
     note_cuts(lifted, "where it would drag over", "as the object stands", loop.log)
@@ -74,6 +75,8 @@ def take_off_floor(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hull
         kept = [
             points if depth <= 0.0 else trim(points, up, height) for points, depth in zip(hulls[link], low, strict=True)
         ]
+        cut = (item for item in zip(hulls[link], kept, strict=True) if item[1] is not None and item[1] is not item[0])
+        loop.log.planes.extend(PlaneCut(whole, points, up, height) for whole, points in cut if points is not None)
         if max(low) > 0.0 and any(points is not None for points in kept):
             deepest = int(np.argmax(low))
             cuts.append(Cut(link, "floor", low[deepest], low[deepest] / float(np.ptp(hulls[link][deepest] @ up))))

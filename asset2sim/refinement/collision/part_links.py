@@ -53,7 +53,9 @@ def cut_apart(loop: RefinementContext, folder: Folder, start: CutAttempt) -> Cut
     tree = tree_of(written_joints(features, overlay), overlay.scale)
     poses = link_to_root(tree, features.root, start.positions)
     links = [link.name for link in features.links]
-    trimmed, cuts = cleared(start.hulls, poses, contact_pairs(features.joints, links), exact_links(loop.extraction))
+    trimmed, cuts = cleared(
+        start.hulls, poses, contact_pairs(features.joints, links), exact_links(loop.extraction), loop.log.planes
+    )
     if not cuts:
         return start
     after = phi_with_hulls(loop, folder, trimmed, start.positions)

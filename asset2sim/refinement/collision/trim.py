@@ -5,7 +5,7 @@ joint, or no state near the requested one avoids it, the overlapping caps of bot
 their extent. Visual meshes are not changed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply
 from schemas.features import JointFeatures
+from schemas.recipe import CutHull
 
 LARGEST_SHARE = 0.5
 """Largest share of its extent along the cut that a hull may lose in total: more would be a different shape."""
@@ -60,6 +61,17 @@ class Cut:
     share: float
 
 
+@dataclass(frozen=True, eq=False)
+class PlaneCut:
+    """One hull cut to the half-space normal · x ≥ offset (m) of its link's frame: the (k, 3) points ``of`` which it was
+    made, and the points that it ``left``."""
+
+    of: Array
+    left: Array
+    normal: Array
+    offset: float
+
+
 def contact_pairs(joints: Sequence[JointFeatures], links: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Link pairs that engines let collide: all but a link and its parent."""
     parents = {joint.child: joint.parent for joint in joints}
@@ -86,11 +98,50 @@ def trim(points: Array, normal: Array, offset: float) -> Array | None:
     return None if hull is None else hull.points
 
 
-class Trimmer:
-    """Hulls being cut, with each one's loss of extent; hulls of ``exact`` links equal their meshes and lose less."""
+def cuts_of(whole: Hulls, final: Hulls, planes: Sequence[PlaneCut]) -> dict[str, tuple[CutHull, ...]]:
+    """Link whose hulls differ from the whole ones → how each is cut out of one, as ``planes`` record it."""
+    made = {id(step.left): step for step in planes}
+    number = {(link, id(points)): index for link, pieces in whole.items() for index, points in enumerate(pieces)}
 
-    def __init__(self, hulls: Hulls, exact: frozenset[str] = frozenset()) -> None:
+    def way(link: str, points: Array) -> CutHull:
+        back: list[tuple[float, float, float, float]] = []
+        while (link, id(points)) not in number:
+            step = made[id(points)]
+            a, b, c = (float(value) for value in step.normal)
+            back.append((a, b, c, float(step.offset)))
+            points = step.of
+        return CutHull(hull=number[link, id(points)], planes=tuple(reversed(back)))
+
+    def same(link: str) -> bool:
+        pairs = zip(whole[link], final[link], strict=True)
+        return len(whole[link]) == len(final[link]) and all(one is other for one, other in pairs)
+
+    return {link: tuple(way(link, points) for points in pieces) for link, pieces in final.items() if not same(link)}
+
+
+def cut_again(whole: Hulls, cuts: Mapping[str, Sequence[CutHull]]) -> Hulls:
+    """The hulls with these links' cut as recorded. Raises ValueError where one is not there, or nothing is left."""
+    made = dict(whole)
+    for link, ways in cuts.items():
+        pieces = []
+        for way in ways:
+            points: Array | None = whole[link][way.hull] if way.hull < len(whole.get(link, ())) else None
+            for *normal, offset in way.planes:
+                points = None if points is None else trim(points, np.array(normal), offset)
+            if points is None:
+                raise ValueError(f"link '{link}': its hull {way.hull} is not there, or nothing of it is left when cut")
+            pieces.append(points)
+        made[link] = tuple(pieces)
+    return made
+
+
+class Trimmer:
+    """Hulls being cut, with each one's loss of extent; hulls of ``exact`` links equal their meshes and lose less.
+    ``planes`` gets every cut that is tried."""
+
+    def __init__(self, hulls: Hulls, exact: frozenset[str] = frozenset(), planes: list[PlaneCut] | None = None) -> None:
         self.exact = exact
+        self.planes = [] if planes is None else planes
         self.hulls = {link: list(pieces) for link, pieces in hulls.items()}
         self.original = {(link, i): piece for link, pieces in hulls.items() for i, piece in enumerate(pieces)}
         self.cuts: dict[tuple[str, str], Cut] = {}
@@ -148,7 +199,10 @@ class Trimmer:
         if lost > (LARGEST_EXACT_SHARE if key[0] in self.exact else bound.share) or depth > bound.depth_m:
             return None
         kept = trim(hull, local, local_offset)
-        return None if kept is None else (kept, depth, lost)
+        if kept is None:
+            return None
+        self.planes.append(PlaneCut(hull, kept, local, local_offset))
+        return kept, depth, lost
 
     def state(self, *keys: Key) -> tuple[tuple[Array, ...], dict[tuple[str, str], Cut]]:
         """These hulls and all cuts as they are, for ``restore``."""

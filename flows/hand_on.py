@@ -1,0 +1,40 @@
+"""The commands that hand refined objects on, and print what was written."""
+
+import sys
+
+from pydantic_settings import get_subcommand
+from rich.text import Text
+
+from asset2sim.catalog.text import output
+from asset2sim.runs.hand_on_options import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions
+from asset2sim.runs.overlays import apply_overlays, export_overlays
+from asset2sim.runs.request import settings_for_run, stated_settings
+from schemas.errors import printable
+
+REMAKE = "tasks.remake:remake_asset"
+"""The function that makes one object again."""
+
+
+def print_overlays(options: OverlaysOptions) -> bool:
+    """Export overlays or apply them, and print what was written; returns whether all that was asked for was."""
+    chosen = get_subcommand(options, is_required=True)
+    if isinstance(chosen, ExportOverlaysOptions):
+        written, left_out = export_overlays(chosen.run, chosen.out, chosen.assets)
+        output().print(Text(f"{len(written)} objects without geometry in {chosen.out}"))
+        _complain(left_out)
+        return not left_out
+    assert isinstance(chosen, ApplyOverlaysOptions)
+    run = settings_for_run(chosen.settings, stated_settings(chosen)).run
+    made = apply_overlays(chosen.overlays, chosen.data, chosen.out, run, REMAKE, chosen.assets)
+    same = [item for item in made if item.outcome == "same"]
+    slowest = max((item.seconds for item in made), default=0.0)
+    told = f"{len(same)} of {len(made)} objects made again, byte for byte, in {chosen.out / 'assets'}"
+    output().print(Text(f"{told} (the slowest took {slowest:.1f} s)"))
+    _complain([f"{item.asset_id} ({item.outcome}): {item.reason}" for item in made if item.outcome != "same"])
+    return len(same) == len(made)
+
+
+def _complain(lines: list[str]) -> None:
+    sys.stdout.flush()
+    for line in lines:
+        sys.stderr.write(f"asset2sim: {printable(line)}\n")
