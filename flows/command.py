@@ -100,10 +100,6 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
             return DONE
-        case OverlaysOptions():
-            from flows.hand_on import print_overlays
-
-            return DONE if print_overlays(options) else FAILED
     added = next((item for item in commands() if type(options) is named(item.options)), None)
     return _print(options) if added is None else _run_added(added, options)
 
@@ -142,6 +138,10 @@ def _print(options: Options) -> int:
 
             ports = options.report_port, options.prefect_port, options.mlflow_port
             serve_pages(options.out, *ports)
+        case OverlaysOptions():
+            from flows.hand_on import print_overlays
+
+            return DONE if print_overlays(options) else FAILED
         case asked.DoctorOptions():
             model = settings_for_run(options.settings, stated_settings(options)).model
             return DONE if show.print_doctor(options.out, model) else FAILED

@@ -14,10 +14,7 @@ SKIN_M = PyBulletWorld.skin_m
 Z, TILTED = (0.0, 0.0, 1.0), (0.0, 0.6, 0.8)
 Shape = tuple[str, Vector3]
 KEY: tuple[Shape, ...] = ((box(0.018, 0.018, 0.006), (0.0, 0.0, 0.0)),)
-AN_L: tuple[Shape, ...] = (
-    (box(0.018, 0.038, 0.006), (0.0, 0.0, 0.0)),
-    (box(0.018, 0.018, 0.006), (-0.018, 0.01, 0.0)),
-)
+AN_L: tuple[Shape, ...] = ((box(0.018, 0.038, 0.006), (0.0, 0.0, 0.0)), (box(0.018, 0.018, 0.006), (-0.018, 0.01, 0.0)))
 """A key of two pieces, 18 mm wide, to whose left there is room for another below a half of twice that width."""
 Key = tuple[tuple[Shape, ...], Vector3, Vector3]
 
