@@ -334,6 +334,29 @@ def test_the_papers_nine_have_a_task_each_that_moves_a_joint() -> None:
     assert len(tasks) == 9 and tasks["101673"].name == "bag handle sideways" and tasks["103275"].name == "stapler press"
 
 
+def test_a_part_without_ends_is_turned_and_half_a_turn_is_half_its_way(tmp_path: Path) -> None:
+    urdf = robot(
+        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
+        link("bar", shape("0.02 0.2 0.03") + inertial(0.2, 0.1)),
+        joint("crank", "continuous", "body", "bar", xyz="0.12 0 0.1", axis="1 0 0"),
+    )
+    made = make_joint("crank", "continuous", 0.2).model_copy(
+        update={"lower": None, "upper": None, "closed": 0.0, "open": 0.0, "friction": 0.05, "holds": True}
+    )
+    env = opened(refined(tmp_path / "crank", urdf, [made], {"body": 3.0, "bar": 0.2}), base=BASE, settings=SHORT)
+    subject = env.subject
+    assert subject.task.verb is Verb.TURN and subject.target == pytest.approx(0.2 + np.pi / 4.0)
+    env.reset(options={"start": 0})
+    assert env.x == pytest.approx(0.5) and subject.share(0.2 + np.pi) == pytest.approx(1.0)
+
+    def turned(data: Any, _: float) -> None:
+        data.qpos[subject.place] = min(0.2 + 2.0 * data.time, subject.target)
+
+    env.watched = turned
+    info = hold(env)
+    assert info["S"] == pytest.approx(1.0, abs=0.02) and info["moved_untouched"] and not info["is_success"]
+
+
 def test_joints_start_where_a_state_says_anew_at_each_reset(thing: Path) -> None:
     env = opened(thing, base=BASE, state="random", settings=SHORT)
     upper, at = env.subject.upper, [env.reset(seed=seed)[1]["position"] for seed in range(12)]

@@ -89,7 +89,7 @@ def test_a_spring_that_is_wound_up_by_the_arm_is_no_cheat() -> None:
     ("tilt_rad", "shift_m", "fires"),
     [
         (0.2, (0.0, 0.0, 0.0), False), (0.3, (0.0, 0.0, 0.0), True),
-        (0.0, (0.05, 0.05, 0.0), False), (0.0, (0.08, -0.08, 0.0), True),
+        (0.0, (0.03, 0.03, 0.0), False), (0.0, (0.04, -0.04, 0.0), True),
         (0.0, (0.0, 0.0, 0.02), False), (0.0, (0.0, 0.0, 0.04), True), (0.0, (0.0, 0.0, -0.04), False),
     ],
 )  # fmt: skip

@@ -51,8 +51,9 @@ PLAIN = ResetStart()
 @dataclass(frozen=True, eq=False)
 class TrialSubject:
     """One object, task and place of the arm. ``stage.model`` is shared by all environments of it, ``stage.data`` is
-    none's; ``lower`` and ``upper`` are the limits of the task's joint as MuJoCo loaded them, ``target`` where it should
-    end, rad or m; ``plan`` the scripted arm's motion, None where it found none or the base was given."""
+    none's; ``lower`` and ``upper`` are the limits of the task's joint as MuJoCo loaded them (half a turn either way of
+    its start where it is turned), ``target`` where it should end, rad or m; ``plan`` the scripted arm's motion, None
+    where it found none or the base was given."""
 
     stage: CompiledScene
     task: Task
@@ -105,7 +106,7 @@ class TrialSubject:
         for number, joint in enumerate(stage.about.joints):
             moved = start.share * (1.0 if (number + start.turn) % 2 == 0 else -1.0)
             low, high = model.jnt_range[int(model.joint(stage.prefix + joint.name).id)]
-            at = (state or {}).get(joint.name, joint.initial_position) + moved * (high - low)
+            at = (state or {}).get(joint.name, joint.initial_position) + moved * min(high - low, 2.0 * math.pi)
             data.qpos[stage.joint(joint.name)] = np.clip(at, low, high) if high > low and moved else at
         if self.free_place is not None and state is not None:
             about = stage.about
@@ -195,9 +196,11 @@ def _subject(
     model = stage.model
     model.opt.timestep = timestep_s
     number = int(model.joint(stage.prefix + joint.name).id)
-    if not model.jnt_limited[number] or model.jnt_range[number][0] >= model.jnt_range[number][1]:
-        raise UsageError(f"{folder}: joint {joint.name} has no limits as MuJoCo loads it; give it some")
     low, high = (float(value) for value in model.jnt_range[number])
+    if task.verb is Verb.TURN:
+        low, high = joint.initial_position - math.pi, joint.initial_position + math.pi
+    elif not model.jnt_limited[number] or low >= high:
+        raise UsageError(f"{folder}: joint {joint.name} has no limits as MuJoCo loads it; give it some")
     bodies = carried(model, int(model.jnt_bodyid[number]))
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     parts = [geom for geom in range(model.ngeom) if solid[geom] and int(model.geom_bodyid[geom]) in bodies]

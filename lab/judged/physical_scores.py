@@ -20,6 +20,8 @@ FAULTS = {
     "jumped": "an impulse that no touch explains, worth {impulse_m_s:.2g} m/s",
     "overlapped": "the tool was {overlap_m:.2g} m deep in it",
     "rang": "it swung to and fro {ringing_turns} times after it was let go",
+    "forced": "the tool pressed on it with {force_n:.0f} N",
+    "tipped": "it was tipped by {tilted_rad:.2g} rad",
 }
 """Fault → what it is, with its number."""
 

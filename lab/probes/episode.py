@@ -12,7 +12,7 @@ import numpy as np
 from asset2sim.gym.arm.franka import Arm
 from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
 from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, Track, TrackSamples, powers
-from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
+from asset2sim.gym.arm.scene import TIMESTEP_S
 from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
 from lab.probes.cameras import HEIGHT, WIDTH, Cameras
@@ -23,7 +23,7 @@ from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import write_mp4
 from lab.trials.physical_judge import judge
-from lab.trials.trial import FILM, TRACK, write_track
+from lab.trials.trial import FILM, TRACK, off_bowl_m, write_track
 from schemas.errors import UnknownChoiceError
 from schemas.table import Row
 
@@ -123,7 +123,7 @@ def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Pa
     overlay = scene.overlay
     sliders = {item.name for item in overlay.joints if item.type == "prismatic"}
     free = {item.name for item in overlay.joints if not item.holds}
-    judged = asdict(judge(track, scene.stage.moving_kg, sliders, free, TrialSettings()))
+    judged = asdict(judge(track, scene.stage.moving_kg, sliders, free, TrialSettings(), carried=scene.joint is None))
     return judged | outcome(run) | {
         "task": scene.task.name, "asset_id": overlay.asset_id, "seed": seed, "instruction": scene.task.instruction,
         "steps": steps, "video": None if to is None else to / FILM, "seconds_simulated": float(track.times_s[-1]),
@@ -186,7 +186,7 @@ def outcome(run: EpisodeRun) -> Row:
     else:
         assert stage.bowl is not None
         target, tolerance = 0.0, scene.task.epsilon(None)
-        begun, end = (off_bowl(stage, poses) for poses in (run.samples.poses[0], run.samples.poses[-1]))
+        begun, end = (off_bowl_m(stage, poses) for poses in (run.samples.poses[0], run.samples.poses[-1]))
         distance = end
         held = bool(run.samples.felt[-1][2])
         done = distance <= tolerance and not held
@@ -198,16 +198,6 @@ def outcome(run: EpisodeRun) -> Row:
         "start": begun, "end": end, "target": target, "distance": distance, "tolerance": tolerance, "success": done,
         "outcome": "done" if done else "not done", "reason": "" if done else reason,
     }  # fmt: skip
-
-
-def off_bowl(stage: CompiledScene, poses: Array) -> float:
-    """Horizontal distance of the object's centre of mass from the bowl's middle, m, with its links at these poses."""
-    assert stage.bowl is not None
-    bodies = [index for index in range(stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)]
-    mass = stage.model.body_mass[bodies]
-    middles = np.einsum("bij,bj->bi", poses[:, :3, :3], stage.model.body_ipos[bodies]) + poses[:, :3, 3]
-    center = mass @ middles / mass.sum()
-    return float(np.linalg.norm(center[:2] - stage.bowl.at))
 
 
 class Film:

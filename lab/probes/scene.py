@@ -10,9 +10,9 @@ import numpy as np
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.scene import Bowl, CompiledScene, build_stage, place
+from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl, CompiledScene, build_stage, place
 from asset2sim.physics.arrays import Array
-from lab.probes.tasks import BOWL_HIGH_M, SHIFT_M, TURN_RAD, ProbeTask
+from lab.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay
 

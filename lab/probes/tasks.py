@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from asset2sim.gym.arm.scene import Bowl
+from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl
 from asset2sim.gym.arm.tasks import Verb, range_of
 from schemas.overlay import JointPhysics
 
@@ -16,9 +16,6 @@ the policies see, and the trials' own. The paper has an ε for each task and pub
 SHIFT_M, TURN_RAD = 0.02, 0.087
 """By how much the object's place may differ between trials, m each way and rad each way (5 degrees): a person puts it
 back by eye no better."""
-
-BOWL_HIGH_M = 0.05
-"""Height of a bowl, m."""
 
 
 @dataclass(frozen=True)

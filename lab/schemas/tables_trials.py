@@ -23,12 +23,14 @@ MEASURED: tuple[Column, ...] = (
     ),
     ("force_n", REAL, "N", "Largest force between tool and object"),
     ("work_j", REAL, "J", "Work of the tool on the object"),
-    ("tilted_rad", REAL, "rad", "How far the object was tilted at the end from how it stood"),
+    ("tilted_rad", REAL, "rad", "How far the object was tilted from how it stood, at most"),
     ("moved_before_contact", FLAG, "", "Something moved before it was touched"),
     ("energy_appeared", FLAG, "", "Energy appeared"),
     ("jumped", FLAG, "", "An impulse that no touch explains"),
     ("overlapped", FLAG, "", "Tool and object interpenetrated"),
     ("rang", FLAG, "", "A part swung to and fro after it was let go"),
+    ("forced", FLAG, "", "The tool pressed harder than a household object bears; null in rows of older versions"),
+    ("tipped", FLAG, "", "The object was tipped that was not to be carried; null in rows of older versions"),
 )
 """What the physical judge measures of a recording, and its faults."""
 
@@ -38,7 +40,7 @@ _TRIALS: tuple[Column, ...] = (
     ("method!", TEXT, "", "How the asset was refined"),
     ("model!", TEXT, "", "Model that was asked when it was refined; none where no model was"),
     ("run_id", TEXT, "", "Run that had refined it; null if not known"),
-    ("verb!", TEXT, "", "close, press, open or grasp"),
+    ("verb!", TEXT, "", "close, press, open, turn or grasp"),
     ("joint", TEXT, "", "Joint that was to move; null for grasp"),
     ("tool", TEXT, "", "arm, or pusher where the arm could not reach; null where neither could"),
     ("gripper", TEXT, "", "panda, the arm's own, or robotiq; null in rows of older versions"),

@@ -3,6 +3,7 @@
 from typing import Literal
 
 from schemas.base import Frozen, Positive
+from schemas.learning_settings import GuardSettings
 
 
 class TrialSettings(Frozen):
@@ -27,3 +28,7 @@ class TrialSettings(Frozen):
     """The same of a sliding part, m."""
     ringing_turns: int = 3
     """How often it changes direction: the paper's."""
+    force_n: Positive = 300.0
+    """Force between tool and object that nothing of a household bears, N: twice what a person pushes with one hand."""
+    tilt_rad: Positive = GuardSettings().tilt_rad
+    """Tilt of an object that is not carried, rad, from which it was tipped: that of the guards of learning."""

@@ -2,6 +2,7 @@
 work and energy beside what can be computed by hand."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +13,14 @@ from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
 from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan, planned
 from asset2sim.gym.arm.record import record
 from asset2sim.gym.arm.scene import base_at, build_stage, pusher_spec
-from asset2sim.gym.arm.tasks import Task, Verb, tasks_of
+from asset2sim.gym.arm.tasks import Task, Verb, joint_of, tasks_of
 from lab.runner import do_job
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.actors import arm_faces
 from lab.trials.film import film, film_frames, write_mp4
 from lab.trials.physical_judge import judge
 from lab.trials.study import STUDY, Job
-from lab.trials.trial import FILM, TRACK, run_trial
+from lab.trials.trial import FILM, TRACK, missing, run_trial
 from schemas.overlay import PhysicsOverlay
 from tests.assets import joint, link, robot, shape
 from tests.factories import make_joint
@@ -91,6 +92,41 @@ def test_a_film_shows_the_object_as_the_recording_has_it(drawer: Path, tmp_path:
         assert (stream.codec_context.name, stream.average_rate) == ("h264", 15)
         decoded = [frame.to_ndarray(format="rgb24") for frame in file.decode(stream)]
     assert len(decoded) == 3 and np.abs(decoded[0].astype(int) - pictures[0]).mean() < 3.0
+
+
+def test_a_film_shows_the_action_and_not_the_waiting(drawer: Path) -> None:
+    stage = build_stage(drawer, pusher_spec(), np.eye(4))
+    plan = ToolPlan(np.eye(4), np.array([0.0, 6.0]), np.array([[0.4, 0.0, 0.2]] * 2), ("settle", "rest"))
+    track = record(stage, plan, {"slide": OPEN_M})
+    waits = track.times_s[film_frames(track)]
+    assert waits[0] == 0.0 and waits[-1] > 5.9, "nothing happens: all is shown"
+    touch = replace(track, touched=(track.times_s > 3.0) & (track.times_s < 3.5))
+    shown = track.times_s[film_frames(touch)]
+    assert shown[0] == pytest.approx(2.0, abs=0.08) and shown[-1] == pytest.approx(4.5, abs=0.08)
+    slid = replace(touch, positions=OPEN_M - 0.05 * np.clip(track.times_s - 1.5, 0.0, 0.5)[:, None])
+    shown = track.times_s[film_frames(slid)]
+    assert shown[0] == pytest.approx(0.5, abs=0.08), "what moves before it is touched is seen"
+
+
+def test_the_guards_of_learning_hold_for_what_is_recorded(drawer: Path) -> None:
+    """The recorded push is the arm's; the same with the cabinet shoved, tipped, or the drawer untouched is not."""
+    overlay = PhysicsOverlay.model_validate_json((drawer / "overlay.json").read_text(encoding="utf-8"))
+    joint = joint_of(CLOSE, overlay)
+    assert joint is not None
+    attempt, _ = planned(drawer, CLOSE, joint)
+    assert attempt is not None
+    track = record(attempt.stage, attempt.plan, attempt.stage.about_positions)
+    assert missing(track, CLOSE, joint, attempt.stage) == ""
+    there_and_back = np.sin(np.linspace(0.0, np.pi, len(track.times_s)))
+    turned, shoved = track.poses.copy(), track.poses.copy()
+    shoved[:, :, 0, 3] += 0.06 * there_and_back[:, None]
+    assert "shoved by 6 cm" in missing(replace(track, poses=shoved), CLOSE, joint, attempt.stage)
+    angles = 0.3 * there_and_back[:, None]
+    turned[:, :, 0, 0] = turned[:, :, 2, 2] = np.cos(angles)
+    turned[:, :, 0, 2], turned[:, :, 2, 0] = np.sin(angles), -np.sin(angles)
+    assert "tilted by 17°" in missing(replace(track, poses=turned), CLOSE, joint, attempt.stage)
+    alone = replace(track, touched=np.zeros_like(track.touched))
+    assert "of its way untouched" in missing(alone, CLOSE, joint, attempt.stage)
 
 
 def test_the_arm_is_drawn_with_all_its_links() -> None:

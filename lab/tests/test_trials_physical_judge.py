@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.gym.arm.record import Track
 from lab.schemas.trial_settings import TrialSettings
-from lab.trials.physical_judge import judge, score
+from lab.trials.physical_judge import PENALTIES, judge, score
 
 N, STEP = 1500, 0.004
 TIMES = np.linspace(0.0, (N - 1) * STEP, N)
@@ -31,8 +31,22 @@ def still() -> Track:
 def judged(track: Track, *, sliders: tuple[str, ...] = (), free: tuple[str, ...] = ()) -> tuple[list[str], float]:
     """The faults, and the score of a task that was done."""
     found = judge(track, MASS, sliders, free, TrialSettings())
-    faults = ["moved_before_contact", "energy_appeared", "jumped", "overlapped", "rang"]
+    faults = [*PENALTIES]
     return [name for name in faults if getattr(found, name)], score(found, done=True, finite=track.finite)
+
+
+def test_a_force_that_nothing_bears_and_an_object_that_is_tipped_take_from_the_score() -> None:
+    """A blow of 750 N, and a bucket that lies on its side once it was touched, scored five of five."""
+    blow = replace(still(), force_n=np.where(np.arange(N) == CONTACT + 9, 750.0, 2.0))
+    assert judged(blow) == (["forced"], 4.0)
+    assert judged(replace(still(), force_n=np.full(N, 120.0))) == ([], 5.0)
+    over = still().poses.copy()
+    angles = 1.5 * np.clip((TIMES - 3.2) / 0.5, 0.0, 1.0)
+    over[:, :, 0, 0] = over[:, :, 2, 2] = np.cos(angles)[:, None]
+    over[:, :, 0, 2], over[:, :, 2, 0] = np.sin(angles)[:, None], -np.sin(angles)[:, None]
+    tipped = replace(still(), poses=over)
+    assert judged(tipped) == (["tipped"], 3.5)
+    assert not judge(tipped, MASS, (), (), TrialSettings(), carried=True).tipped, "what is carried may be tilted"
 
 
 def with_hinge(positions: np.ndarray) -> Track:

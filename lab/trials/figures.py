@@ -9,7 +9,7 @@ from schemas.vocabulary import Method
 
 FAULTS = {
     "moved_before_contact": "moved before contact", "energy_appeared": "energy appeared", "jumped": "jumped",
-    "overlapped": "tool in it", "rang": "rang",
+    "overlapped": "tool in it", "rang": "rang", "forced": "pressed too hard", "tipped": "tipped",
 }  # fmt: skip
 """The faults that the physical judge finds, and what tables call them."""
 METHODS = (Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM)

@@ -21,6 +21,9 @@ from schemas.errors import UsageError
 
 SIDE, RATE = 512, 15
 """Edge of a picture, pixels, and pictures a second."""
+BEFORE_S, AFTER_S, MOVES = 1.0, 1.0, 0.02
+"""What is shown before the action and after it, s, and the speed of a joint or link from which it is one, rad/s or m/s:
+slower creeping is not seen."""
 SPACING = 1.4
 """Distance between two points of a surface, pixels: each covers two by two."""
 MOST_POINTS, SHADOW_POINTS = 800_000, 12_000
@@ -40,8 +43,15 @@ ROOM_M = 0.07
 
 
 def film_frames(track: Track) -> Ints:
-    """(frames,) the samples that are shown: ``RATE`` a second."""
-    due = np.arange(0.0, float(track.times_s[-1]) + 1e-9, 1.0 / RATE)
+    """(frames,) the samples that are shown, ``RATE`` a second: from a little before the object is touched or moves
+    until it rests; all where neither happens."""
+    moves = np.abs(np.diff(track.positions, axis=0)).max(axis=1, initial=0.0) / np.diff(track.times_s) > MOVES
+    travels = np.linalg.norm(np.diff(track.poses[:, :, :3, 3], axis=0), axis=2).max(axis=1, initial=0.0)
+    acts = np.flatnonzero(track.touched[1:] | moves | (travels / np.diff(track.times_s) > MOVES))
+    ends = track.times_s[[0, -1]]
+    if len(acts):
+        ends = np.clip(track.times_s[acts[[0, -1]]] + (-BEFORE_S, AFTER_S), *ends)
+    due = np.arange(ends[0], ends[1] + 1e-9, 1.0 / RATE)
     return np.unique(np.clip(np.searchsorted(track.times_s, due - 1e-9), 0, len(track.times_s) - 1))
 
 

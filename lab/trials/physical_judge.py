@@ -16,7 +16,8 @@ STORED_S = 0.5
 """For how long a contact may keep what it took: a lid pressed onto its stop springs back."""
 GRAVITY = 9.81
 FULL, FLOOR = 5.0, 0.0
-PENALTIES = {"moved_before_contact": 1.5, "energy_appeared": 1.5, "jumped": 1.0, "overlapped": 1.0, "rang": 1.0}
+PENALTIES = {"moved_before_contact": 1.5, "energy_appeared": 1.5, "jumped": 1.0, "overlapped": 1.0, "rang": 1.0,
+             "forced": 1.0, "tipped": 1.5}  # fmt: skip
 """What each fault takes from a score of 5; ``NOT_DONE`` for a task that is not done. What is never touched scores 1 at
 most, and what explodes 0, as the paper's examples of judges have it."""
 NOT_DONE, NOT_TOUCHED = 2.0, 1.0
@@ -42,13 +43,17 @@ class Judged:
     jumped: bool
     overlapped: bool
     rang: bool
+    forced: bool
+    tipped: bool
 
 
 def judge(
-    track: Track, mass_kg: float, sliders: Collection[str], free: Collection[str], settings: TrialSettings
-) -> Judged:
+    track: Track, mass_kg: float, sliders: Collection[str], free: Collection[str], settings: TrialSettings,
+    *, carried: bool = False,
+) -> Judged:  # fmt: skip
     """Measure a recording. ``sliders`` are the joints whose positions are in m, ``free`` those that hold no position:
-    what they do in the first ``SETTLE_S`` is their coming to rest, as the paper lets objects settle."""
+    what they do in the first ``SETTLE_S`` is their coming to rest, as the paper lets objects settle. What is to be
+    ``carried`` may be tilted."""
     touched = np.flatnonzero(track.touched)
     before = int(touched[0]) if len(touched) else len(track.times_s) - 1
     turned, shifted = moved(track, before, sliders, free)
@@ -59,6 +64,7 @@ def judge(
     depth = float(track.depth_m.max(initial=0.0))
     after = int(touched[-1]) + 1 if len(touched) else len(track.times_s)
     turns = max((turns_of(track, index, after, sliders, settings) for index in range(len(track.joints))), default=0)
+    tilted, force = max(angle(track.poses[0, 0, :3, :3], pose[:3, :3]) for pose in track.poses[:, 0]), track.force_n
     return Judged(
         first_contact_s=float(track.times_s[before]) if len(touched) else None,
         moved_rad=turned,
@@ -68,14 +74,16 @@ def judge(
         impulse_m_s=speed,
         overlap_m=depth,
         ringing_turns=turns,
-        force_n=float(track.force_n.max(initial=0.0)),
+        force_n=float(force.max(initial=0.0)),
         work_j=float(track.work_j.sum()),
-        tilted_rad=angle(track.poses[0, 0, :3, :3], track.poses[-1, 0, :3, :3]),
+        tilted_rad=tilted,
         moved_before_contact=turned > settings.moved_rad or shifted > settings.moved_m,
         energy_appeared=height > settings.appeared_m,
         jumped=speed > settings.impulse_m_s,
         overlapped=depth > settings.overlap_m,
         rang=turns >= settings.ringing_turns,
+        forced=float(force.max(initial=0.0)) > settings.force_n,
+        tipped=tilted > settings.tilt_rad and not carried,
     )
 
 

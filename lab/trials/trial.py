@@ -13,19 +13,19 @@ import pyarrow.parquet as pq
 from asset2sim.gym.arm.gripper import gripper_of
 from asset2sim.gym.arm.planning import planned
 from asset2sim.gym.arm.record import Track, record
-from asset2sim.gym.arm.scene import Bowl
-from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, target_of
+from asset2sim.gym.arm.scene import CompiledScene
+from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, range_of, target_of
+from asset2sim.gym.guards import Rollout, guard
 from asset2sim.load import LoadError
+from asset2sim.physics.arrays import Array
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import film, write_mp4
-from lab.trials.physical_judge import angle, judge, score
+from lab.trials.physical_judge import judge, score
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.table import Row
 
 FILM, TRACK = "motion.mp4", "motion.parquet"
-LIFTED_M = 0.03
-"""How far an object must have been off the floor to have been lifted."""
 PRESSED_SHARE = 0.2
 """Share of its way that may be left where something is pressed: springs and rubber give."""
 
@@ -57,8 +57,8 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     write_track(track, to / TRACK)
     sliders = {item.name for item in overlay.joints if item.type == "prismatic"}
     free = {item.name for item in overlay.joints if not item.holds}
-    judged = judge(track, attempt.stage.moving_kg, sliders, free, settings)
-    reason = missing(track, task, joint, bowl)
+    judged = judge(track, attempt.stage.moving_kg, sliders, free, settings, carried=joint is None)
+    reason = missing(track, task, joint, attempt.stage)
     done = not reason and judged.first_contact_s is not None
     reason = reason if judged.first_contact_s is not None else "the tool never touched it"
     if filmed:
@@ -70,30 +70,72 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     } | ended("done" if done else "not done", "" if done else reason, began)  # fmt: skip
 
 
-def missing(track: Track, task: Task, joint: JointPhysics | None, bowl: Bowl | None) -> str:
-    """Parts missing for the task to be done; empty if nothing is."""
+def missing(track: Track, task: Task, joint: JointPhysics | None, stage: CompiledScene) -> str:
+    """Parts missing for the task to be done by the arm; empty if nothing is."""
     if not track.finite:
         return "it flew away"
-    tilted = angle(track.poses[0, 0, :3, :3], track.poses[-1, 0, :3, :3])
-    if task.verb is not Verb.GRASP and tilted > GuardSettings().tilt_rad:
-        return f"it was tipped by {math.degrees(tilted):.0f}°"
-    if joint is not None:
-        path = track.positions[:, track.joints.index(joint.name)]
-        target = target_of(task, joint)
-        if task.verb is Verb.PRESS:
-            left = float(np.abs(path - target).min()) / max(abs(joint.initial_position - target), 1e-9)
-            return "" if left <= PRESSED_SHARE else f"{left:.0%} of the way was left when it was pressed"
-        return (
-            "" if is_near(joint, float(path[-1]), target) else f"{joint.name} ended at {path[-1]:.3g}, not {target:.3g}"
-        )
-    assert bowl is not None
-    centers = track.poses[:, :, :3, 3].mean(axis=1)
-    if float(centers[:, 2].max() - centers[0, 2]) < LIFTED_M:
+    if joint is None:
+        return not_in_bowl(stage, track)
+    path, target = track.positions[:, track.joints.index(joint.name)], target_of(task, joint)
+    found = guard(rollout_of(track, stage, joint, target), GuardSettings())
+    if found.displaced:
+        most = f"tilted by {math.degrees(found.tilted_rad):.0f}°, lifted by {100.0 * found.lifted_m:.0f} cm"
+        return f"the object itself was {most} and shoved by {100.0 * found.travelled_m:.0f} cm"
+    if found.drifted or found.moved_untouched:
+        return f"{joint.name} went {found.untouched_share:.0%} of its way untouched"
+    if found.spring_did_it:
+        return f"its spring did {found.spring_share:.0%} of the work"
+    if task.verb is Verb.PRESS:
+        left = float(np.abs(path - target).min()) / max(abs(joint.initial_position - target), 1e-9)
+        return "" if left <= PRESSED_SHARE else f"{left:.0%} of the way was left when it was pressed"
+    return "" if is_near(joint, float(path[-1]), target) else f"{joint.name} ended at {path[-1]:.3g}, not {target:.3g}"
+
+
+def rollout_of(track: Track, stage: CompiledScene, joint: JointPhysics, target: float) -> Rollout:
+    """The recording as the guards read it."""
+    body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
+    part = track.links.index(stage.model.body(body).name.removeprefix(stage.prefix))
+    root = int(stage.model.body(stage.prefix + track.links[0]).id)
+    ends = joint.initial_position - math.pi, joint.initial_position + math.pi
+    lower, upper = (joint.lower, joint.upper) if range_of(joint) > 0.0 else ends
+    return Rollout(
+        track.positions[:, track.joints.index(joint.name)], track.touched, track.work_j,
+        middles(track.poses[:, part], stage.model.body_ipos[body])[:, 2],
+        middles(track.poses[:, 0], stage.model.body_ipos[root]), track.poses[:, 0, 2, :3],
+        float(lower or 0.0), float(upper or 0.0), target, joint.stiffness, joint.spring_reference,
+    )  # fmt: skip
+
+
+def middles(poses: Array, center: Array) -> Array:
+    """(n, 3) world positions of a point, m, of a link at these (n, 4, 4) poses."""
+    found: Array = poses[:, :3, :3] @ center + poses[:, :3, 3]
+    return found
+
+
+def not_in_bowl(stage: CompiledScene, track: Track) -> str:
+    """Why what was to be put into the bowl is not in it; empty if it is."""
+    first, *others = centers_of(stage, track.poses)
+    if max(float(center[2] - first[2]) for center in others) < GuardSettings().lift_m:
         return "it was not lifted"
-    if track.touched[-1]:
-        return "it was not let go of"
-    off = float(np.linalg.norm(centers[-1, :2] - bowl.at))
-    return "" if off <= bowl.rim_m else f"it ended {off:.2f} m from the middle of the bowl"
+    off = off_bowl_m(stage, track.poses[-1])
+    assert stage.bowl is not None
+    where = "" if off <= stage.bowl.rim_m else f"it ended {off:.2f} m from the middle of the bowl"
+    return ", ".join(filter(None, (where, "it was not let go of" if track.touched[-1] else "")))
+
+
+def off_bowl_m(stage: CompiledScene, poses: Array) -> float:
+    """Horizontal distance of the object's centre of mass from the bowl's middle, m, with its links at these poses."""
+    assert stage.bowl is not None
+    return float(np.linalg.norm(centers_of(stage, poses[None])[0, :2] - stage.bowl.at))
+
+
+def centers_of(stage: CompiledScene, poses: Array) -> Array:
+    """(n, 3) centres of mass of the object, m, with its links at these (n, links, 4, 4) poses."""
+    bodies = [index for index in range(stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)]
+    mass = stage.model.body_mass[bodies]
+    center = np.einsum("nbij,bj->nbi", poses[..., :3, :3], stage.model.body_ipos[bodies]) + poses[..., :3, 3]
+    found: Array = np.einsum("nbi,b->ni", center, mass) / mass.sum()
+    return found
 
 
 def failed(reason: str, began: float) -> Row:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.paths import ToolPath, carried, vertices
-from asset2sim.gym.arm.scene import Bowl, CompiledScene
+from asset2sim.gym.arm.scene import BOWL_HIGH_M, BOWL_RADIUS_M, Bowl, CompiledScene
 from asset2sim.physics.arrays import Array
 
 DIRECTIONS = 8
@@ -32,12 +32,12 @@ CENTER_WEIGHT = 0.6
 
 
 def bowl_for(stage: CompiledScene) -> Bowl:
-    """A bowl into which the object fits, beside it."""
+    """The bowl, of the same size for every object, beside it."""
     points = vertices(stage, frozenset(range(1, stage.model.nbody)))
     low, high = points.min(axis=0), points.max(axis=0)
-    radius = max(0.09, 0.5 * float(np.linalg.norm((high - low)[:2])) + 0.015)
+    reach = max(BOWL_RADIUS_M, 0.5 * float(np.linalg.norm((high - low)[:2])))
     middle = (low + high) / 2.0
-    return Bowl((float(middle[0]), float(high[1]) + radius + 0.1), radius, 0.05)
+    return Bowl((float(middle[0]), float(high[1]) + reach + 0.1), BOWL_RADIUS_M, BOWL_HIGH_M)
 
 
 def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:

@@ -22,6 +22,8 @@ PUSHER_M, PUSHER_KG, PUSHER_N = 0.011, 0.3, 40.0
 """Radius and mass of the spherical pusher, and the force of each of its servos."""
 PUSHER = ("x", "y", "z")
 BOWL_SIDES, BOWL_WALL_M = 16, 0.006
+BOWL_RADIUS_M, BOWL_HIGH_M = 0.12, 0.05
+"""Inner radius at the bottom, and height, of a bowl: a salad bowl's, whatever is to be put into it."""
 THIN_M = 0.0005
 """Thickness that flat meshes are given, m."""
 FLAT = 1e-5
