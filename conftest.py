@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import sys
 from collections.abc import Generator, Iterator
 from typing import Any
 
@@ -13,12 +14,13 @@ from asset2sim.experiments.isolation.children import preload
 from asset2sim.models.gateway.environment import quiet_environment
 from tests import started
 from tests.object_store import store, store_server
-from tests.prefect_server import prefect_server
+from tests.prefect_server import prefect_server, prefect_tables
 
-__all__ = ["prefect_server", "store", "store_server"]
+__all__ = ["prefect_server", "prefect_tables", "store", "store_server"]
 
 # Hundreds of processes import our modules, and nearly all time of a short one is compiling them.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 quiet_environment()
 preload("tasks.pipeline:refine_asset")
 # A shell starts what it puts into the background with Ctrl-C ignored, which its children would inherit.

@@ -227,7 +227,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.experiments.isolation.children import warm_up
-    from asset2sim.models.gateway.environment import load_litellm
+    from asset2sim.models.gateway.environment import preload_litellm
     from asset2sim.storage.objects import working_folder
     from flows.server.server import temporary_server
 
@@ -237,8 +237,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
         # be little to refine, or nothing: then the engines and LiteLLM would be loaded in vain.
         if first:
             warm_up(PIPELINE)
-            # No daemon: a process that ends in the middle of an import may hang in it for ever.
-            threading.Thread(target=load_litellm).start()
+            preload_litellm(request.settings.model)
         from flows.refine_dataset import refine_dataset
         from flows.server.client import use_server
 

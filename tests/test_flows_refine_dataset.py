@@ -14,6 +14,7 @@ import pytest
 
 from asset2sim.runs.plan.records import RECORDS_FOLDER
 from tests.assets import RAW, ROOT
+from tests.prefect_server import with_tables
 from tests.processes import alive, wait_until
 
 pytestmark = pytest.mark.system
@@ -34,9 +35,9 @@ sys.exit(flows.command.main(sys.argv[1:]))
 
 
 @pytest.fixture(scope="module")
-def prefect_home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def prefect_home(tmp_path_factory: pytest.TempPathFactory, prefect_tables: Path) -> Path:
     """One Prefect database for the module: making one takes seconds."""
-    return tmp_path_factory.mktemp("prefect")
+    return with_tables(tmp_path_factory.mktemp("prefect"), prefect_tables)
 
 
 @pytest.fixture

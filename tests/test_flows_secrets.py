@@ -27,6 +27,7 @@ from schemas.secret import redacted_address, secret_parts
 from schemas.settings import ModelSettings, RunSettings, Settings
 from tests.assets import ROOT
 from tests.incremental_runs import dataset
+from tests.prefect_server import with_tables
 
 BASE = "https://me:pass-word-1@127.0.0.1:1/v1/a1b2c3d4e5f6a7b8c9d0e1f2?code=query-key-2#part-3"
 HOOK = "curl https://chat.example/hook-secret-4"
@@ -90,9 +91,10 @@ def test_with_a_settings_file_only_what_options_state_is_kept(tmp_path: Path, mo
 
 
 @pytest.mark.system
-def test_no_file_of_a_run_holds_a_key(tmp_path: Path) -> None:
+def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_tables: Path) -> None:
     """A whole run against an address where nobody listens: OUT, MLflow and Prefect, tables and databases decoded."""
-    data, out, home = dataset(tmp_path / "data", ("a",)), tmp_path / "out", tmp_path / "home"
+    data, out = dataset(tmp_path / "data", ("a",)), tmp_path / "out"
+    home = with_tables(tmp_path / "home", prefect_tables)
     shutil.copytree(ROOT / "data" / "raw" / "Box" / "box_wooden", data / "box")
     (data / "manifest.csv").write_text("asset_id,path\na,box\n", encoding="utf-8")
     settings = tmp_path / "settings.yaml"

@@ -33,6 +33,7 @@ from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from tests.assets import RAW, ROOT
 from tests.nightlies import LIMIT_S, Model, Nightly, make_nightly, model, served
+from tests.prefect_server import with_tables
 from tests.processes import alive, wait_until
 
 pytestmark = [
@@ -44,9 +45,9 @@ COMMANDS_WORK = Version(fastapi.__version__) < Version("0.151")
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(tmp_path_factory: pytest.TempPathFactory, prefect_tables: Path) -> Iterator[str]:
     """``prefect server start``, as a user does it: in a process and a folder of its own, on SQLite."""
-    home = tmp_path_factory.mktemp("server")
+    home = with_tables(tmp_path_factory.mktemp("server"), prefect_tables)
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     bare = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}

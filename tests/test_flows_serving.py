@@ -13,14 +13,15 @@ from flows.server.server import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
 from tests.assets import RAW
 from tests.nightlies import LIMIT_S, make_nightly, served
+from tests.prefect_server import with_tables
 from tests.processes import alive, wait_until
 
 pytestmark = pytest.mark.system
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "prefect"
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_tables: Path) -> Path:
+    folder = with_tables(tmp_path / "prefect", prefect_tables)
     monkeypatch.setenv("PREFECT_HOME", str(folder))
     return folder
 

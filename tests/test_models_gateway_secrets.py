@@ -21,6 +21,7 @@ from schemas.settings import EngineSettings, ModelSettings, RunSettings, Setting
 from schemas.vocabulary import Engine, Status
 from tests.assets import ROOT
 from tests.model_server import Reply, serve
+from tests.prefect_server import with_tables
 
 pytestmark = pytest.mark.system
 
@@ -68,9 +69,10 @@ def everything_in(folder: Path) -> dict[str, bytes]:
 
 
 def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_tables: Path
 ) -> None:
-    out, home, folder = tmp_path / "out", tmp_path / "prefect", tmp_path / "here"
+    out, folder = tmp_path / "out", tmp_path / "here"
+    home = with_tables(tmp_path / "prefect", prefect_tables)
     folder.mkdir()
     (folder / ".env").write_text(f"OPENAI_API_KEY={KEY}\n", encoding="utf-8")
     asked: list[dict[str, Any]] = []

@@ -440,6 +440,7 @@ if __name__ == "__main__":
             manifest.write_text("\\n".join(rows[:2] + [rows[3].replace("slightly open", "closed")]) + "\\n")
             step(refine)
             step(refine, "--retry-failed")
+            print("LiteLLM:", "litellm" in sys.modules)
 """
 
 
@@ -458,6 +459,7 @@ def test_a_flow_refines_what_changed(tmp_path: Path, prefect_server: str) -> Non
     command = [sys.executable, str(script), str(tmp_path / "data"), str(tmp_path / "out")]
     ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
     assert ran.returncode == 0, ran.stderr
+    assert "LiteLLM: False" in ran.stdout, "models of this process are asked without it"
     steps = [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("[[")]
     assert steps == [
         [list(ids), []],

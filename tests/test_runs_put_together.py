@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tests.commands import one_after_the_other
-from tests.prefect_server import using
 from tests.test_intake_split import MJCF, MOVED
 
 mujoco = pytest.importorskip("mujoco")
@@ -27,10 +26,9 @@ def scene(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> Path
     (folder / "data" / "kitchen.xml").write_text(MJCF)
     (folder / "data" / "overrides.csv").write_text("asset_id,joint:none\nkitchen.lamp,0.1\n")
     words = f"refine {folder}/data/kitchen.xml --out {folder}/out --split --engines pybullet --no-views --base world"
-    environment = using(prefect_server, folder / "prefect")
     refine = [*words.split(), "--no-report", "--workers", "2"]
     check = f"check {folder}/out/scenes/kitchen/scene.urdf --support fixed --engines pybullet".split()
-    printed, checked = one_after_the_other([refine, check], environment)
+    printed, checked = one_after_the_other([refine, check], prefect_server)
     assert "1 of 1 ok" in checked
     assert f"scenes:  {folder}/out/scenes" in printed
     return folder / "out" / "scenes" / "kitchen"

@@ -18,7 +18,6 @@ from schemas.settings import ModelSettings, RunSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, Export, Method
 from tests.assets import RAW
 from tests.commands import one_after_the_other
-from tests.prefect_server import using
 
 CHANGED = Settings(
     method=Method.RAW,
@@ -177,7 +176,7 @@ def test_a_real_run_by_a_file_then_by_none(tmp_path: Path, prefect_server: str) 
     refine = ("refine", str(RAW), "--out", str(out), "--assets", "box_wooden")
     files = [written(tmp_path, text, name) for text, name in ((strict, "my settings.yaml"), (quick, "quick.yaml"))]
     commands = [(*refine, "--settings", str(files[0])), (*refine, "--settings", str(files[1])), (*refine, *options)]
-    _, second, third = one_after_the_other(commands, using(prefect_server, tmp_path / "prefect"))
+    _, second, third = one_after_the_other(commands, prefect_server)
     first = read_table(out, "runs").sort_values("started_at").iloc[0]
     stated = json.loads(first["settings_json"])
     assert stated["thresholds"]["drift_m"] == 1e-12 and stated["engine"]["test_s"] == 0.5

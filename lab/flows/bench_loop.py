@@ -41,10 +41,8 @@ def loop(request: RefineRequest, at: Path) -> LoopTimes:
     out = working_folder(request.out).resolve()
     found = check_request(request.data, out, request.settings, request.subset, request.asset_ids, request.limit)
     import asset2sim.experiments.isolation.preload  # noqa: F401
-    from asset2sim.models.gateway.environment import load_litellm
     from tasks.pipeline import refine_asset
 
-    load_litellm()
     ok, started = 0, time.monotonic()
     for ref in found.refs:
         at.write_text(ref.asset_id, encoding="utf-8")

@@ -1,7 +1,5 @@
 """What a comparison is asked, what it runs, and a real one: two sample objects by two methods."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -13,12 +11,10 @@ from lab.pages.blocks import markers
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.vocabulary import Engine, Method
-from tests.assets import RAW, ROOT
-from tests.prefect_server import using
+from tests.assets import RAW
+from tests.prefect_server import in_use
 
 pytestmark = pytest.mark.system
-
-LIMIT_S = 900
 
 
 def test_every_method_is_run_with_every_model_and_what_asks_none_once() -> None:
@@ -82,20 +78,10 @@ def test_two_objects_by_two_methods(tmp_path: Path, prefect_server: str) -> None
     page = tmp_path / "README.md"
     page.write_text("\n".join(markers("compare")), encoding="utf-8")
     out = tmp_path / "my out"
-    command = [
-        sys.executable,
-        "-m",
-        "lab.flows.compare_methods",
-        str(RAW),
-        str(out),
-        "--limit",
-        "2",
-        "--no-interaction",
-    ]
-    command += ["--methods", "asset2sim,raw", "--models", "prior/household", "--workers", "2", "--page", str(page)]
-    environment = using(prefect_server, tmp_path / "prefect")
-    done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
-    assert done.returncode == 0, done.stderr
+    words = [str(RAW), str(out), "--limit", "2", "--no-interaction", "--methods", "asset2sim,raw"]
+    words += ["--models", "prior/household", "--workers", "2", "--page", str(page)]
+    with in_use(prefect_server):
+        assert main(words) == 0
     objects = pq.read_table(out / "tables" / "objects.parquet").to_pandas()
     assert objects.groupby("method").size().to_dict() == {"asset2sim": 2, "raw": 2}
     ours = objects[objects["method"] == "asset2sim"]

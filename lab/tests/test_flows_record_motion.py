@@ -16,6 +16,7 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import RunSettings
 from schemas.table import Row
 from tests.factories import make_record
+from tests.prefect_server import in_use
 from tests.refined_things import block, drawer
 from tests.test_catalog_history import night
 
@@ -47,10 +48,13 @@ def test_the_command_records_every_refined_object_and_writes_the_page(
     assert (out / "motions" / "drawer" / "close" / TRACK).is_file()
 
 
-def test_a_study_of_which_every_trial_failed_is_no_success(out: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_study_of_which_every_trial_failed_is_no_success(
+    out: Path, capsys: pytest.CaptureFixture[str], prefect_server: str
+) -> None:
     (out / "assets" / "drawer" / "mobility.urdf").write_text("<robot name='drawer'/>", encoding="utf-8")
     words = ["record-motion", str(out), "--no-film", "--assets", "drawer"]
-    assert run_command(words, refine=refine, nightly=serve) == 1
+    with in_use(prefect_server):
+        assert run_command(words, refine=refine, nightly=serve) == 1
     assert "none of 1 trials could be done" in capsys.readouterr().err
     assert read_own_files(out, TRIALS)["outcome"].tolist() == ["failed"]
 

@@ -1,6 +1,7 @@
 """``asset2sim learn``: rows, checkpoints, curves and films of trainings; killed ones go on; cheats are found out."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
@@ -34,6 +35,7 @@ from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings
 from tests.factories import make_record
+from tests.prefect_server import in_use
 from tests.refined_things import block, drawer
 from tests.test_catalog_history import night
 from tests.test_gym_environment import slider
@@ -63,6 +65,13 @@ def lesson(folder: Path, to: Path, budget: int = 64) -> Lesson:
     return Lesson(folder, CLOSE, 0, to, SHORT, TINY, budget, 5.0, False)
 
 
+@pytest.fixture
+def server_in_use(prefect_server: str) -> Iterator[None]:
+    with in_use(prefect_server):
+        yield
+
+
+@pytest.mark.usefixtures("server_in_use")
 def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_nothing_twice(
     out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

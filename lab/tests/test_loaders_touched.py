@@ -1,11 +1,10 @@
 """Every check of the verdict by every way in which users get an object, on two refined samples."""
 
-import os
-
 import pytest
 
 from lab.loaders.routes import routes
 from lab.loaders.touched import Row, touch_all, touched_table
+from tests.assets import RAW
 from tests.commands import one_after_the_other
 
 SAMPLES = ("trashcan_pedal", "laptop_silver")
@@ -15,10 +14,10 @@ KNOWN = {("trashcan_pedal", "USD"): "reset"}
 
 
 @pytest.fixture(scope="module")
-def rows(tmp_path_factory: pytest.TempPathFactory) -> list[Row]:
+def rows(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> list[Row]:
     out = tmp_path_factory.mktemp("touched")
     options = ["--export", "mjcf,usd", "--no-views", "--no-report", "--workers", "1", "--assets", ",".join(SAMPLES)]
-    one_after_the_other([["refine", "data/raw", "--out", str(out), *options]], dict(os.environ))
+    one_after_the_other([["refine", str(RAW), "--out", str(out), *options]], prefect_server)
     return touch_all(out, out / "rows", None, 0, ())
 
 

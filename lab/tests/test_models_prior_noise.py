@@ -8,10 +8,9 @@ from typing import Any
 import pytest
 
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
-from asset2sim.models.gateway.environment import load_litellm
 from asset2sim.models.lenient_json import parse_json
 from asset2sim.models.prior.answer import answer
-from asset2sim.models.prior.next_answer import next_answer
+from asset2sim.models.prior.next_answer import completion, next_answer
 from lab.noise.noise import MALFORMED, malformed, noisy, noisy_overlay, with_wrong_part
 from lab.noise.noise_level import NOISY_LABEL, Draws, Noise, NoiseLevel, draws_for, is_noisy, noise_of
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
@@ -249,13 +248,10 @@ def test_invalid_names_say_how_one_is_written(name: str) -> None:
         noise_of(name)
 
 
-def test_the_provider_passes_the_sample_on() -> None:
-    """LiteLLM hands the request's seed to the provider, which takes it for the number of the sample."""
+def test_a_call_passes_the_sample_on() -> None:
     text = text_of(1)
     said = [{"role": "system", "content": "s"}, {"role": "user", "content": text}]
-    found = [
-        load_litellm().completion(model="prior/noisy", messages=said, seed=seed, drop_params=True) for seed in (0, 1, 0)
-    ]
+    found = [completion("prior/noisy", said, False, sample) for sample in (0, 1, 0)]
     texts = [response.choices[0].message.content for response in found]
     assert texts[0] == texts[2] != texts[1]
     assert texts[0] == next_answer("prior/noisy", said, False, 0)[0]

@@ -53,9 +53,9 @@ _lock = threading.Lock()
 @functools.lru_cache(maxsize=64)
 def model_abilities(model: str) -> ModelAbilities:
     """Abilities of a model, looked up once in LiteLLM, which for some providers (Ollama) asks the model's server."""
-    litellm = load_litellm()
     if is_prior(model):
         return ModelAbilities(images=False, answer_format="prompt", max_output_tokens=None)
+    litellm = load_litellm()
     info, parameters = dict[str, Any](), list[str]()
     # Whatever a lookup of names or a server raises: nothing is known then.
     with contextlib.suppress(Exception):

@@ -12,7 +12,6 @@ from asset2sim.models.gateway.abilities import AttemptOptions
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_file, answer_key, read_answer, store_answer
 from asset2sim.models.gateway.budget import BudgetSpentError
 from asset2sim.models.gateway.chat_messages import downscaled
-from asset2sim.models.gateway.environment import has_litellm
 from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.prices import Amount, cost_usd
 from asset2sim.models.gateway.questions import keep_question
@@ -20,8 +19,7 @@ from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
 from asset2sim.models.gateway.recorded import RecordingError, UnrecordedError, find_answer
 from asset2sim.models.gateway.secrets import listed, missing_variables
 from asset2sim.models.gateway.session import GatewaySession, call_permit, delay_provider_calls, pause
-from asset2sim.models.prior.next_answer import answer_here
-from schemas.model_names import is_prior, is_recorded, model_for, recorded_folder, settings_for
+from schemas.model_names import is_recorded, model_for, recorded_folder, settings_for
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
 from schemas.secret import redact, redact_answer
 from schemas.settings import ModelSettings
@@ -46,8 +44,6 @@ def ask(request: ModelRequest, settings: ModelSettings, session: GatewaySession 
         keep_question(session.questions, prompt_hash(request), request)
     if is_recorded(settings.model):
         return _recorded(request, settings, session)
-    if is_prior(settings.model) and not has_litellm():
-        return answer_here(request, settings.model, prompt_hash(request))
     start = time.monotonic()
     sees = abilities.model_abilities(settings.model).images
     if sees:

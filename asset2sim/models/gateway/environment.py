@@ -3,12 +3,13 @@ environment of libraries: no logs, no usage reports, no downloads, keys from ``.
 
 import functools
 import importlib
-import importlib.util
 import logging
 import os
 import threading
 from pathlib import Path
 from types import ModuleType
+
+from schemas.model_names import ModelSettings, is_local, named_models
 
 
 def checkout_folder() -> Path | None:
@@ -59,14 +60,8 @@ _lock = threading.Lock()
 _loaded: ModuleType | None = None
 
 
-@functools.cache
-def has_litellm() -> bool:
-    """Whether LiteLLM is installed; without it the models of this process answer by themselves."""
-    return importlib.util.find_spec("litellm") is not None
-
-
 def load_litellm() -> ModuleType:
-    """LiteLLM without logs, with the ``prior`` provider and bounded HTTP responses. Thread-safe; set up once."""
+    """LiteLLM without logs and with bounded HTTP responses. Thread-safe; set up once."""
     global _loaded
     with _lock:
         if _loaded is None:
@@ -77,9 +72,15 @@ def load_litellm() -> ModuleType:
             for name in ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy"):
                 logging.getLogger(name).setLevel(logging.CRITICAL)
             _bound_clients(litellm)
-            importlib.import_module("asset2sim.models.prior.provider").register()
             _loaded = litellm
         return _loaded
+
+
+def preload_litellm(settings: ModelSettings) -> None:
+    """Begin to load LiteLLM in a thread where a model of the settings is asked through it."""
+    if not all(is_local(model) for model in named_models(settings)):
+        # No daemon: a process that ends in the middle of an import may hang in it for ever.
+        threading.Thread(target=load_litellm).start()
 
 
 def _bound_clients(litellm: ModuleType) -> None:

@@ -10,6 +10,7 @@ from asset2sim.models.gateway.chat_messages import answer_format, chat_messages,
 from asset2sim.models.gateway.environment import load_litellm
 from asset2sim.models.gateway.rate_limits import STOP_POLL_S, RunStoppedError, Stopped
 from asset2sim.models.gateway.secrets import runs_without_key, unset_variables
+from asset2sim.models.prior.next_answer import completion
 from schemas.errors import ModelError
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest
@@ -28,12 +29,13 @@ class ModelTimeoutError(ModelError):
 
 
 def attempt(request: ModelRequest, settings: ModelSettings, options: AttemptOptions, stopped: Stopped) -> Any:
-    """LiteLLM's response; raises whatever LiteLLM raises, ``ModelTimeoutError`` and ``RunStoppedError``. HTTP clients
-    restart their time limit with every byte received, so the call runs on a thread that is abandoned when its time is
-    up. A model of this process is called directly."""
-    call = functools.partial(load_litellm().completion, **arguments(request, settings, options))
+    """LiteLLM's response, or one of its form; raises whatever LiteLLM raises, ``PriorError``, ``ModelTimeoutError`` and
+    ``RunStoppedError``. HTTP clients restart their time limit with every byte received, so the call runs on a thread
+    that is abandoned when its time is up. A model of this process is called directly."""
     if is_prior(settings.model):
-        return call()
+        messages = chat_messages(request, options.images)
+        return completion(settings.model, messages, bool(request.tools), request.sample)
+    call = functools.partial(load_litellm().completion, **arguments(request, settings, options))
     results: list[Any] = []
     errors: list[BaseException] = []
     done = threading.Event()

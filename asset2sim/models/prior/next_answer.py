@@ -1,38 +1,41 @@
-"""The next message of a conversation from a model of this process, with LiteLLM around it or without."""
+"""Answers of the models of this process (``local_models``) in the form of LiteLLM's responses: without key, network or
+LiteLLM, whose import takes 3 s of a core."""
 
 import json
-import time
 from collections.abc import Iterable, Mapping, Sequence
+from types import SimpleNamespace
 from typing import Any
 
-from asset2sim.models.gateway.chat_messages import chat_messages, message_text, tool_parameters
+from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answers_of
 from schemas.declared import TOOLS
+from schemas.errors import ModelError
 from schemas.extensions import named, offline_answers
-from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall
 
 CHARACTERS_PER_TOKEN = 4
-"""Characters per token where LiteLLM's own tokenizer cannot be loaded."""
+"""Characters per token of what these models read and say, which no tokenizer cuts: English has 4."""
 
 
-def answer_here(request: ModelRequest, model: str, prompt_hash: str) -> ModelAnswer:
-    """The answer of a model of this process where LiteLLM is not installed: the same, its tokens guessed."""
-    start, messages = time.monotonic(), chat_messages(request, with_images=False)
-    content, calls = next_answer(model, messages, bool(tool_parameters(request.tools)), request.sample)
-    spent = ModelCall(
-        purpose=request.purpose,
-        model=model,
-        attempt=1,
-        prompt_tokens=sum(guessed_tokens(text_and_calls(message)) for message in messages),
-        completion_tokens=guessed_tokens(content or ""),
-        cost_usd=0.0,
-        latency_s=time.monotonic() - start,
-        cached=False,
-        outcome="ok",
-        prompt_hash=prompt_hash,
-    )
-    asked = tuple(ToolCall(call_id=call["id"], **call["function"]) for call in calls)
-    return ModelAnswer(content=content, calls=(spent,), tool_calls=asked)
+class PriorError(ModelError):
+    """A model of this process failed; asking again cannot help, because it depends on the question alone."""
+
+    status_code = 400
+
+
+def completion(model: str, messages: Sequence[Mapping[str, Any]], with_tools: bool, sample: int) -> SimpleNamespace:
+    """One response, with its tokens. A request with tools is answered by the extension that has a method which asks so,
+    any other by ``prior.answer`` from the last user message that describes an object. It depends only on the messages,
+    whether there are tools, and the number of the sample. Raises ``PriorError``, whatever went wrong."""
+    try:
+        content, calls = next_answer(model, messages, with_tools, sample)
+    except Exception as error:
+        raise PriorError(f"{type(error).__name__}: {error}") from error
+    asked = sum(count_tokens(text_and_calls(message)) for message in messages)
+    said = count_tokens((content or "") + "".join(call["function"]["arguments"] for call in calls))
+    tool_calls = [SimpleNamespace(id=call["id"], function=SimpleNamespace(**call["function"])) for call in calls]
+    message = SimpleNamespace(content=content, tool_calls=tool_calls)
+    choice = SimpleNamespace(message=message, finish_reason="tool_calls" if calls else "stop")
+    return SimpleNamespace(choices=[choice], usage=SimpleNamespace(prompt_tokens=asked, completion_tokens=said))
 
 
 def next_answer(
@@ -68,6 +71,6 @@ def text_and_calls(message: Mapping[str, Any]) -> str:
     return message_text(message) + (f"\n{json.dumps(calls)}" if calls else "")
 
 
-def guessed_tokens(text: str) -> int:
-    """Tokens of a text by its length."""
+def count_tokens(text: str) -> int:
+    """Tokens of a text, estimated from its length."""
     return -(-len(text) // CHARACTERS_PER_TOKEN)

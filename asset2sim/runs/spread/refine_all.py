@@ -1,7 +1,6 @@
 """Refine all assets of a run on a Dask cluster, which may be interrupted or lost."""
 
 import logging
-import threading
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -17,7 +16,7 @@ from asset2sim.experiments.existing_cluster import RETURN_LIMIT_S
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.experiments.isolation.children import warm_up
-from asset2sim.models.gateway.environment import load_litellm
+from asset2sim.models.gateway.environment import preload_litellm
 from asset2sim.runs.plan.plan import LeftRecords, Plan
 from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record
 from asset2sim.runs.result import INTERRUPTED
@@ -111,7 +110,7 @@ def refine_and_keep(
         accept_children(str(url or out))
         warm_up(pipeline)
         if settings.run.scheduler is None:
-            threading.Thread(target=load_litellm).start()
+            preload_litellm(settings.model)
         with sigterm_as_interrupt(), progress(len(jobs)) as report:
             harvest.report, harvest.waits, harvest.timeouts = report, report.waits, plan.timeouts
             harvest.breaker.most = settings.run.max_model_errors
