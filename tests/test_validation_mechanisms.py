@@ -184,12 +184,19 @@ def test_a_leaf_that_gravity_opens_is_caught_and_one_that_gravity_shuts_is_not(
     load: float, closed_load: float, caught: bool
 ) -> None:
     """Load at 90° and where it is shut, N·m towards larger angles: a · cos(q) + b · sin(q)."""
-    span = Range(make_features("7").movable_joints[0], 0.0, math.pi / 2.0, 0.0, math.pi / 2.0, Source.AUTHORED)
+    hinge = make_features("7").movable_joints[0].model_copy(update={"openness_confidence": 1.0})
+    span = Range(hinge, 0.0, math.pi / 2.0, 0.0, math.pi / 2.0, Source.AUTHORED)
     leaf = Handling(ANY, anywhere=False, counterbalanced=False, leaf=True)
     pull = Pull(0.0, closed_load, load, prismatic=False)
     assert pull.at(span.open) == pytest.approx(load)
-    assert (caught_where_it_drops(leaf, span, pull).mechanism == "latch") is caught
-    assert caught_where_it_drops(replace(leaf, leaf=False), span, pull).mechanism == "friction", "a bail hangs down"
+    settings = PhysicsSettings()
+    assert (caught_where_it_drops(leaf, span, pull, settings).mechanism == "latch") is caught
+    guess = replace(span, joint=hinge.model_copy(update={"openness_confidence": 0.1}))
+    assert caught_where_it_drops(leaf, guess, pull, settings) is leaf, "which end is shut is a guess"
+    flap = replace(span, lower=-3.0, open=-3.5)
+    assert caught_where_it_drops(leaf, flap, Pull(0.0, closed_load, -load), settings) is leaf, "a carton's flap"
+    bail = replace(leaf, leaf=False)
+    assert caught_where_it_drops(bail, span, pull, settings) is bail, "a bail hangs down"
 
 
 HEAVY = {

@@ -157,7 +157,11 @@ def one_joint(
     proposal = inputs.proposals.get(name) or omitted(name, notes)
     holds = must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
     by_user = f"{name}.dynamics" in inputs.asked
-    handled = as_the_user_states(handled) if by_user else caught_where_it_drops(handled, start.range, mechanics.pull)
+    handled = (
+        as_the_user_states(handled)
+        if by_user
+        else caught_where_it_drops(handled, start.range, mechanics.pull, settings)
+    )
     kind = standing_part(handled) if mechanics.bears_most else handled
     held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
     rest = spring_rest(proposal, start, inputs.scale)

@@ -1,5 +1,6 @@
 """Efforts of mechanisms on joints besides springs: gaskets, rockers that snap, struts; and where such joints start."""
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
@@ -50,11 +51,14 @@ def nearer_end(start: Start) -> float:
     return span.open if far else span.closed
 
 
-def caught_where_it_drops(kind: Handling, span: Range, pull: Pull) -> Handling:
+def caught_where_it_drops(kind: Handling, span: Range, pull: Pull, settings: PhysicsSettings) -> Handling:
     """The handling of a door or lid that falls open from where it is shut, and which neither springs nor a mechanism of
-    its own keep there, with the catch without which it would not be shut: a glove compartment."""
+    its own keep there, with the catch without which it would not be shut: a glove compartment. As it is where its shut
+    end is a guess, and of a carton's flap, which turns further than a leaf opens."""
     way, load = span.open - span.closed, pull.at(np.array([span.closed, span.open]))
-    if span.joint.prismatic or not kind.leaf or kind.counterbalanced or kind.mechanism not in ("free", "friction"):
+    plain = kind.leaf and not kind.counterbalanced and kind.mechanism in ("free", "friction")
+    guessed = span.joint.openness_confidence < settings.sure_of_closed
+    if span.joint.prismatic or not plain or guessed or abs(way) > math.pi:
         return kind
     falls = load[1] * way > 0.0 and load[0] * way >= -OVER_CENTRE * abs(load[1] * way)
     return replace(kind, mechanism="latch", lets_go_n=0.5 * kind.range.most_n) if falls else kind
