@@ -115,7 +115,9 @@ def shape_points(shape: ET.Element, needed: bool) -> np.ndarray:
     if shape.tag == "mesh":
         return mesh_points(Path(shape.get("filename", "")), needed) * vector(shape, "scale", "1")
     if shape.tag == "box":
-        return np.reshape(np.meshgrid(*[(-v / 2.0, v / 2.0) for v in vector(shape, "size")]), (3, -1)).T
+        ends = [(-side / 2.0, side / 2.0) for side in vector(shape, "size")]
+        corners: np.ndarray = np.array(np.meshgrid(*ends)).reshape(3, -1).T
+        return corners
     # Round: a cylinder along z by its rims, a sphere or capsule by circles about x.
     around = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
     circle = float(shape.get("radius", 0.0)) * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.physics.arrays import Array
-from lab.comparisons.statistics import Statistic, mean, mean_not_zero
+from lab.comparisons.statistics import Statistic, mean, mean_not_zero, share
 from schemas.vocabulary import Method
 
 
@@ -126,8 +126,8 @@ STABILITY: tuple[FigureSpec, ...] = (
     FigureSpec("penetration", "Φ mm", "mm", False, 2, _penetration),
     FigureSpec("penetration_nonzero", "Φ mm, not zero", "mm", False, 2, _penetration, mean_not_zero),
     FigureSpec("penetration_others", "Φ mm, no stapler or toilet", "mm", False, 2, _penetration_of_others),
-    FigureSpec("drift", "drift passes %", "%", True, 1, _share("drift_passes")),
-    FigureSpec("oscillation", "oscillation passes %", "%", True, 1, _share("oscillation_passes")),
+    FigureSpec("drift", "drift passes %", "%", True, 1, _share("drift_passes"), share),
+    FigureSpec("oscillation", "oscillation passes %", "%", True, 1, _share("oscillation_passes"), share),
     FigureSpec("scale", "scale off %", "%", False, 1, _column("scale_deviation", 100.0), given=(Method.REFERENCE,)),
     FigureSpec("joint", "joint off rad", "rad", False, 2, _column("joint_deviation_rad"), given=(Method.REFERENCE,)),
     FigureSpec("alignment", "alignment %, as readers expect", "%", True, 1, _column("meaning", 100.0)),
@@ -136,8 +136,8 @@ STABILITY: tuple[FigureSpec, ...] = (
 """Table 1: stability and semantics."""
 
 SUCCESS: tuple[FigureSpec, ...] = (
-    FigureSpec("success", "success %", "%", True, 1, _share("ok")),
-    FigureSpec("paper_success", "the paper's three tests %", "%", True, 1, _share("paper_tests_pass")),
+    FigureSpec("success", "success %", "%", True, 1, _share("ok"), share),
+    FigureSpec("paper_success", "the paper's three tests %", "%", True, 1, _share("paper_tests_pass"), share),
 )
 """Table 6: success by every check that was run, and by the paper's three alone."""
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.stats import bootstrap, kendalltau, pearsonr
+from scipy.stats import binomtest, bootstrap, kendalltau, pearsonr
 
 from asset2sim.physics.arrays import Array
 
@@ -52,6 +52,11 @@ def mean(values: Array, axis: int = -1) -> Array:
     return np.asarray(np.mean(values, axis=axis))
 
 
+def share(values: Array, axis: int = -1) -> Array:
+    """The share of what is 100 of values that are 0 or 100 along an axis, %."""
+    return mean(values, axis)
+
+
 def mean_not_zero(values: Array, axis: int = -1) -> Array:
     """The mean of what is above zero along an axis, 0 where nothing is: as the paper averages penetration."""
     counts = np.count_nonzero(values > 0.0, axis=axis)
@@ -59,10 +64,14 @@ def mean_not_zero(values: Array, axis: int = -1) -> Array:
 
 
 def estimate(values: Array, statistic: Statistic = mean) -> Estimate:
-    """A statistic of (n,) values, one per object, with its percentile bootstrap interval; NaN are left out."""
+    """A statistic of (n,) values, one per object, with its percentile bootstrap interval, of a share
+    with Wilson's: all resamples of four successes are four successes. NaN are left out."""
     kept = values[np.isfinite(values)]
     if not len(kept):
         return Estimate(None, None, None, 0)
+    if statistic is share and len(kept) > 1:
+        found = binomtest(round(kept.sum() / 100.0), len(kept)).proportion_ci(CONFIDENCE, method="wilson")
+        return Estimate(float(kept.mean()), 100.0 * float(found.low), 100.0 * float(found.high), len(kept))
     low, high = _interval((kept,), statistic, paired=False)
     return Estimate(float(statistic(kept)), low, high, len(kept))
 

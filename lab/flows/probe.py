@@ -7,6 +7,8 @@ import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
+from asset2sim.gym.arm.gripper import ROBOTIQ
+from asset2sim.gym.arm.robotiq import robotiq_file
 from lab.flows.in_flow import in_flow
 from lab.judged.probe_tables import short_block
 from lab.judged.published import published_rates
@@ -34,10 +36,12 @@ def probe(options: ProbeOptions, settings: Settings) -> None:
     block's markers; StudyError, once all is stored, where every trial failed, or the policy went away."""
     spec = policy_spec(options.policy, options.name, options.actions, options.camera, options.network)
     check_installed(spec)
+    if options.gripper == ROBOTIQ.name:
+        robotiq_file()
     if spec.name == CLONED and options.seed + options.trials > FIRST_SEED:
         raise UsageError(f"a clone has seen the starts from seed {FIRST_SEED} on: choose seeds below")
     folders = [Path(folder) for folder in variant_folders(options.folders())]
-    tasks = chosen_tasks(options.tasks)
+    tasks = chosen_tasks(options.tasks, options.gripper)
     choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed)
     # A folder without them is said before the trials.
     rates = published_rates(options.published) if options.published is not None else None

@@ -71,7 +71,7 @@ class ProbeOptions(FileOptions):
 
     outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
     policy: typed.NAME = Field(
-        description="openpi://HOST:PORT, gr00t://HOST:PORT, or a probe of ours: scripted, noisy, cloned"
+        description="openpi://HOST:PORT, wss://HOST, gr00t://HOST:PORT, or a probe of ours: scripted, noisy, cloned"
     )
     name: typed.NAME | None = Field(
         None, description="the name of a server's policy, as pi0.5-DROID (default: its address); SRCC goes by it"
@@ -80,6 +80,9 @@ class ProbeOptions(FileOptions):
         "joint_velocity", description="what openpi's actions are: joint_velocity or joint_position"
     )
     camera: lab_types.CAMERA = Field("left", description="the outside camera that the policy sees: left or right")
+    gripper: lab_types.GRIPPER = Field(
+        "robotiq", description="robotiq, DROID's, from robosuite's package, or panda, the arm's own"
+    )
     network: typed.FILE | None = Field(None, description="of cloned: the file that make clone has written")
     tasks: typed.Chosen[typed.IDS] = Field(
         ("paper11",), description="paper11, or names as 'box close', separated by commas"

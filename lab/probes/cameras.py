@@ -37,11 +37,12 @@ class DroidCamera:
 CAMERAS = (
     DroidCamera("exterior_left", (0.05, 0.57, 0.66), (0.65, 0.10, 0.08), (0.0, 0.0, 1.0), 71.5),
     DroidCamera("exterior_right", (0.05, -0.57, 0.66), (0.65, -0.10, 0.08), (0.0, 0.0, 1.0), 71.5),
-    DroidCamera("wrist", (0.075, 0.0, 0.01), (0.02, 0.0, 0.16), (1.0, 0.0, 0.0), 56.7, on_hand=True),
+    DroidCamera("wrist", (0.074, -0.031, 0.011), (0.024, -0.032, 0.163), (1.0, 0.0, 0.0), 56.7, on_hand=True),
 )
 """Two ZED 2 beside the arm and a ZED Mini at its wrist. DROID's operators place the outside cameras as they like; these
 stand where the public simulation of DROID for openpi's policies (arhanjain/sim-evals) has them, with its fields of
-view (focal lengths of 2.1 and 2.8 mm over 3.024 mm). The wrist's is where a mount beside the hand puts it."""
+view (focal lengths of 2.1 and 2.8 mm over 3.024 mm). The wrist's, too: beside the gripper, its lens 31 mm off the
+middle as the left one of a stereo camera is, tilted by 18° towards the finger tips."""
 
 
 class Cameras:

@@ -4,7 +4,7 @@ from where they are measured to be."""
 import numpy as np
 
 from asset2sim.gym.arm.franka import Arm
-from asset2sim.gym.arm.gripper import PANDA
+from asset2sim.gym.arm.gripper import Gripper
 from asset2sim.physics.arrays import Array
 from lab.probes.observation import ACTION_WIDTH, CONTROL_HZ, JOINTS, OPEN_LOOP, ActionKind, Chunk
 from lab.probes.scene import FLANGE
@@ -12,8 +12,8 @@ from lab.probes.scene import FLANGE
 STEP_RAD = 0.2
 """Most that a joint is told to move in one step of 1/15 s, rad: DROID's ``max_joint_delta``. Its servos do less than
 half of that in the time, and so do ours."""
-FINGER_M = 0.1 / CONTROL_HZ / 2.0
-"""Most that a finger is told to move in one step, m: the Panda's fingers part at 0.1 m/s."""
+OPENING_M = 0.05 / CONTROL_HZ
+"""Most that the gripper is told to open or close in one step, m: DROID's moves at 0.05 m/s."""
 
 
 def carried_out(chunk: Chunk) -> Array:
@@ -28,19 +28,21 @@ def carried_out(chunk: Chunk) -> Array:
 
 
 def commands_of(action: Array, kind: ActionKind, measured: Array, fingers: Array, arm: Arm) -> Array:
-    """(9,) what the servos are told for one step: joint positions, rad, and fingers, m. ``measured`` are the arm's
-    seven joints, ``fingers`` what the two fingers were told before. A velocity that is too fast is scaled down as a
-    whole, as DROID does; a position is led to in steps of the same size."""
+    """(k,) what the servos are told for one step: joint positions, rad, and the gripper. ``measured`` are the arm's
+    seven joints, ``fingers`` what the gripper was told before. A velocity that is too fast is scaled down as a whole,
+    as DROID does; a position is told as it is."""
     if kind == "joint_velocity":
         change = action[:JOINTS] / CONTROL_HZ
-        change = change / max(1.0, float(np.abs(change).max()) / STEP_RAD)
+        to = measured + change / max(1.0, float(np.abs(change).max()) / STEP_RAD)
     else:
-        change = np.clip(action[:JOINTS] + FLANGE - measured, -STEP_RAD, STEP_RAD)
-    wanted = (1.0 - float(np.clip(action[JOINTS], 0.0, 1.0))) * PANDA.opening_m / 2.0
-    told = fingers + np.clip(wanted - fingers, -FINGER_M, FINGER_M)
-    return np.concatenate([np.clip(measured + change, arm.lower, arm.upper), told])
+        to = action[:JOINTS] + FLANGE
+    gripper = arm.gripper
+    wanted = (1.0 - float(np.clip(action[JOINTS], 0.0, 1.0))) * gripper.opening_m
+    before = gripper.opening_of(fingers)
+    told = gripper.servos(np.array([before + np.clip(wanted - before, -OPENING_M, OPENING_M)]))[0]
+    return np.concatenate([np.clip(to, arm.lower, arm.upper), told])
 
 
-def gripper_of(fingers: Array) -> float:
-    """0 open … 1 closed, of two fingers' positions, m."""
-    return float(np.clip(1.0 - fingers.sum() / PANDA.opening_m, 0.0, 1.0))
+def closed_share(gripper: Gripper, joints: Array) -> float:
+    """0 open … 1 closed, of the positions of the gripper's joints, m or rad."""
+    return float(np.clip(1.0 - gripper.opened(joints) / gripper.opening_m, 0.0, 1.0))

@@ -16,9 +16,9 @@ from asset2sim.gym.arm.scene import TIMESTEP_S
 from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
 from lab.probes.cameras import HEIGHT, WIDTH, Cameras
-from lab.probes.controller import carried_out, commands_of, gripper_of
+from lab.probes.controller import carried_out, closed_share, commands_of
 from lab.probes.observation import CONTROL_HZ, JOINTS, Observation, Picture, Policy
-from lab.probes.scene import FLANGE, OPEN, DroidScene, build_scene
+from lab.probes.scene import FLANGE, DroidScene, build_scene, open_commands
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import write_mp4
@@ -27,8 +27,8 @@ from lab.trials.trial import FILM, TRACK, off_bowl_m, write_track
 from schemas.errors import UnknownChoiceError
 from schemas.table import Row
 
-HORIZON = 450
-"""Most actions of an episode, 1/15 s each: half a minute."""
+HORIZON = 600
+"""Most actions of an episode, 1/15 s each: 40 s, as DROID's evaluation has them."""
 DONE_AT_REST, IDLE_AT_REST = 30, 75
 """Actions without any motion after which an episode ends, where the task is done and where it is not: what the person
 who watches a real one does. The final state is then the one at the horizon too."""
@@ -87,11 +87,11 @@ class EpisodeRun:
     def track(self) -> Track:
         """The recording."""
         times, phases = zip(*self.phases, strict=True)
-        plan = ToolPlan(self.stage.base, np.array(times), np.zeros((len(times), len(OPEN))), tuple(phases))
+        plan = ToolPlan(self.stage.base, np.array(times), np.zeros((len(times), self.stage.model.nu)), tuple(phases))
         return self.samples.track(plan, self.finite)
 
     def tool(self) -> Array:
-        """(9,) positions of the arm's joints and fingers."""
+        """(k,) positions of the joints of arm and gripper."""
         return np.asarray(self.stage.data.qpos[self.stage.tool_places]).copy()
 
     def state(self) -> Array:
@@ -123,17 +123,20 @@ def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Pa
     overlay = scene.overlay
     sliders = {item.name for item in overlay.joints if item.type == "prismatic"}
     free = {item.name for item in overlay.joints if not item.holds}
-    judged = asdict(judge(track, scene.stage.moving_kg, sliders, free, TrialSettings(), carried=scene.joint is None))
+    settings, carried = TrialSettings(), scene.joint is None
+    judged = asdict(judge(track, scene.stage.moving_kg, sliders, free, settings, carried=carried))
     return judged | outcome(run) | {
         "task": scene.task.name, "asset_id": overlay.asset_id, "seed": seed, "instruction": scene.task.instruction,
-        "steps": steps, "video": None if to is None else to / FILM, "seconds_simulated": float(track.times_s[-1]),
+        "steps": steps, "gripper": scene.stage.gripper.name,
+        "video": None if to is None else to / FILM, "seconds_simulated": float(track.times_s[-1]),
         "seconds": time.monotonic() - began,
     }  # fmt: skip
 
 
 def act(run: EpisodeRun, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
     """Ask the policy and carry out what it answers until the horizon, or until nothing moves; how many actions."""
-    arm, fingers, states, step = Arm(), OPEN[JOINTS:], [run.state()], 0
+    gripper, states, step = run.stage.gripper, [run.state()], 0
+    arm, fingers = Arm(gripper), open_commands(gripper)[JOINTS:]
     while step < HORIZON and run.finite:
         seen = seen_of(run, cameras)
         if film is not None:
@@ -170,8 +173,9 @@ def seen_of(run: EpisodeRun, cameras: Cameras) -> Observation:
     left, right, wrist = (cameras.picture(name) for name in ("exterior_left", "exterior_right", "wrist"))
     tool = run.tool()
     return Observation(
-        left, right, wrist, tool[:JOINTS] - FLANGE, gripper_of(tool[JOINTS:]), run.scene.task.instruction
-    )
+        left, right, wrist, tool[:JOINTS] - FLANGE, closed_share(run.stage.gripper, tool[JOINTS:]),
+        run.scene.task.instruction,
+    )  # fmt: skip
 
 
 def outcome(run: EpisodeRun) -> Row:

@@ -8,7 +8,7 @@ import numpy as np
 
 from asset2sim.gym.arm.franka import DAMPING, STIFFNESS, Arm
 from asset2sim.gym.arm.grasps import grasp_paths
-from asset2sim.gym.arm.gripper import PANDA
+from asset2sim.gym.arm.gripper import Gripper
 from asset2sim.gym.arm.paths import ToolPath, push_paths
 from asset2sim.gym.arm.planning import HELD_RAD, TILT_RAD, ToolPlan, follow, hand_fits, runs_into, timed, times_of
 from asset2sim.gym.arm.record import command
@@ -17,7 +17,7 @@ from asset2sim.physics.arrays import Array
 from lab.probes.controller import STEP_RAD
 from lab.probes.episode import NamedTask, probe_task
 from lab.probes.observation import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Observation, Policy
-from lab.probes.scene import FLANGE, OPEN, START, DroidScene, build_scene
+from lab.probes.scene import FLANGE, START, DroidScene, build_scene, open_commands
 from schemas.errors import Asset2SimError, UnknownChoiceError
 
 MOST_WAYS = 150
@@ -35,8 +35,8 @@ class NoWayError(Asset2SimError):
 class Expert:
     """Follows a plan: knows the object's state from the start, sees only its own joints, and no picture."""
 
-    def __init__(self, plan: ToolPlan) -> None:
-        self.plan = plan
+    def __init__(self, plan: ToolPlan, gripper: Gripper) -> None:
+        self.plan, self.gripper = plan, gripper
         self.now_s = float(plan.times_s[1])  # the episode has waited already
         self.speed = np.zeros(JOINTS)
 
@@ -54,7 +54,7 @@ class Expert:
             change = change / max(1.0, float(np.abs(change).max()) / STEP_RAD)
             joints = joints + REACHED * change + DRIFT * self.speed
             self.speed = KICK * change + KEPT * self.speed
-            gripper = 1.0 - wanted[JOINTS:].sum() / PANDA.opening_m
+            gripper = 1.0 - self.gripper.opening_of(wanted[JOINTS:]) / self.gripper.opening_m
             actions.append([*(change * CONTROL_HZ), np.clip(gripper, 0.0, 1.0)])
         return Chunk(np.array(actions), "joint_velocity")
 
@@ -91,7 +91,7 @@ def scripted(folder: Path, task: NamedTask, seed: int) -> Expert:
     plan = plan_of(scene)
     if plan is None:
         raise NoWayError(f"{task.name} with {folder.name}: the arm finds no way that runs into nothing")
-    return Expert(plan)
+    return Expert(plan, scene.stage.gripper)
 
 
 def make_probe(name: str, folder: Path, task: NamedTask, seed: int) -> Policy:
@@ -114,9 +114,9 @@ def ways_of(scene: DroidScene) -> Iterator[ToolPath]:
 
 def plan_of(scene: DroidScene) -> ToolPlan | None:
     """The first way that the arm can follow from where it stands without running into anything; None for none."""
-    stage, arm, name = scene.stage, Arm(), scene.joint.name if scene.joint is not None else None
+    stage, arm, name = scene.stage, Arm(scene.stage.gripper), scene.joint.name if scene.joint is not None else None
     base = stage.base.copy()
-    far = np.array([*START, 0.04, 0.04])
+    far = open_commands(stage.gripper)
     far[1] = -1.6  # out of the rays' way
     place(stage, stage.about_positions, far)
     ways = list(islice(ways_of(scene), MOST_WAYS))
@@ -131,7 +131,7 @@ def plan_of(scene: DroidScene) -> ToolPlan | None:
                 return plan
         return None
     finally:
-        place(stage, stage.about_positions, OPEN)
+        place(stage, stage.about_positions, open_commands(stage.gripper))
 
 
 def from_start(plan: ToolPlan, arm: Arm) -> ToolPlan:

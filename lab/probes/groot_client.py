@@ -24,6 +24,12 @@ EXTERIOR, WRIST = "video.exterior_image_1_left", "video.wrist_image_left"
 POSITIONS, GRIPPER = "state.joint_position", "state.gripper_position"
 PROMPT = "annotation.language.language_instruction"
 ACTION_POSITIONS, ACTION_GRIPPER = "action.joint_position", "action.gripper_position"
+MODALITIES = {
+    "video": (EXTERIOR, WRIST), "state": (POSITIONS, GRIPPER), "language": (PROMPT,),
+    "action": (ACTION_POSITIONS, ACTION_GRIPPER),
+}  # fmt: skip
+"""Modality of GR00T → the keys of it that are sent, or of ``action`` read, with the modality's name before them but for
+the instruction's."""
 PING_S = 2.0
 """Time for one answer to a ping, s."""
 
@@ -45,11 +51,46 @@ def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]
     }
 
 
-class GrootPolicy:
-    """A GR00T policy at ``host:port`` as a context manager that is called with what is seen; its actions are absolute
-    joint positions, and its gripper is opened or closed, as its example does. Raises PolicyError."""
+def nested(flat: dict[str, object]) -> dict[str, object]:
+    """The same message as a policy without the wrapper for simulations takes it: a mapping a modality, and the
+    instruction a list of a list."""
+    found: dict[str, object] = {
+        name: {key.removeprefix(f"{name}."): flat[key] for key in keys}
+        for name, keys in MODALITIES.items() if name in ("video", "state")
+    }  # fmt: skip
+    return found | {"language": {PROMPT: [flat[PROMPT]]}}
 
-    def __init__(self, host: str, port: int, camera: Camera = "left", settings: ProbeSettings | None = None) -> None:
+
+def check_modalities(config: object) -> None:
+    """Raise PolicyError, which names it, where a server's modality config asks for what it is not sent, or does not
+    answer what is read. A server that has none is taken as it is."""
+    for name, keys in MODALITIES.items():
+        part = config.get(name) if isinstance(config, dict) else None
+        said = part.get("as_json", part) if isinstance(part, dict) else {}
+        asked, ours = set(said.get("modality_keys", ())), {key.removeprefix(f"{name}.") for key in keys}
+        odd = (ours - asked if asked else set()) if name == "action" else asked - ours
+        if odd:
+            does = "does not answer" if name == "action" else "asks for what is not sent:"
+            raise refused(f"the server's modality config {does} {name} {', '.join(sorted(map(str, odd)))}")
+        if name in ("video", "state") and len(said.get("delta_indices", (0,))) > 1:
+            moments = len(said["delta_indices"])
+            raise refused(f"the server's modality config asks for {moments} moments of {name}; one is sent")
+
+
+class GrootPolicy:
+    """A GR00T policy at ``host:port`` as a context manager that is called with what is seen; ``token`` is the server's.
+    It is reset once. Its actions are absolute joint positions, and its gripper is opened or closed, as its example
+    does. A server that refuses the first flat question is asked with nested ones. Raises PolicyError."""
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        camera: Camera = "left",
+        settings: ProbeSettings | None = None,
+        token: str = "",
+    ) -> None:
+        self.token, self.nested = token, False
         self.uri, self.camera, self.settings = f"tcp://{host}:{port}", camera, settings or ProbeSettings()
         self._context = zmq.Context()
         self._socket: Any = None
@@ -60,11 +101,18 @@ class GrootPolicy:
         while True:
             try:
                 self._call("ping", None, min(PING_S, self.settings.connect_s), TrialEnding.UNREACHABLE)
-                return self
+                break
             except PolicyError as error:
                 if error.ending is not TrialEnding.UNREACHABLE or time.monotonic() >= end:
                     self.__exit__(None, None, None)
                     raise
+        try:
+            check_modalities(self._call("get_modality_config", None, self.settings.answer_s, TrialEnding.TIMED_OUT))
+            self._call("reset", {"options": None}, self.settings.answer_s, TrialEnding.TIMED_OUT)
+        except PolicyError:
+            self.__exit__(None, None, None)
+            raise
+        return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._close()
@@ -73,12 +121,24 @@ class GrootPolicy:
     def __call__(self, seen: Observation) -> Chunk:
         """The policy's answer. Raises PolicyError."""
         limit = self.settings.answer_s if self._asked else self.settings.first_answer_s
-        data = {"observation": observation(seen, self.camera), "options": None}
-        said = self._call("get_action", data, limit, TrialEnding.TIMED_OUT)
+        flat = observation(seen, self.camera)
+        data = {"observation": nested(flat) if self.nested else flat, "options": None}
+        try:
+            said = self._call("get_action", data, limit, TrialEnding.TIMED_OUT)
+        except PolicyError as error:
+            if self._asked or self.nested or error.ending is not TrialEnding.REFUSED:
+                raise
+            self.nested = True
+            try:
+                return self(seen)
+            except PolicyError:
+                self.nested = False
+                raise error from None
         self._asked = True
         action = said[0] if isinstance(said, list) and said else said
         try:
-            parts = np.asarray(action[ACTION_POSITIONS])[0], np.asarray(action[ACTION_GRIPPER])[0]
+            names = (name.removeprefix("action.") if self.nested else name for name in MODALITIES["action"])
+            parts = [np.asarray(action[name])[0] for name in names]
             found = np.concatenate(parts, axis=1)
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise refused(
@@ -97,7 +157,8 @@ class GrootPolicy:
             self._socket.connect(self.uri)
         self._socket.setsockopt(zmq.RCVTIMEO, round(1000 * limit_s))
         self._socket.setsockopt(zmq.SNDTIMEO, round(1000 * limit_s))
-        question = {"endpoint": endpoint} | ({} if data is None else {"data": data})
+        question: dict[str, object] = {"endpoint": endpoint} | ({} if data is None else {"data": data})
+        question |= {"api_token": self.token} if self.token else {}
         try:
             self._socket.send(msgpack.packb(question, default=_packed))
             said = self._socket.recv()

@@ -1,6 +1,7 @@
 """A policy behind openpi's websocket: asked over one connection an episode, which is made anew where it breaks."""
 
 import time
+import uuid
 from types import TracebackType
 from typing import Any, Self
 
@@ -10,7 +11,19 @@ from websockets.sync.client import ClientConnection, connect
 
 from lab.probes.answers import PolicyError, TrialEnding, refused
 from lab.probes.observation import ActionKind, Chunk, Observation
-from lab.probes.openpi_wire import CONTINUOUS, SPACE, Camera, chunk_of, observation, pack, unpack
+from lab.probes.openpi_wire import (
+    CONTINUOUS,
+    RESOLUTION,
+    SESSION,
+    SIDE_PX,
+    SPACE,
+    Camera,
+    check_metadata,
+    chunk_of,
+    observation,
+    pack,
+    unpack,
+)
 from lab.schemas.probe_settings import ProbeSettings
 
 BACKOFF_S, LONGEST_BACKOFF_S = 0.1, 2.0
@@ -20,8 +33,9 @@ TIMES = 2
 
 
 class OpenPiPolicy:
-    """A policy at ``host:port`` as a context manager that is called with what is seen. ``kind`` is what its actions
-    are, unless its server says so. Raises PolicyError: nobody there, gone, too late, or an answer that is none."""
+    """A policy at ``host:port`` as a context manager that is called with what is seen, ``secure`` over TLS; ``key`` is
+    its server's API key. ``kind`` is what its actions are, unless its server says so. Raises PolicyError: nobody there,
+    gone, too late, metadata that asks for what is not sent, or an answer that is none."""
 
     def __init__(
         self,
@@ -30,8 +44,12 @@ class OpenPiPolicy:
         kind: ActionKind = "joint_velocity",
         camera: Camera = "left",
         settings: ProbeSettings | None = None,
+        *,
+        secure: bool = False,
+        key: str = "",
     ) -> None:
-        self.uri, self.kind, self.camera = f"ws://{host}:{port}", kind, camera
+        self.uri, self.kind, self.camera = f"{'wss' if secure else 'ws'}://{host}:{port}", kind, camera
+        self.headers, self.session = {"Authorization": f"Api-Key {key}"} if key else None, str(uuid.uuid4())
         self.settings = settings or ProbeSettings()
         self.metadata: dict[str, Any] = {}
         self._connection: ClientConnection | None = None
@@ -46,7 +64,9 @@ class OpenPiPolicy:
 
     def __call__(self, seen: Observation) -> Chunk:
         """The policy's answer. Raises PolicyError."""
-        answer = unpack(self._answer(pack(observation(seen, self.camera))))
+        height, width = self.metadata.get(RESOLUTION) or (SIDE_PX, SIDE_PX)
+        session = {"session_id": self.session} if self.metadata.get(SESSION) else {}
+        answer = unpack(self._answer(pack(observation(seen, self.camera, (height, width)) | session)))
         return chunk_of(answer, self.kind, self.settings.most_actions, bool(self.metadata.get(CONTINUOUS)))
 
     def _answer(self, frame: bytes) -> bytes:
@@ -87,7 +107,7 @@ class OpenPiPolicy:
                 # No pings: openpi's server computes in the loop that would answer them. No proxy: robots are near.
                 self._connection = connect(
                     self.uri, compression=None, max_size=self.settings.most_bytes, open_timeout=left,
-                    ping_interval=None, proxy=None, close_timeout=1.0,
+                    ping_interval=None, proxy=None, close_timeout=1.0, additional_headers=self.headers,
                 )  # fmt: skip
                 said = self._connection.recv(timeout=left)
                 break
@@ -102,9 +122,12 @@ class OpenPiPolicy:
             self._close()
             raise refused(f"{self.uri} began with text; openpi's servers begin with their metadata")
         self.metadata, self._asked = unpack(said), False
-        space = self.metadata.get(SPACE)
-        if space in ("joint_velocity", "joint_position"):
-            self.kind = space
+        try:
+            check_metadata(self.metadata)
+        except PolicyError:
+            self._close()
+            raise
+        self.kind = self.metadata.get(SPACE) or self.kind
 
     def _close(self) -> None:
         if self._connection is not None:

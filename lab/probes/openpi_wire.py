@@ -28,6 +28,8 @@ SPACE, CONTINUOUS = "action_space", "continuous_gripper"
 """Keys of a server's metadata that are obeyed: joint_velocity or joint_position, and whether the gripper may be half
 open. openpi's own servers say neither; RoboArena's say the first."""
 Camera = Literal["left", "right"]
+SESSION, RESOLUTION = "needs_session_id", "image_resolution"
+"""Keys of RoboArena's metadata that are heeded: an identifier goes along, and pictures have that height and width."""
 
 
 def pack(message: Mapping[str, object]) -> bytes:
@@ -72,13 +74,32 @@ def _unpacked(value: dict[Any, Any]) -> object:
     return np.frombuffer(data, dtype).reshape(shape)
 
 
-def observation(seen: Observation, camera: Camera = "left") -> dict[str, object]:
-    """Message to a DROID policy of openpi: uint8 pictures (224, 224, 3), float64 positions (7,) in rad and gripper
+def check_metadata(metadata: Mapping[str, Any]) -> None:
+    """Raise PolicyError, which names the key, where a server's metadata asks for what it is not sent or answers what no
+    servo here takes."""
+    asked = {
+        SPACE: (metadata.get(SPACE) in (None, "joint_velocity", "joint_position"), "joint_velocity or joint_position"),
+        "needs_stereo_camera": (not metadata.get("needs_stereo_camera"), "one picture of each camera"),
+        "n_external_cameras": (metadata.get("n_external_cameras") in (None, 0, 1), "one outside camera"),
+    }
+    for key, (fits, valid) in asked.items():
+        if not fits:
+            raise refused(f"the server's metadata says {key}: {metadata[key]!r}; there is {valid} here")
+    size = metadata.get(RESOLUTION)
+    sized = isinstance(size, list) and len(size) == 2 and all(isinstance(side, int) and side > 0 for side in size)
+    if size is not None and not sized:
+        raise refused(f"the server's metadata says {RESOLUTION}: {size!r}; a height and a width in pixels are valid")
+
+
+def observation(
+    seen: Observation, camera: Camera = "left", size: tuple[int, int] = (SIDE_PX, SIDE_PX)
+) -> dict[str, object]:
+    """Message to a DROID policy of openpi: uint8 pictures of that ``size``, float64 positions (7,) in rad and gripper
     (1,), 0 open … 1 closed, and the instruction. ``camera`` is the outside one that it sees."""
     outside = seen.exterior_left if camera == "left" else seen.exterior_right
     return {
-        EXTERIOR: resized(outside, SIDE_PX, SIDE_PX),
-        WRIST: resized(seen.wrist, SIDE_PX, SIDE_PX),
+        EXTERIOR: resized(outside, *size),
+        WRIST: resized(seen.wrist, *size),
         POSITIONS: np.asarray(seen.joints, dtype=np.float64),
         GRIPPER: np.array([seen.gripper], dtype=np.float64),
         PROMPT: seen.prompt,

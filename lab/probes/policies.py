@@ -1,5 +1,6 @@
 """Which policy is asked: the address of a server, or a probe of ours, which is served by this project."""
 
+import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,12 +21,15 @@ from lab.schemas.probe_settings import ProbeSettings
 from schemas.errors import UnknownChoiceError, UsageError
 
 OPENPI, GROOT = "openpi", "gr00t"
-PORTS = {OPENPI: 8000, GROOT: 5555}
-"""Protocol → the port of its servers where none is named."""
+SECURE = "wss"
+PORTS = {OPENPI: 8000, GROOT: 5555, SECURE: 443}
+"""Scheme → the port of its servers where none is named; ``wss`` is openpi over TLS."""
+KEY = "ASSET2SIM_POLICY_KEY"
+"""Environment variable of the API key or token that a policy's server wants."""
 CLONED = "cloned"
 PROBES = ("scripted", "noisy", CLONED)
 """Probes of ours: they never acted in reality."""
-NEED = f"name {', '.join(PROBES)}, or a server as openpi://HOST:PORT or gr00t://HOST:PORT"
+NEED = f"name {', '.join(PROBES)}, or a server as openpi://HOST:PORT, wss://HOST:PORT or gr00t://HOST:PORT"
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,7 @@ class PolicySpec:
     kind: ActionKind = "joint_velocity"
     camera: Camera = "left"
     network: Path | None = None
+    secure: bool = False
 
     @property
     def ours(self) -> bool:
@@ -60,7 +65,7 @@ def policy_spec(
     real policy's. Raises UsageError."""
     if "://" not in text:
         if text not in PROBES:
-            raise UnknownChoiceError("policy", text, (*PROBES, "openpi://HOST:PORT", "gr00t://HOST:PORT"))
+            raise UnknownChoiceError("policy", text, (*PROBES, *(f"{name}://HOST:PORT" for name in PORTS)))
         if name is not None:
             raise UsageError(f"--name is for policies of a server; '{text}' is a probe of ours and keeps its name")
         if text == CLONED and (network is None or not network.is_file()):
@@ -77,7 +82,10 @@ def policy_spec(
         raise UsageError(f"--policy {text} names no policy; {NEED}")
     if name in PROBES:
         raise UsageError(f"--name {name} is the name of a probe of ours; give the policy another")
-    return PolicySpec(name or text, parts.scheme, parts.hostname, port or PORTS[parts.scheme], kind, camera)
+    secure = parts.scheme == SECURE
+    protocol = OPENPI if secure else parts.scheme
+    where = parts.hostname, port or PORTS[parts.scheme]
+    return PolicySpec(name or text, protocol, *where, kind, camera, secure=secure)
 
 
 def make_probe(spec: PolicySpec, folder: Path, task: ProbeTask, seed: int) -> Policy:
@@ -96,12 +104,13 @@ def opened(spec: PolicySpec, make: Callable[[], Policy], settings: ProbeSettings
         with served(make, "joint_velocity") as port, OpenPiPolicy(HOST, port, settings=settings) as policy:
             yield policy
     elif spec.protocol == OPENPI:
-        with OpenPiPolicy(spec.host, spec.port, spec.kind, spec.camera, settings) as policy:
+        key, secure = os.environ.get(KEY, ""), spec.secure
+        with OpenPiPolicy(spec.host, spec.port, spec.kind, spec.camera, settings, secure=secure, key=key) as policy:
             yield policy
     else:
         from lab.probes.groot_client import GrootPolicy  # late: ZeroMQ is for this alone
 
-        with GrootPolicy(spec.host, spec.port, spec.camera, settings) as groot:
+        with GrootPolicy(spec.host, spec.port, spec.camera, settings, os.environ.get(KEY, "")) as groot:
             yield groot
 
 

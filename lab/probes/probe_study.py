@@ -3,13 +3,14 @@
 import pkgutil
 import shutil
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation import Ending as ChildEnding
 from asset2sim.experiments.isolation.supervise import Work
+from asset2sim.gym.arm.gripper import PANDA
 from lab.probes.answers import TrialEnding
 from lab.probes.observation import Policy
 from lab.probes.policies import PolicySpec
@@ -60,7 +61,7 @@ class ProbeJob:
         return {
             "task": self.task.name, "asset_id": self.folder.name, "method": self.method, "model": self.model,
             "policy": self.spec.name, "trial": self.trial, "seed": self.seed, "protocol": self.spec.protocol,
-            "ours": self.spec.ours, "run_id": self.run_id,
+            "ours": self.spec.ours, "run_id": self.run_id, "gripper": self.task.gripper,
         }  # fmt: skip
 
 
@@ -75,12 +76,14 @@ class ProbeChoice:
     seed: int = 0
 
 
-def chosen_tasks(names: Sequence[str]) -> tuple[ProbeTask, ...]:
-    """The tasks of these names, ``ALL_TASKS`` among them. Raises UnknownChoiceError for a name that is none."""
+def chosen_tasks(names: Sequence[str], gripper: str = PANDA.name) -> tuple[ProbeTask, ...]:
+    """The tasks of these names, ``ALL_TASKS`` among them, with a gripper. Raises UnknownChoiceError for a name
+    that is none."""
     for name in names:
         if name != ALL_TASKS and name not in PAPER11:
             raise UnknownChoiceError("task", name, (ALL_TASKS, *PAPER11))
-    return tuple(task for name, task in PAPER11.items() if name in names or ALL_TASKS in names)
+    found = (task for name, task in PAPER11.items() if name in names or ALL_TASKS in names)
+    return tuple(replace(task, gripper=gripper) for task in found)
 
 
 def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list[ProbeJob]:
@@ -121,7 +124,8 @@ def probe_study(settings: ProbeSettings) -> Study[ProbeJob]:
     return Study(
         "probe", (PROBE_TRIALS,), partial(do_probe, settings=settings),
         lambda row: f"{row['policy']} {row['method']} {row['task']} ({row['asset_id']}), trial {row['trial']}",
-        lambda job, row: row["success"] is not None and (row["seed"], row["run_id"]) == (job.seed, job.run_id),
+        lambda job, row: row["success"] is not None
+        and (row["seed"], row["run_id"], row.get("gripper")) == (job.seed, job.run_id, job.task.gripper),
     )  # fmt: skip
 
 

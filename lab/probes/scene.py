@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import franka_spec
-from asset2sim.gym.arm.gripper import PANDA
+from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import vertices
 from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl, CompiledScene, build_stage, place
 from asset2sim.physics.arrays import Array
@@ -20,8 +20,6 @@ START = np.array([0.0, -np.pi / 5, 0.0, -4 * np.pi / 5, 0.0, 3 * np.pi / 5, np.p
 """Where the arm starts, rad: DROID's, but for the last joint. DROID's gripper sits on the flange as it is, the Panda's
 hand is turned by 45 degrees against it: ``FLANGE`` is between what policies are told and what the joints are."""
 FLANGE = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.pi / 4])
-OPEN = np.array([*START, PANDA.opening_m / 2.0, PANDA.opening_m / 2.0])
-"""The arm's nine joints at the start: rad, and m of the open fingers."""
 NEAREST_M = 0.28
 """Least distance ahead of the arm's base at which anything of the object stands, m."""
 
@@ -35,6 +33,11 @@ class DroidScene:
     stage: CompiledScene
     overlay: PhysicsOverlay
     joint: JointPhysics | None
+
+
+def open_commands(gripper: Gripper) -> Array:
+    """(k,) commands to the arm's servos and the gripper's at the start: its fingers are open."""
+    return np.concatenate([START, gripper.servos(np.array([gripper.opening_m]))[0]])
 
 
 def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
@@ -55,9 +58,10 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
     if task.bowl is not None:
         x, y = (base @ [task.bowl.x, task.bowl.y, 0.0, 1.0])[:2]
         bowl = Bowl((float(x), float(y)), task.bowl.radius_m, BOWL_HIGH_M)
-    stage = started(build_stage(folder, franka_spec(), base, bowl), joint)
-    place(stage, {}, OPEN)
-    stage.data.ctrl[:] = OPEN
+    gripper = gripper_of(task.gripper)
+    stage = started(build_stage(folder, franka_spec(gripper), base, bowl, gripper), joint)
+    place(stage, {}, open_commands(gripper))
+    stage.data.ctrl[:] = open_commands(gripper)
     mujoco.mj_forward(stage.model, stage.data)
     return DroidScene(task, stage, overlay, joint)
 

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl
 from asset2sim.gym.arm.tasks import Verb, range_of
 from schemas.overlay import JointPhysics
@@ -32,8 +33,8 @@ class ProbeTask:
     """One of the tasks. The middle of the object's box stands at ``at``, m, in the frame of the arm's base (x ahead, y
     to its left), or as much further ahead as it needs to stay clear of the arm, turned by ``yaw`` rad about the
     vertical; at 0 its front faces the arm. ``joint`` starts ``start`` open, rad (a slider: share of its range), and
-    should end shut; a task without one ends with the object in the bowl. ``instruction`` is what the policy is told and
-    ``motion_prompt`` what a judge of films is told, both as the paper has them, letter for letter."""
+    should end shut; a task without one ends with the object in the bowl. ``gripper`` is the arm's. ``instruction`` is
+    what the policy is told and ``motion_prompt`` what a judge of films is told, both letter for letter the paper's."""
 
     name: str
     asset_id: str
@@ -45,6 +46,7 @@ class ProbeTask:
     joint: str = ""
     start: float = 0.0
     bowl: BowlAt | None = None
+    gripper: str = PANDA.name
 
     @property
     def reason(self) -> str:

@@ -24,6 +24,7 @@ _PROBE_TRIALS: tuple[Column, ...] = (
     ("end", REAL, "rad or m", "Where it ended"),
     ("distance", REAL, "1 or m", "Final distance ‖s_T − s*‖: a share of the joint's range, or m from the bowl"),
     ("tolerance", REAL, "1 or m", "ε: the distance that counts as success"),
+    ("gripper", TEXT, "", "The arm's gripper; null in rows of older versions"),
     ("steps", COUNT, "1", "Actions carried out, each 1/15 s"),
     ("asked", COUNT, "1", "Times that the policy was asked"),
     ("latency_s", REAL, "s", "Median time to an answer; null where it was not asked"),

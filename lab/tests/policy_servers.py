@@ -9,7 +9,9 @@ for an interpreter that has the package ``openpi-client``, one of openpi's own p
 
 import asyncio
 import io
+import json
 import os
+import ssl
 import sys
 import time
 from typing import Any
@@ -40,17 +42,22 @@ def openpi_actions(question: dict[str, Any]) -> Any:
     return np.tile(np.append(np.linspace(-2.0, 2.0, 7), 0.6), (15, 1)).astype(np.float32)
 
 
-async def serve(handler: Any) -> None:
+async def serve(handler: Any, certificate: str = "") -> None:
     """Serve on a free port, which is printed."""
     from websockets.asyncio.server import serve as listen
 
-    async with listen(handler, "127.0.0.1", 0, compression=None, max_size=None) as server:
+    tls = None
+    if certificate:
+        tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        tls.load_cert_chain(certificate)
+    async with listen(handler, "127.0.0.1", 0, compression=None, max_size=None, ssl=tls) as server:
         print(next(iter(server.sockets)).getsockname()[1], flush=True)
         await server.serve_forever()
 
 
-def obey(path: str) -> None:
-    """A server of our own packing that does what the instruction says, or else answers rightly."""
+def obey(path: str, metadata: str = "{}", key: str = "", certificate: str = "") -> None:
+    """A server of our own packing that does what the instruction says, or else answers rightly; it may say metadata
+    (JSON), want an API key, and speak TLS with a PEM file."""
     from lab.probes.openpi_wire import pack, unpack
 
     good = np.zeros((10, 8))
@@ -62,7 +69,10 @@ def obey(path: str) -> None:
     closed: list[str] = []
 
     async def handler(connection: Any) -> None:
-        await connection.send(pack({}))
+        if key and connection.request.headers.get("Authorization") != f"Api-Key {key}":
+            await connection.close(1008, "no key")
+            return
+        await connection.send(pack(json.loads(metadata)))
         async for frame in connection:
             question = unpack(frame)
             note(path, question)
@@ -77,7 +87,7 @@ def obey(path: str) -> None:
                 return
             await connection.send(answers.get(prompt, pack({"actions": good})))
 
-    asyncio.run(serve(handler))
+    asyncio.run(serve(handler, certificate))
 
 
 def openpi(path: str) -> None:
@@ -114,8 +124,9 @@ def ask(port: str) -> None:
     print(client.get_server_metadata(), actions.shape, actions.dtype, actions[0].tolist())
 
 
-def groot(path: str) -> None:
-    """A server as Isaac-GR00T's ``PolicyServer``: REP, msgpack, arrays as .npy; wrong where the instruction says so."""
+def groot(path: str, token: str = "", style: str = "flat") -> None:
+    """A server as Isaac-GR00T's ``PolicyServer``: REP, msgpack, arrays as .npy; wrong where the instruction says so. It
+    may want a token, nested questions, or (``history``) more than one moment."""
     import msgpack
     import zmq
 
@@ -131,11 +142,34 @@ def groot(path: str) -> None:
     print(socket.bind_to_random_port("tcp://127.0.0.1"), flush=True)
     while True:
         request = msgpack.unpackb(socket.recv(), object_hook=read)
-        if request["endpoint"] == "ping":
-            socket.send(msgpack.packb({"status": "ok", "message": "Server is running"}))
+        if token and request.get("api_token") != token:
+            socket.send(msgpack.packb({"error": "Unauthorized: Invalid API token"}))
             continue
-        assert request["endpoint"] == "get_action" and set(request["data"]) == {"observation", "options"}
+        if request["endpoint"] != "get_action":
+            video = {"delta_indices": [-1, 0] if style == "history" else [0],
+                     "modality_keys": ["exterior_image_1_left", "wrist_image_left"]}  # fmt: skip
+            others = {
+                "ping": {"status": "ok", "message": "Server is running"}, "reset": {},
+                "get_modality_config": {"video": {"__ModalityConfig_class__": True, "as_json": video}},
+            }  # fmt: skip
+            assert request["endpoint"] != "reset" or request["data"] == {"options": None}
+            socket.send(msgpack.packb(others[request["endpoint"]]))
+            continue
+        assert set(request["data"]) == {"observation", "options"}
         question = request["data"]["observation"]
+        if (style == "nested") != ("video" in question):
+            socket.send(msgpack.packb({"error": "Observation must contain a 'video' key"}))
+            continue
+        if style == "nested":
+            (language,) = question["language"].values()
+            assert [len(each) for each in language] == [1] and set(question) == {"video", "state", "language"}
+            shapes = {key: value.shape for name in ("video", "state") for key, value in question[name].items()}
+            assert shapes == {"exterior_image_1_left": (1, 1, 180, 320, 3), "wrist_image_left": (1, 1, 180, 320, 3),
+                              "joint_position": (1, 1, 7), "gripper_position": (1, 1, 1)}  # fmt: skip
+            nested = {"joint_position": np.full((1, 16, 7), 0.25, np.float32),
+                      "gripper_position": np.zeros((1, 16, 1), np.float32)}  # fmt: skip
+            socket.send(msgpack.packb([nested, {}], default=write))
+            continue
         note(path, question)
         prompt = question["annotation.language.language_instruction"][0]
         if prompt == SLOW:
@@ -148,4 +182,5 @@ def groot(path: str) -> None:
 
 
 if __name__ == "__main__":
-    {"groot": groot, "obey": obey, "openpi": openpi, "ask": ask}[sys.argv[1]](sys.argv[2])
+    programs: dict[str, Any] = {"groot": groot, "obey": obey, "openpi": openpi, "ask": ask}
+    programs[sys.argv[1]](*sys.argv[2:])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lab.comparisons.statistics import agreement, estimate, mean_not_zero, paired_difference
+from lab.comparisons.statistics import agreement, estimate, mean_not_zero, paired_difference, share
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,16 @@ def test_the_interval_of_a_share_is_the_binomial_s() -> None:
     """80 of 100: the 2.5 % points of a binomial of 100 at 0.8 are 72 and 87 (tables), up to one for the draw."""
     found = estimate(of(*([100.0] * 80 + [0.0] * 20)))
     assert found.low == pytest.approx(72.0, abs=1.01) and found.high == pytest.approx(87.0, abs=1.01)
+
+
+def test_the_interval_of_four_successes_is_not_a_point() -> None:
+    """Wilson's, by hand: n / (n + z²) with z = 1.96 is 4 / 7.84."""
+    four = estimate(of(100.0, 100.0, 100.0, 100.0), share)
+    assert (four.value, four.high) == (100.0, pytest.approx(100.0)) and four.low == pytest.approx(51.0, abs=0.1)
+    none = estimate(of(0.0, 0.0, 0.0, 0.0), share)
+    assert (none.value, none.low) == (0.0, pytest.approx(0.0)) and none.high == pytest.approx(49.0, abs=0.1)
+    most = estimate(of(*([100.0] * 80 + [0.0] * 20)), share)
+    assert most.low == pytest.approx(71.1, abs=0.1) and most.high == pytest.approx(86.7, abs=0.1), "as tables have it"
 
 
 def test_nothing_one_and_equal_values() -> None:

@@ -25,7 +25,7 @@ def test_the_command_does_what_is_left_to_do_and_writes_the_page(
     page = out.parent / "page.md"
     page.write_text("<!-- probe: begin (make probe) -->\n<!-- probe: end -->\n", encoding="utf-8")
     words = ["probe", str(out), "--policy", "scripted", "--tasks", "box close", "--trials", "1"]
-    words += ["--methods", "asset2sim", "--page", str(page)]
+    words += ["--methods", "asset2sim", "--page", str(page), "--gripper", "panda"]
     # The box is no object: it cannot be put into the scene, and the task is not done.
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "no SRCC of scripted" in capsys.readouterr().out
@@ -46,6 +46,7 @@ def test_a_policy_that_nobody_serves_is_no_success(
     monkeypatch.setattr(module, "in_flow", lambda name, work: work())
     monkeypatch.setattr(module, "ProbeSettings", lambda: QUICK.model_copy(update={"connect_s": 0.2}))
     words = ["probe", str(out), "--policy", "openpi://127.0.0.1:1", "--tasks", "box close", "--trials", trials]
+    words += ["--gripper", "panda"]
     assert run_command(words, refine=refine, nightly=serve) == 1
     assert said in capsys.readouterr().err
 

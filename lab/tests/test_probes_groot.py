@@ -8,9 +8,9 @@ import pytest
 
 pytest.importorskip("zmq", reason="pyzmq is not installed here")
 from lab.probes.answers import PolicyError, TrialEnding
-from lab.probes.groot_client import GrootPolicy
+from lab.probes.groot_client import GrootPolicy, check_modalities
 from lab.probes.openpi_wire import resized
-from lab.probes.policies import PolicySpec, opened
+from lab.probes.policies import KEY, PolicySpec, opened
 from lab.schemas.probe_settings import ProbeSettings
 from lab.tests import policy_servers as does
 from lab.tests.test_probes_openpi import follow, program, seen
@@ -66,3 +66,29 @@ def test_nobody_there_is_said() -> None:
     with pytest.raises(PolicyError) as error, GrootPolicy("127.0.0.1", 1, settings=settings):
         pass
     assert error.value.ending is TrialEnding.UNREACHABLE
+
+
+def test_a_token_and_nested_questions_are_given_where_a_server_wants_them(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with program("groot", str(path), "secret", "nested") as port:
+        spec = PolicySpec("GR00T-N1.6-DROID", "gr00t", "127.0.0.1", port)
+        with pytest.raises(PolicyError, match="Unauthorized"), opened(spec, lambda: follow, QUICK):
+            pass
+        monkeypatch.setenv(KEY, "secret")
+        with opened(spec, lambda: follow, QUICK) as policy:
+            assert policy(seen()).actions[0].tolist() == policy(seen()).actions[0].tolist() == [0.25] * 7 + [0.0]
+
+
+def test_a_modality_config_that_asks_for_more_is_refused_by_name(path: Path) -> None:
+    with program("groot", str(path), "", "history") as port:
+        with pytest.raises(PolicyError, match="asks for 2 moments of video; one is sent") as error:
+            GrootPolicy("127.0.0.1", port, settings=QUICK).__enter__()
+        assert error.value.ending is TrialEnding.REFUSED
+    for config, said in (
+        ({"video": {"modality_keys": ["ego_view"]}}, "asks for what is not sent: video ego_view"),
+        ({"action": {"modality_keys": ["eef_pose", "gripper_position"]}}, "does not answer action joint_position"),
+    ):
+        with pytest.raises(PolicyError, match=said):
+            check_modalities(config)
+    check_modalities({})

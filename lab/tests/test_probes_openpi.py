@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -15,7 +16,8 @@ import pytest
 from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.observation import Chunk, Observation, Policy
 from lab.probes.openpi_client import OpenPiPolicy
-from lab.probes.openpi_wire import SPEED_RAD_S, answer_of, chunk_of, pack, resized, unpack
+from lab.probes.openpi_wire import SPEED_RAD_S, answer_of, check_metadata, chunk_of, pack, resized, unpack
+from lab.probes.policies import KEY, opened, policy_spec
 from lab.probes.serving import served
 from lab.schemas.probe_settings import ProbeSettings
 from lab.tests import policy_servers as does
@@ -163,6 +165,46 @@ def test_a_broken_connection_is_made_anew_and_a_dead_policy_said(tmp_path: Path)
         with pytest.raises(PolicyError, match="ConnectionRefused") as error:
             policy(seen(does.DIE))
         assert error.value.ending is TrialEnding.DIED
+
+
+@pytest.mark.parametrize(
+    ("metadata", "said"),
+    [({"needs_stereo_camera": True}, "needs_stereo_camera: True; there is one picture of each camera"),
+     ({"n_external_cameras": 2}, "n_external_cameras: 2; there is one outside camera"),
+     ({"action_space": "cartesian_velocity"}, "action_space: 'cartesian_velocity'; there is joint_velocity or"),
+     ({"image_resolution": "large"}, "image_resolution: 'large'; a height and a width")],
+)  # fmt: skip
+def test_metadata_that_asks_for_what_is_not_sent_is_refused_by_name(metadata: dict[str, object], said: str) -> None:
+    with pytest.raises(PolicyError, match=said) as error:
+        check_metadata(metadata)
+    assert error.value.ending is TrialEnding.REFUSED
+    check_metadata({"n_external_cameras": 1, "needs_wrist_camera": True, "action_space": "joint_position"})
+
+
+@pytest.mark.system
+def test_a_server_over_tls_with_a_key_gets_the_pictures_and_the_session_that_it_asks_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pem, path = tmp_path / "server.pem", tmp_path / "seen.npz"
+    words = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]
+    words += ["-addext", "subjectAltName=DNS:localhost", "-keyout", str(pem), "-out", str(tmp_path / "certificate.pem")]
+    if shutil.which("openssl") is None:
+        pytest.skip("openssl, which makes a certificate, is not installed here")
+    subprocess.run(words, check=True, capture_output=True)
+    pem.write_text(pem.read_text() + (tmp_path / "certificate.pem").read_text(), encoding="utf-8")
+    metadata = '{"needs_session_id": true, "image_resolution": [180, 320], "action_space": "joint_position"}'
+    with program("obey", str(path), metadata, "secret", str(pem)) as port:
+        monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "certificate.pem"))
+        spec = policy_spec(f"wss://localhost:{port}", None, "joint_velocity", "left")
+        quick = QUICK.model_copy(update={"connect_s": 1.0})
+        with pytest.raises(PolicyError, match="no policy at wss"), opened(spec, lambda: follow, quick):
+            pass
+        monkeypatch.setenv(KEY, "secret")
+        with opened(spec, lambda: follow, QUICK) as policy:
+            assert policy(seen()).kind == "joint_position"
+    with np.load(path) as found:
+        assert found["observation|wrist_image_left"].shape == (180, 320, 3) and len(str(found["session_id"])) == 36
+    assert policy_spec("wss://host", None, "joint_velocity", "left").port == 443
 
 
 @pytest.mark.system

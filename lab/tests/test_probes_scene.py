@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.paths import vertices
 from asset2sim.gym.arm.scene import place
 from asset2sim.gym.arm.tasks import Verb
@@ -19,7 +20,7 @@ from lab.probes.cameras import CAMERAS, HEIGHT, WIDTH, Cameras, gl_works
 from lab.probes.episode import IDLE_AT_REST, EpisodeRun, outcome, run_episode
 from lab.probes.experts import Noisy, NoWayError, make_probe, scripted
 from lab.probes.observation import OPEN_LOOP, Chunk, Observation, Picture
-from lab.probes.scene import FLANGE, NEAREST_M, OPEN, START, build_scene
+from lab.probes.scene import FLANGE, NEAREST_M, START, build_scene, open_commands
 from lab.probes.tasks import SHIFT_M, TURN_RAD, BowlAt, ProbeTask
 from lab.trials.trial import FILM, TRACK
 from schemas.errors import UnknownChoiceError, UsageError
@@ -73,7 +74,7 @@ def test_a_joint_starts_where_the_task_says_and_the_arm_as_droids(thing: Path) -
     scene = build_scene(thing, CLOSE, 0)
     assert scene.stage.positions() == {"slide": pytest.approx(0.06)}
     assert (START - FLANGE)[[1, 3, 5, 6]] == pytest.approx(np.pi * np.array([-1 / 5, -4 / 5, 3 / 5, 0.0]))
-    assert scene.stage.data.qpos[scene.stage.tool_places] == pytest.approx(OPEN)
+    assert scene.stage.data.qpos[scene.stage.tool_places] == pytest.approx(open_commands(PANDA))
     assert in_base(thing, CLOSE, 0)[:, 2].min() == pytest.approx(0.0, abs=1e-6), "its foot is level with the arm's"
 
 

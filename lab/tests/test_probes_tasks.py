@@ -10,17 +10,18 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.gym.arm.franka import DAMPING, STIFFNESS, Arm
+from asset2sim.gym.arm.gripper import PANDA, ROBOTIQ
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb
-from lab.probes.controller import FINGER_M, STEP_RAD, carried_out, commands_of, gripper_of
+from lab.probes.controller import OPENING_M, STEP_RAD, carried_out, closed_share, commands_of
 from lab.probes.episode import probe_task
 from lab.probes.experts import DRIFT, KEPT, KICK, REACHED
 from lab.probes.observation import CONTROL_HZ, Chunk
-from lab.probes.scene import FLANGE, OPEN
+from lab.probes.scene import FLANGE, START
 from lab.probes.tasks import PAPER11, ProbeTask
 from schemas.errors import UnknownChoiceError
 from tests.factories import make_joint
 
-MEASURED = OPEN[:7]
+MEASURED = START
 REAL = Path(__file__).resolve().parents[3] / "shared" / "partnet_mobility"
 
 
@@ -93,10 +94,10 @@ def test_what_is_too_fast_is_slowed_down_in_the_same_direction() -> None:
     assert told[:7] - MEASURED == pytest.approx([STEP_RAD, STEP_RAD / 2, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-def test_a_position_is_told_as_droid_has_it_and_led_to_in_steps() -> None:
+def test_a_position_is_told_as_it_is_as_droid_does_and_not_clipped_to_the_measured_joints() -> None:
     action = np.array([*(MEASURED - FLANGE + [0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), 0.0])
     told = commands_of(action, "joint_position", MEASURED, np.full(2, 0.04), Arm())
-    assert told[:7] - MEASURED == pytest.approx([0.05, 0.0, 0.0, 0.0, 0.0, 0.0, STEP_RAD])
+    assert told[:7] - MEASURED == pytest.approx([0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
 
 def test_nothing_is_told_beyond_a_joints_range() -> None:
@@ -106,10 +107,16 @@ def test_nothing_is_told_beyond_a_joints_range() -> None:
 
 
 def test_the_fingers_close_at_their_own_speed() -> None:
-    assert command([0.0] * 7, 1.0)[7:] == pytest.approx([0.04 - FINGER_M] * 2)
+    assert command([0.0] * 7, 1.0)[7:] == pytest.approx([0.04 - OPENING_M / 2.0] * 2)
+    assert pytest.approx(0.05) == OPENING_M * CONTROL_HZ
     assert command([0.0] * 7, 0.0, 0.04)[7:] == pytest.approx([0.04] * 2)
     assert command([0.0] * 7, 1.0, 0.0)[7:] == pytest.approx([0.0] * 2)
-    assert (gripper_of(np.array([0.04, 0.04])), gripper_of(np.zeros(2))) == (0.0, 1.0)
+    assert (closed_share(PANDA, np.array([0.04, 0.04])), closed_share(PANDA, np.zeros(2))) == (0.0, 1.0)
+    robotiq = Arm.__new__(Arm)
+    robotiq.gripper, robotiq.lower, robotiq.upper = ROBOTIQ, np.full(7, -9.0), np.full(7, 9.0)
+    opened = ROBOTIQ.servos(np.array([ROBOTIQ.opening_m]))[0]
+    told = commands_of(np.array([0.0] * 7 + [1.0]), "joint_velocity", START, opened, robotiq)
+    assert told.shape == (8,) and ROBOTIQ.opening_of(told[7:]) == pytest.approx(ROBOTIQ.opening_m - OPENING_M, abs=1e-4)
 
 
 @pytest.mark.parametrize("actions", [np.zeros((0, 8)), np.zeros((5, 7)), np.zeros(8), np.full((2, 8), np.nan)])
