@@ -256,12 +256,12 @@ def felt_press(
     proposal: JointProposal, kind: Handling, terms: JointTerms, moved: JointLoad, notes: Notes
 ) -> JointProposal | None:
     """The proposal with a press of a part of its kind, where that which it states is less or more, or the spring that
-    it states by other terms, such as how fast it returns, is too weak to be felt or too strong for a hand; None where
-    there is no spring, or one of its kind."""
+    it states by other terms, such as how fast it returns, is too weak to be felt; None where there is no spring, or one
+    of its kind."""
     stiffness, stated = terms.stiffness.value, press_forces(proposal)
     least, most = kind.range.least_n, kind.range.most_n
     starts_at = stiffness * abs(moved.rest - terms.spring_reference) / moved.reach if stated is None else stated[0]
-    if stiffness <= 0.0 or least <= starts_at <= most:
+    if stiffness <= 0.0 or least <= starts_at <= (math.inf if stated is None else most):
         return None
     start = FELT_MARGIN * least if starts_at < least else SAFE_SHARE * most
     message = (
