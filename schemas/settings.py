@@ -122,6 +122,9 @@ class EngineSettings(Frozen):
     still_speed: Positive = 3e-4
     """... where moving means a link above this speed, m/s (over the test it would drift 0.6 mm of the 1 mm allowed),
     or the root turning or a joint moving above ten times it, rad/s or m/s."""
+    steady_share: Fraction = 0.2
+    """A drop or a perturbed start ends early, too, where the object only trembles or coasts on, and until its time is
+    over would move by less than this share of what decides: a fifth leaves room for what is not so even."""
     test_s: Positive = 2.0
     """T_test: time over which drift and oscillation are measured, s."""
     drop_height_m: NonNegative = 2e-4

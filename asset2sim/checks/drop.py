@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.watch import capped, watch
+from asset2sim.checks.watch import Harmless, capped, harmless, watch
 from asset2sim.engines.world import World
 from schemas.failure_guide import Guide
 from schemas.interaction import Drop, Interaction
@@ -17,18 +17,27 @@ from schemas.vocabulary import FailureMode
 def measure(rig: Rig) -> dict[str, object]:
     """Its drops at both time steps; of a fixed object, rest at both."""
     rig.down()
-    start, settings, held = rig.item.start, rig.settings, rig.fixed
-    fine = drop(rig.resting_world.sound(), start, settings, held=held)
+    world = rig.resting_world.sound()
+    calm = harmless(world, rig.item, rig.settings, rig.limits)
+    fine = drop(world, rig.item.start, rig.settings, held=rig.fixed, calm=calm)
     with rig.coarse_world() as coarse:
-        return {"drops": (fine, drop(coarse.ready(), start, settings, held=held))}
+        rough = drop(coarse.ready(), rig.item.start, rig.settings, held=rig.fixed, calm=calm)
+        return {"drops": (fine, rough)}
 
 
-def drop(world: World, positions: Mapping[str, float], settings: EngineSettings, *, held: bool = False) -> Drop:
-    """Drop the object from ``fall_height_m`` on a plane and watch it until it is still, at most ``fall_s``; from no
-    height, and over no plane, where its root is ``held``."""
+def drop(
+    world: World,
+    positions: Mapping[str, float],
+    settings: EngineSettings,
+    *,
+    held: bool = False,
+    calm: Harmless | None = None,
+) -> Drop:
+    """Drop the object from ``fall_height_m`` on a plane and watch it until it is still, or ``calm``, at most
+    ``fall_s``; from no height, and over no plane, where its root is ``held``."""
     height = 0.0 if held else settings.fall_height_m
     world.place(positions, height_m=height)
-    seen = watch(world, settings.fall_s, settings)
+    seen = watch(world, settings.fall_s, settings, calm=calm)
     return Drop(
         timestep_s=world.timestep_s,
         height_m=height,

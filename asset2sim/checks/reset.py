@@ -11,7 +11,7 @@ from asset2sim.checks.hold import hold_bound
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.set_down import Resting, angle_between, up_in_root
-from asset2sim.checks.watch import capped, watch
+from asset2sim.checks.watch import capped, harmless, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import vector
 from asset2sim.physics.kinematics import in_chains
@@ -89,7 +89,8 @@ def reset(
     height = settings.drop_height_m + max(0.0, shift[2])
     world.place(item.start, height_m=height, shift_m=(shift[0], shift[1]), tilt_rad=tilt)
     rocks = support.rocking_s(math.dist(tilt, (0.0, 0.0, 0.0)), limits.final_speed_m_s / FURTHEST)
-    seen = watch(world, max(settings.fall_s, min(ROCKING_MARGIN * rocks, LONGEST_S)), settings)
+    seconds = max(settings.fall_s, min(ROCKING_MARGIN * rocks, LONGEST_S))
+    seen = watch(world, seconds, settings, calm=harmless(world, item, settings, limits))
     turned, motion, joint = math.pi, 1.0, None
     if seen.finite:
         turned = angle_between(resting.up, up_in_root(world))
@@ -131,7 +132,7 @@ def held_reset(world: World, item: Mechanism, share: float, settings: EngineSett
     undisturbed."""
     start = held_start(item, share)
     world.place(start)
-    seen = watch(world, settings.fall_s, settings)
+    seen = watch(world, settings.fall_s, settings, calm=harmless(world, item, settings, limits))
     motion, name = moved_share(item, world, item.start, limits, start) if seen.finite else (1.0, None)
     return Reset(
         offset_m=(0.0, 0.0, 0.0),

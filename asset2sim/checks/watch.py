@@ -1,14 +1,15 @@
-"""Run a world and record its peak and final speeds; ends early once nothing moves."""
+"""Run a world and record its peak and final speeds; ends early once nothing moves, or all goes on as it does."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
-from schemas.settings import EngineSettings
+from schemas.settings import EngineSettings, Thresholds
 
 EVERY_S = 1.0 / 60.0
 """Time between two readings, s: reading all link speeds costs more than a step on an object of a hundred links."""
@@ -16,6 +17,33 @@ TURN_FACTOR = 10.0
 """Rotations and joints count as still below this many times the links' bound, rad: a lever arm of a decimetre."""
 BEYOND_MEASURE = 1e9
 """Recorded instead of infinity or NaN: larger than any threshold, and still a number in JSON."""
+STEADY_SHIFT, STEADY_EXTENT = 1.1, 1.2
+"""How much further what goes on as it does may shift from one window to the next, and how much wider swing, than it did
+before: what topples doubles its pace from one quarter of a second to the next, whatever its size in a house."""
+STEADY_EVERY = 5
+"""Readings between two looks at whether all goes on as it does: each costs as much as a reading of a large object."""
+
+
+@dataclass(frozen=True)
+class Harmless:
+    """Bounds within which nothing of a run decides: of medians of link speeds (``speed``, m/s) and of changes of the
+    pose (``change``, (12 + n,) as in ``pose_vector``)."""
+
+    speed: float
+    change: Array
+
+
+def harmless(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> Harmless:
+    """A share of what decides on a drop or a perturbed start: the speed at its end, how far the root may turn, and a
+    joint that must hold may move; where it ends, and what is free to turn, decides nothing."""
+    share = settings.steady_share
+    joints = dict.fromkeys(world.joint_names, np.inf)
+    for joint in item.joints:
+        if joint.holds:
+            lower, upper = span_of(joint)
+            joints[joint.name] = share * limits.reset_joint_share * (upper - lower)
+    change = [np.inf] * 3 + [share * limits.reset_turn_rad] * 9 + list(joints.values())
+    return Harmless(share * limits.final_speed_m_s, np.array(change))
 
 
 @dataclass(frozen=True)
@@ -52,9 +80,14 @@ def capped(value: float) -> float:
 
 
 def watch(
-    world: World, seconds: float, settings: EngineSettings, seen: Callable[[float], bool] | None = None
+    world: World,
+    seconds: float,
+    settings: EngineSettings,
+    seen: Callable[[float], bool] | None = None,
+    calm: Harmless | None = None,
 ) -> Watched:
-    """Run the world for ``seconds``, less once nothing has moved for ``settings.still_s``.
+    """Run the world for ``seconds``, less once nothing has moved for ``settings.still_s``, or it goes on as it does
+    (``steady``) and what it changes until the end is ``calm``.
 
     Nothing has moved where over that time the root moved no further than at ``still_speed``, and its orientation and
     all joints no further than ten times that. ``seen`` is called with the time at each reading; true ends the run.
@@ -63,6 +96,7 @@ def watch(
     window = max(2, round(settings.still_s / (stride * world.timestep_s)))
     readings: deque[tuple[Array, Array]] = deque(maxlen=window)
     poses: deque[Array] = deque(maxlen=window + 1)
+    longer: deque[tuple[Array, Array]] = deque(maxlen=3 * window)
     speeds = world.link_speeds()
     peaks, steps, bounds = speeds, 0, still_bounds(world, settings)
     poses.append(pose_vector(world))
@@ -76,13 +110,34 @@ def watch(
         peaks = np.maximum(peaks, speeds)
         readings.append((speeds, np.abs(world.velocities())))
         poses.append(pose)
+        longer.append((pose, speeds))
         if seen is not None and seen(steps * world.timestep_s):
             break
         if len(poses) > window and np.all(np.ptp(np.array(poses), axis=0) <= bounds):
             break
+        due = len(longer) == 3 * window and steps // stride % STEADY_EVERY == 0
+        if due and calm is not None and steady(longer, bounds, calm, (seconds / world.timestep_s - steps) / stride):
+            break
     finals = np.median([links for links, _ in readings], axis=0) if readings else speeds
     joints = np.median([joints for _, joints in readings], axis=0) if readings else np.abs(world.velocities())
     return Watched(steps * world.timestep_s, peaks, finals, joints, True)
+
+
+def steady(readings: Sequence[tuple[Array, Array]], still: Array, calm: Harmless, left: float) -> bool:
+    """Whether over three windows of readings (pose, link speeds) all trembles, swings or coasts on as it does: neither
+    faster nor wider than before, but for what is ``still``, nor so fast or wide, or with so far to go in the readings
+    that are ``left``, that it could decide anything."""
+    window = len(readings) // 3
+    poses = np.array([pose for pose, _ in readings]).reshape(3, window, -1)
+    before, shift = np.abs(np.diff(poses.mean(axis=1), axis=0))
+    first, second, extent = np.ptp(poses, axis=1)
+    goes_on = np.all(shift <= np.maximum(STEADY_SHIFT * before, still)) and np.all(
+        extent <= np.maximum(STEADY_EXTENT * np.maximum(first, second), still)
+    )
+    if not goes_on or np.any(np.maximum(shift * left / window, extent) > calm.change):
+        return False
+    speeds = np.array([links for _, links in readings]).reshape(3, window, -1)
+    return bool(np.median(speeds, axis=1).max(initial=0.0) <= calm.speed)
 
 
 def reading_stride(world: World) -> int:
