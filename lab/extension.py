@@ -1,7 +1,7 @@
-"""Extension of the laboratory to ``asset2sim``: its commands, tables, check, model and methods."""
+"""Extension of the laboratory to ``asset2sim``: its commands, tables, model and methods."""
 
 from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
-from schemas.declared import METHOD, TOOLS, Command, Extension, FurtherCheck, LocalModel
+from schemas.declared import METHOD, TOOLS, Command, Extension, LocalModel
 
 COMMANDS = (
     Command(
@@ -29,13 +29,6 @@ COMMANDS = (
         "lab.options.trial_options:LearnOptions", "lab.flows.learn:learn",
     ),
 )  # fmt: skip
-REACHABLE = FurtherCheck(
-    name="reachable",
-    description="a scripted arm moves a joint in MuJoCo",
-    run="lab.trials.reach_stage:measure_reach",
-    columns="lab.schemas.tables_trials:REACHED",
-    sources=("lab.trials", "lab.schemas", "asset2sim.gym.arm", "asset2sim.load"),
-)
 SIMULATED = LocalModel(
     name=NOISY,
     form=NOISY_FORM,
@@ -45,7 +38,6 @@ SIMULATED = LocalModel(
 )
 EXTENSION = Extension(
     commands=COMMANDS,
-    checks=(REACHABLE,),
     models=(SIMULATED,),
     tables="lab.schemas.tables_judged:JUDGED",
     declares={METHOD: ("lab.methods",)},

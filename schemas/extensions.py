@@ -8,10 +8,11 @@ from pydantic import AfterValidator
 
 from schemas.declared import Command, FurtherCheck, LocalModel, extensions
 from schemas.errors import UnknownChoiceError, UsageError
+from schemas.hand_settings import HAND_CHECKS
 
 KNOWN: Mapping[str, tuple[str, ...]] = {
     "asset2sim-lab": (
-        *("judge-videos", "learn", "probe", "rate", "ratings", "record-motion", "reachable", "prior/noisy"),
+        *("judge-videos", "learn", "probe", "rate", "ratings", "record-motion", "prior/noisy"),
         *("learning", "learning_curves", "probe_trials", "rating_keys", "trials", "video_scores"),
         *("agent", "constant", "direct", "ivw", "no-semantics", "reference"),
     )
@@ -30,8 +31,8 @@ def commands() -> tuple[Command, ...]:
 
 
 def checks() -> dict[str, FurtherCheck]:
-    """Name → further check that a run may be asked for."""
-    return {check.name: check for item in extensions() for check in item.checks}
+    """Name → further check that a run may be asked for: those of a hand, and of extensions."""
+    return {check.name: check for checks in (HAND_CHECKS, *(item.checks for item in extensions())) for check in checks}
 
 
 def further_check(name: str) -> FurtherCheck:

@@ -69,10 +69,6 @@ class Thresholds(Frozen):
     """... or m."""
     release_share: Fraction = 0.1
     """Share of its way to rest that a released joint may have left when its time is over."""
-    reach_share: Fraction = 0.9
-    """Share of its task's way that a scripted arm must move a joint, as S of the environment to learn in ..."""
-    press_share: Fraction = 0.8
-    """... and at its deepest where something is pressed: springs and rubber give."""
     reset_turn_rad: Positive = 0.1
     """Furthest from upright that an object may end after a perturbed start, rad."""
     reset_joint_share: Fraction = 0.10

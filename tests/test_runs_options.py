@@ -51,7 +51,7 @@ OPTIONS = (
     ("--min-success", "0.95"),
     ("--max-new-failures", "3"),
     ("--gate", "warn"),
-    ("--check", "reachable"),
+    ("--check", "used"),
 )
 
 
@@ -63,7 +63,7 @@ def test_the_options_become_settings() -> None:
         asset_usd=0.0, asset_calls=4, requests_per_minute=30.0, cache=False,
     )  # fmt: skip
     assert request.settings.search == SearchSettings(proposer=Proposer.MODEL)
-    assert request.settings.checks == ("reachable",)
+    assert request.settings.checks == ("used",)
     assert (request.settings.correct, request.settings.doubt.samples) == (Correction.UNITS, 3)
     run = request.settings.run
     assert (run.asset_time_limit_s, run.min_success, run.max_new_failures, run.gate) == (20.0, 0.95, 3, Gate.WARN)

@@ -19,7 +19,7 @@ PACKAGES = ("asset2sim", "flows", "schemas", "tasks")
 SAMPLE = "laptop_silver"
 OWN = ("asset2sim", "__editable__", "_editable_impl_")
 """Beginnings of the names in an environment's packages that stand for the checkout and its laboratory."""
-OF_THE_LABORATORY = (["rate", "out"], ["refine", "data", "--out", "other", "--check", "reachable"])
+OF_THE_LABORATORY = (["rate", "out"], ["probe", "out"])
 
 WHERE = """
 import importlib, importlib.metadata, importlib.util, sys

@@ -56,13 +56,6 @@ _TRIALS: tuple[Column, ...] = (
     ("recorded_at!", TIME, "UTC", "When"),
 )
 
-REACHED: tuple[Column, ...] = (
-    ("reachable", REAL, "1", "Share of its task's way that a scripted arm moved a joint; null: not tried, or no way"),
-    ("reachable_task", TEXT, "", "The task and the joint; null where not asked for"),
-    ("reachable_reason", TEXT, "", "What is amiss, or why nothing was tried; null for nothing, or not asked for"),
-)
-"""Columns of the check ``reachable`` in the table ``assets``."""
-
 TRIALS = make_table(
     "trials", "one row per task and method's variant of an asset", ("task", "asset_id", "method", "model"),
     "Tasks that a scripted arm did with refined objects, and what the physical judge measured", _TRIALS,

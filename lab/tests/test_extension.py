@@ -15,6 +15,7 @@ from asset2sim.runs.request import parse_request
 from lab.extension import EXTENSION
 from schemas import declared, extensions
 from schemas.errors import UsageError
+from schemas.hand_settings import HAND_CHECKS
 from schemas.model_names import ModelSettings, described
 from schemas.settings import Settings
 from schemas.table import Table
@@ -46,7 +47,7 @@ def test_its_check_model_and_tables_are_there() -> None:
 
 def test_the_product_knows_all_its_names() -> None:
     names = {module.METHOD.method for module in declared.modules_in("lab.methods") if hasattr(module, "METHOD")}
-    names |= {item.name for item in EXTENSION.commands} | {EXTENSION.checks[0].name, EXTENSION.models[0].name}
+    names |= {item.name for item in EXTENSION.commands} | {EXTENSION.models[0].name}
     assert names | set(extensions.named(EXTENSION.tables)) == set(extensions.KNOWN["asset2sim-lab"])
 
 
@@ -54,12 +55,12 @@ def test_its_code_counts_where_it_decides() -> None:
     plain, noisy = Settings(), Settings(model=ModelSettings(model="prior/noisy@2"))
     assert extension_sources(plain) == () and extension_sources(noisy) == ("lab.noise",)
     assert extension_sources(Settings(method=Method.IVW)) == ("lab.methods",)
-    assert "lab.trials" in extension_sources(Settings(checks=("reachable",)))
+    assert "asset2sim.gym.hand" in extension_sources(Settings(checks=("used",)))
     assert {"lab/noise/__init__.py", "lab/noise/noise.py"} <= set(module_files("lab.noise"))
     assert {"asset2sim/load/__init__.py", "asset2sim/load/shapes.py"} <= set(module_files("asset2sim.load"))
     versions = {source_version(modules=extension_sources(item)) for item in (plain, noisy)}
     assert len(versions) == 2
-    for name in (*EXTENSION.checks[0].sources, *EXTENSION.models[0].sources, *EXTENSION.declares["METHOD"]):
+    for name in (*HAND_CHECKS[0].sources, *EXTENSION.models[0].sources, *EXTENSION.declares["METHOD"]):
         assert module_files(name)
 
 
@@ -89,8 +90,6 @@ def test_without_it_one_line_says_what_is_missing() -> None:
     for command in EXTENSION.commands:
         with pytest.raises(UsageError, match=f"'{command.name}' needs asset2sim-lab, which is not installed"):
             parse([command.name, "out"])
-    with pytest.raises(UsageError, match="'reachable' needs asset2sim-lab"):
-        parse(["refine", "data", "--out", "out", "--check", "reachable"])
     with pytest.raises(UsageError, match="'prior/noisy@2' needs asset2sim-lab"):
         answers_of("prior/noisy@2")
     assert described("prior/noisy") == "prior/noisy"

@@ -12,6 +12,7 @@ import numpy as np
 from asset2sim.gym.arm.franka import servo
 from asset2sim.gym.arm.gripper import GRIPPERS, PANDA, Gripper
 from asset2sim.load import GAP_M, Description, load, mesh_points
+from asset2sim.load.in_mujoco import MuJoCoObject
 from asset2sim.physics.arrays import Array
 
 TIMESTEP_S = 1e-3
@@ -90,24 +91,31 @@ class CompiledScene:
         return {joint.name: float(self.data.qpos[self.joint(joint.name)]) for joint in self.about.joints}
 
 
+def object_world(folder: Path, timestep_s: float, fixed: bool | None = None) -> tuple[mujoco.MjSpec, MuJoCoObject]:
+    """A world with a floor and a refined object at the origin in its initial state, to be compiled and finished; its
+    root is held or free as ``load`` has it. Raises LoadError as ``load`` does."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep, spec.option.integrator = timestep_s, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 100.0
+    spec.option.iterations, spec.option.tolerance = 100, 1e-10
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0.0, 0.0, 0.05))
+    loaded = load(folder, engine="mujoco", into=spec, position=(0.0, 0.0), timestep_s=timestep_s, fixed=fixed)
+    leave_out_looks(spec)
+    thicken_flat(spec)
+    for geom in spec.geoms:
+        geom.solref = (CONTACT_TIME_S, 1.0)
+    return spec, loaded
+
+
 def build_stage(
     folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bowl | None = None, gripper: Gripper = PANDA
 ) -> CompiledScene:
     """The world with a refined object at the origin in its initial state, and a tool, the arm with this gripper or the
     pusher, with its base at this (4, 4) pose. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
     model."""
-    spec = mujoco.MjSpec()
-    spec.option.timestep, spec.option.integrator = TIMESTEP_S, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 100.0
-    spec.option.iterations, spec.option.tolerance = 100, 1e-10
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0.0, 0.0, 0.05))
-    loaded = load(folder, engine="mujoco", into=spec, position=(0.0, 0.0), timestep_s=TIMESTEP_S)
+    spec, loaded = object_world(folder, TIMESTEP_S)
     about, prefix = loaded.about, loaded.prefix
-    leave_out_looks(spec)
-    thicken_flat(spec)
-    for geom in spec.geoms:
-        geom.solref = (CONTACT_TIME_S, 1.0)
     joints: list[str] = []
     ratios = np.zeros((0, 0))
     if tool is not None:

@@ -1,0 +1,203 @@
+"""The hand: two fingers on a palm that floats, led by a spring and a damper of limited force, with an object in MuJoCo.
+
+Its frame is between the pads: z to where the fingers point, y along which they close.
+"""
+
+import copy
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from asset2sim.gym.arm.scene import CONTACT_TIME_S, TOOL, object_world
+from asset2sim.load import Description, Joint
+from asset2sim.physics.arrays import Array
+from schemas.hand_settings import HandSettings
+
+FINGER = np.array([0.008, 0.004, 0.025])
+"""Half the size of a finger, m: a finger tip is 16 mm wide."""
+TIP_M, PALM = 0.01, np.array([0.015, 0.05, 0.015])
+"""How far the fingers reach beyond the middle of their pads, and half the size of the palm, m."""
+HAND_KG, HAND_INERTIA = 1.0, 0.02
+"""Mass and inertia (kg·m²) of the hand with what moves along of its arm."""
+SPRING_N_M, TURN_SPRING = 4000.0, 150.0
+"""Its stiffness, N/m and N·m/rad: a centimetre behind, it pulls with nearly all its force."""
+FINGER_KG, FINGER_DAMPING = 0.1, 250.0
+"""Mass of a finger, kg, and damping, N·s/m: it closes at 0.3 m/s."""
+HELD_M = 0.3
+"""How high the other hand holds an object, m."""
+PARKED_M = 20.0
+"""Height at which the hand is out of the way, m."""
+FINGERS = ("left", "right")
+
+
+def hand_spec(scale: float, settings: HandSettings) -> mujoco.MjSpec:
+    """The hand, at a scale, as a body of its own whose weight nothing bears."""
+    spec = mujoco.MjSpec()
+    hand = spec.worldbody.add_body(
+        name="hand", gravcomp=1.0, mass=HAND_KG, inertia=[HAND_INERTIA] * 3, explicitinertial=True
+    )
+    hand.add_freejoint(name="free")
+    looks: dict[str, Any] = {"contype": 2, "conaffinity": 1, "condim": 4, "priority": 1, "mass": 0.0}
+    looks |= {"friction": (settings.pad_friction, 0.02, 0.0001), "solref": (CONTACT_TIME_S, 1.0)}
+    behind = TIP_M - 2.0 * FINGER[2] - PALM[2]
+    hand.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=PALM * scale, pos=(0.0, 0.0, behind * scale), **looks)
+    for name, side in zip(FINGERS, (1.0, -1.0), strict=True):
+        finger = hand.add_body(
+            name=name, gravcomp=1.0, mass=FINGER_KG, inertia=[1e-5] * 3, explicitinertial=True,
+            pos=(0.0, side * FINGER[1] * scale, (TIP_M - FINGER[2]) * scale),
+        )  # fmt: skip
+        finger.add_joint(
+            name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, side, 0.0), damping=[FINGER_DAMPING, 0.0, 0.0],
+            range=(0.0, settings.opening_m / 2.0 * scale), limited=mujoco.mjtLimited.mjLIMITED_TRUE,
+        )  # fmt: skip
+        finger.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=FINGER * scale, **looks)
+    # As in a gripper, both fingers move alike: what pulls along the direction in which they close, pulls the hand.
+    both = spec.add_equality(
+        type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=FINGERS[0], name2=FINGERS[1],
+        solref=(CONTACT_TIME_S, 1.0),
+    )  # fmt: skip
+    both.data[:2] = 0.0, 1.0
+    return spec
+
+
+@dataclass(eq=False)
+class HandWorld:
+    """An object, a hand of a ``scale`` and what lies in it, compiled. ``probe`` is the model in which the hand alone
+    collides with the object, to look where it fits; ``object_geoms`` and ``hand_geoms`` are masks. ``watch`` is called
+    after each step."""
+
+    about: Description
+    prefix: str
+    scale: float
+    settings: HandSettings
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    probe: mujoco.MjModel
+    spare: mujoco.MjData
+    object_geoms: Array
+    hand_geoms: Array
+    watch: Callable[[], None] = field(default=lambda: None)
+    target: Array = field(default_factory=lambda: np.eye(4))
+    speed: Array = field(default_factory=lambda: np.zeros(6))
+    most_n: float = 0.0
+    """Most force that it may use, N."""
+    force: float = 1.0
+    """Share of its force that it uses."""
+    grip: float = 0.0
+    """Half the opening that the fingers are led to, m; negative: closed with all their force."""
+    place: int = 0
+    dof: int = 0
+    body: int = 0
+    fingers: tuple[int, int] = (0, 0)
+    finger_dofs: tuple[int, int] = (0, 0)
+    biased: list[tuple[Joint, int, int]] = field(default_factory=list)
+    """Joints with a mechanism besides a spring, and their places among positions and velocities."""
+
+    def joint(self, name: str) -> int:
+        """The number of an object's joint."""
+        return int(self.model.joint(self.prefix + name).id)
+
+    def position(self, name: str) -> float:
+        """An object's joint's position, rad or m."""
+        return float(self.data.qpos[self.model.jnt_qposadr[self.joint(name)]])
+
+    def put(self, data: mujoco.MjData, pose: Array, half_open: float) -> None:
+        """Put the hand somewhere, its fingers open, at rest."""
+        data.qpos[self.place : self.place + 3] = pose[:3, 3]
+        mujoco.mju_mat2Quat(data.qpos[self.place + 3 : self.place + 7], pose[:3, :3].ravel())
+        data.qpos[list(self.fingers)] = half_open
+        data.qvel[self.dof : self.dof + 8] = 0.0
+
+    def reset(self, positions: Mapping[str, float] | None = None) -> None:
+        """Everything as it was written, the object's joints at other positions (rad or m) where stated, the hand out of
+        the way."""
+        mujoco.mj_resetData(self.model, self.data)
+        for name, position in (self.about.positions_at() | dict(positions or {})).items():
+            self.data.qpos[self.model.jnt_qposadr[self.joint(name)]] = position
+        self.target = np.eye(4)
+        self.target[2, 3], self.speed, self.grip, self.force = PARKED_M, np.zeros(6), 0.0, 1.0
+        self.most_n = self.settings.force_n
+        self.put(self.data, self.target, 0.0)
+        mujoco.mj_forward(self.model, self.data)
+
+    def step(self) -> float:
+        """One step under the hand's forces; the power of its wrench, W."""
+        data, settings = self.data, self.settings
+        turned = data.xmat[self.body].reshape(3, 3)
+        linear, angular = data.qvel[self.dof : self.dof + 3], turned @ data.qvel[self.dof + 3 : self.dof + 6]
+        force = SPRING_N_M * (self.target[:3, 3] - data.xpos[self.body])
+        force += 2.0 * np.sqrt(SPRING_N_M * HAND_KG) * (self.speed[:3] - linear)
+        torque = TURN_SPRING * rotation_vector(self.target[:3, :3] @ turned.T)
+        torque += 2.0 * np.sqrt(TURN_SPRING * HAND_INERTIA) * (self.speed[3:] - angular)
+        force, torque = capped(force, self.force * self.most_n), capped(torque, settings.torque_n_m)
+        data.xfrc_applied[self.body, :3], data.xfrc_applied[self.body, 3:] = force, torque
+        for joint, place, dof in self.biased:
+            data.qfrc_applied[dof] = joint.exerted(float(data.qpos[place]))
+        for place, dof in zip(self.fingers, self.finger_dofs, strict=True):
+            most = settings.grip_n * (1.0 if self.scale == 1.0 else self.scale)
+            data.qfrc_applied[dof] = most * float(np.clip((self.grip - data.qpos[place]) / 0.002, -1.0, 1.0))
+        mujoco.mj_step(self.model, data)
+        self.watch()
+        return float(force @ linear + torque @ angular)
+
+    def steps(self, seconds: float) -> int:
+        """Steps of a time, s."""
+        return max(1, round(seconds / self.settings.timestep_s))
+
+
+def open_world(
+    folder: Path, settings: HandSettings, scale: float = 1.0, *, held: bool = False,
+    add: Callable[[mujoco.MjSpec], None] | None = None,
+) -> HandWorld:  # fmt: skip
+    """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor;
+    ``add`` puts more into it. Raises LoadError as
+    ``load`` does, ValueError where MuJoCo refuses the model."""
+    spec, loaded = object_world(folder, settings.timestep_s, fixed=True if held else None)
+    if held:
+        spec.body(loaded.prefix + loaded.about.root).pos[2] += HELD_M
+    if add is not None:
+        add(spec)
+    spec.attach(hand_spec(scale, settings), prefix=TOOL, frame=spec.worldbody.add_frame(pos=(0.0, 0.0, 20.0)))
+    with warnings.catch_warnings(action="ignore"):
+        model = spec.compile()
+    data = mujoco.MjData(model)
+    loaded.finish(model, data)
+    owners = [model.body(int(body)).name for body in model.geom_bodyid]
+    hand = np.array([name.startswith(TOOL) for name in owners])
+    mine = np.array([name.startswith(loaded.prefix) for name in owners])
+    probe = copy.copy(model)
+    probe.geom_contype[:], probe.geom_conaffinity[:] = np.where(hand, 2, 0), np.where(hand, 0, 2)
+    probe.body_contype[:], probe.body_conaffinity[:] = 2, 2
+    free = model.joint(f"{TOOL}free")
+    ends = [model.joint(TOOL + name) for name in FINGERS]
+    ours = {joint.name: model.joint(loaded.prefix + joint.name) for joint in loaded.about.joints if joint.bias}
+    biased = [
+        (joint, int(ours[joint.name].qposadr[0]), int(ours[joint.name].dofadr[0]))
+        for joint in loaded.about.joints
+        if joint.name in ours
+    ]
+    return HandWorld(
+        loaded.about, loaded.prefix, scale, settings, model, data, probe, mujoco.MjData(probe), mine, hand,
+        place=int(free.qposadr[0]), dof=int(free.dofadr[0]), body=int(model.body(f"{TOOL}hand").id),
+        fingers=(int(ends[0].qposadr[0]), int(ends[1].qposadr[0])),
+        finger_dofs=(int(ends[0].dofadr[0]), int(ends[1].dofadr[0])), biased=biased,
+    )  # fmt: skip
+
+
+def capped(vector: Array, most: float) -> Array:
+    """A vector, shortened to a length."""
+    length = float(np.linalg.norm(vector))
+    return vector if length <= most else vector * (most / length)
+
+
+def rotation_vector(rotation: Array) -> Array:
+    """(3,) rotation vector of a (3, 3) rotation, rad."""
+    quaternion, vector = np.zeros(4), np.zeros(3)
+    mujoco.mju_mat2Quat(quaternion, rotation.ravel())
+    mujoco.mju_quat2Vel(vector, quaternion, 1.0)
+    return vector

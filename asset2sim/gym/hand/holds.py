@@ -1,0 +1,346 @@
+"""Holds of a part: where a hand presses, hooks or grasps it so that it goes a way, found from its collision shapes."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from asset2sim.gym.hand.gripper import FINGER, TIP_M, HandWorld
+from asset2sim.physics.arrays import Array
+
+Kind = Literal["press", "hook", "grasp"]
+SAMPLES = 600
+"""Places of a part at which a hold is looked for."""
+LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700}
+"""Holds of each kind for which it is looked whether the hand fits there."""
+SPREAD = 0.3
+"""Random share of what makes a hold worth looking at: the best of all are often alike, and all in a corner."""
+ENOUGH, KEPT = 8, 4
+"""Holds of a kind that fit, after which no more are looked at, and those that are handed on."""
+OFF_M = 0.0005
+"""Distance of a finger from what it will push, m."""
+REACH_M, BEND_RAD = 1.0, math.radians(60.0)
+"""Length of the arm behind a hand, m, and how far a wrist bends."""
+ARM_M, BEHIND_M = 0.02, 0.09
+"""Half the thickness of the wrist, and how far behind the pads' middle it begins, m."""
+TURNS = 8
+"""Directions from which the hand comes to a place, about the normal there or the part's way."""
+CLEAR_M, ROOM_M = 0.05, 0.004
+"""How far off the hand begins, and room beside each open finger, m."""
+INTO_M, BESIDE_M = 0.003, 0.0005
+"""How deep a hand's box may be in the part and in anything else where it is looked at, m."""
+SHARES = (0.15, 0.4, 0.7, 1.0)
+"""Shares of the way at which it is looked whether the hand still fits."""
+FACING = 0.6
+"""Least cosine between a push and a surface's inner normal: friction of 0.8 holds up to 39°, and the rest is room."""
+APART_M = 0.02
+"""Distance from which on two holds are different, m."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """One hold: the hand's (4, 4) pose in the frame of a ``body``, half the opening with which it comes, m, its score,
+    and the share of the way on which the hand has room."""
+
+    kind: Kind
+    body: int
+    pose: Array
+    half_open_m: float
+    score: float
+    room: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The way of a joint from where it is to a target (rad or m): its axis and anchor in the world, and the
+    ``bodies`` that move along."""
+
+    joint: str
+    slides: bool
+    axis: Array
+    anchor: Array
+    start: float
+    target: float
+    bodies: frozenset[int]
+
+    @property
+    def sign(self) -> float:
+        """1 where the position grows."""
+        return math.copysign(1.0, self.target - self.start)
+
+    def motion(self, by: float) -> Array:
+        """(4, 4) motion of the part in the world as its joint goes by that much, rad or m."""
+        return motion(self.slides, self.axis, self.anchor, by)
+
+    def velocity(self, points: Array) -> Array:
+        """(n, 3) velocities of (n, 3) points as the joint goes towards its target at 1 rad/s or m/s."""
+        if self.slides:
+            return np.tile(self.sign * self.axis, (len(points), 1))
+        return np.asarray(self.sign * np.cross(self.axis, points - self.anchor))
+
+
+def motion(slides: bool, axis: Array, anchor: Array, by: float) -> Array:
+    """(4, 4) motion along, or about, an axis through an anchor by that much, m or rad."""
+    moved = np.eye(4)
+    if slides:
+        moved[:3, 3] = by * axis
+        return moved
+    quaternion = np.zeros(4)
+    mujoco.mju_axisAngle2Quat(quaternion, axis, by)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, quaternion)
+    moved[:3, :3] = turn.reshape(3, 3)
+    moved[:3, 3] = anchor - moved[:3, :3] @ anchor
+    return moved
+
+
+def way_of(world: HandWorld, joint: str, target: float) -> Way:
+    """The way of a joint from where it is."""
+    number = world.joint(joint)
+    model, data = world.model, world.data
+    slides = bool(model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE)
+    bodies = below(model, int(model.jnt_bodyid[number]))
+    mujoco.mj_kinematics(model, data)
+    axis, anchor = data.xaxis[number].copy(), data.xanchor[number].copy()
+    return Way(joint, slides, axis, anchor, world.position(joint), target, bodies)
+
+
+def below(model: mujoco.MjModel, body: int) -> frozenset[int]:
+    """A body and all that hang on it."""
+    found = {body}
+    for index in range(body + 1, model.nbody):
+        if int(model.body_parentid[index]) in found:
+            found.add(index)
+    return frozenset(found)
+
+
+def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]) -> list[Hold]:
+    """The best holds, each at another place, of which none is at a place (in its body's frame) to avoid. ``near`` is
+    where people take hold of the part, in the frame of the joint's own body."""
+    points, normals, bodies = surface(world, way.bodies)
+    velocity = way.velocity(points) if len(points) else points
+    lever = np.linalg.norm(velocity, axis=1)
+    if not (lever > 0.0).any():
+        return []
+    push = -np.einsum("ij,ij->i", normals, velocity) / np.maximum(lever, 1e-9)
+    worth = 0.6 * lever / float(lever.max())
+    if near is not None:
+        body = frame(world.data, min(way.bodies))
+        off = np.linalg.norm(points - (body[:3, :3] @ near + body[:3, 3]), axis=1)
+        worth = worth - 0.5 * np.minimum(off / max(float(np.ptp(points, axis=0).max()), 1e-3), 1.0)
+    most = (world.settings.opening_m - ROOM_M) * world.scale
+    pushed = np.flatnonzero(push > FACING)
+    grasped, widths = through(world, points, normals, way.bodies, most)
+    width = np.zeros(len(points))
+    width[grasped] = widths
+    scores = {
+        "press": (pushed, worth[pushed] + 0.3 * push[pushed] + 0.35),
+        "hook": (pushed, worth[pushed] + 0.2 * push[pushed]),
+        "grasp": (grasped, worth[grasped] + 0.2 * np.abs(push[grasped]) - 0.3 * widths / most + 0.15),
+    }
+    rng, fits = np.random.default_rng(0), []
+    for kind, looked_at in LOOKED_AT.items():
+        chosen, score = scores[kind]
+        turns = 1 if kind == "press" else TURNS
+        chosen, score = np.repeat(chosen, turns), np.repeat(score, turns)
+        turned = np.tile(np.arange(turns), len(chosen) // turns)
+        found = 0
+        for index in np.argsort(-score - SPREAD * rng.random(len(score)))[:looked_at]:
+            place = int(chosen[index])
+            angle = 2.0 * math.pi * turned[index] / TURNS
+            pose, half = at_place(world, kind, points[place], normals[place], angle, width[place])
+            local = in_body(world.data, int(bodies[place]), pose)
+            if any(float(np.linalg.norm(local[:3, 3] - other)) < APART_M * world.scale for other in avoid):
+                continue
+            room = room_of(world, way, pose, half)
+            if room is not None:
+                fits.append(Hold(kind, int(bodies[place]), local, half, float(score[index]) + 0.8 * room, room))
+                found += 1
+            if found >= ENOUGH:
+                break
+    kept: list[Hold] = []
+    for hold in sorted(fits, key=lambda hold: -hold.score):
+        places = [one.pose[:3, 3] - hold.pose[:3, 3] for one in kept]
+        if len(kept) < KEPT and all(off @ off >= (APART_M * world.scale) ** 2 for off in places):
+            kept.append(hold)
+    return kept
+
+
+def at_place(
+    world: HandWorld, kind: Kind, point: Array, normal: Array, angle: float, width: float
+) -> tuple[Array, float]:
+    """(4, 4) pose of the hand at a place of a part, world, and half the opening with which it comes, m: pointing at it,
+    or with a finger beside it, or about what is ``width`` thick there, from a direction at an ``angle`` about it."""
+    scale = world.scale
+    if kind == "press":
+        pose = facing(-normal, np.array([0.0, 0.0, 1.0]))
+        pose[:3, 3] = point + normal * (TIP_M * scale + OFF_M)
+        return pose, 0.0
+    pose = facing(around(normal, angle), normal)
+    if kind == "hook":
+        pose[:3, 3] = point + normal * (2.0 * FINGER[1] * scale + OFF_M)
+        return pose, 0.0
+    pose[:3, 3] = point - normal * width / 2.0
+    return pose, min(width / 2.0 + ROOM_M * scale, world.settings.opening_m / 2.0 * scale)
+
+
+def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> float | None:
+    """Share of the way on which the hand runs into nothing; None where it cannot come to that pose, or no arm has room
+    behind it."""
+    data = world.spare
+    data.qpos[:] = world.data.qpos
+    for back in (0.0, 0.5, 1.0):
+        there = pose.copy()
+        there[:3, 3] -= back * CLEAR_M * world.scale * pose[:3, 2]
+        if runs_into(world, way, there, half_open_m, INTO_M * (0.2 if back else 0.4)):
+            return None
+    if not has_arm_room(world, there):
+        return None
+    place, free = int(world.model.jnt_qposadr[world.joint(way.joint)]), 0.0
+    for share in SHARES:
+        by = share * (way.target - way.start)
+        data.qpos[place] = way.start + by
+        if runs_into(world, way, way.motion(by) @ pose, half_open_m, INTO_M):
+            break
+        free = share
+    return free if free > 0.0 else None
+
+
+def has_arm_room(world: HandWorld, pose: Array) -> bool:
+    """Whether an arm has room behind the hand, in one of some directions: else the hand would be inside the object."""
+    across = ARM_M * world.scale * pose[:3, 0]
+    behind = pose[:3, 3] - BEHIND_M * world.scale * pose[:3, 2]
+    geom = np.array([-1], dtype=np.int32)
+    for turn in range(-1, TURNS):
+        angle, bend = 2.0 * math.pi * turn / TURNS, 0.0 if turn < 0 else BEND_RAD
+        side = math.cos(angle) * pose[:3, 0] + math.sin(angle) * pose[:3, 1]
+        towards = math.sin(bend) * side - math.cos(bend) * pose[:3, 2]
+        rays = (
+            mujoco.mj_ray(world.probe, world.spare, behind + off, towards, None, 1, world.body, geom)
+            for off in (np.zeros(3), across, -across)
+        )
+        if all(not 0.0 <= distance < REACH_M for distance in rays):
+            return True
+    return False
+
+
+def runs_into(world: HandWorld, way: Way, pose: Array, half_open_m: float, into_m: float) -> bool:
+    """Whether the hand, there, is deeper in the part than ``into_m``, or in anything else."""
+    data, probe = world.spare, world.probe
+    world.put(data, pose, half_open_m)
+    mujoco.mj_kinematics(probe, data)
+    mujoco.mj_comPos(probe, data)
+    mujoco.mj_collision(probe, data)
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        of_part = any(int(probe.geom_bodyid[geom]) in way.bodies for geom in contact.geom)
+        if contact.dist < -(into_m if of_part else BESIDE_M):
+            return True
+    return False
+
+
+def surface(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
+    """(n, 3) places on the collision shapes of these bodies and (n, 3) outward normals there, world, and their bodies:
+    as many of each shape, on faces by the root of their areas, so that small faces have theirs."""
+    model, data = world.model, world.data
+    geoms = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]]
+    rng = np.random.default_rng(0)
+    found: list[tuple[Array, Array, Array]] = []
+    for geom in geoms:
+        triangles = triangles_of(model, geom)
+        normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        areas = np.linalg.norm(normals, axis=1)
+        if not (areas > 0.0).any():
+            continue
+        weights = np.sqrt(areas)
+        chosen = rng.choice(len(areas), size=max(12, SAMPLES // len(geoms)), p=weights / weights.sum())
+        first, second = rng.random((2, len(chosen)))
+        over = first + second > 1.0
+        first[over], second[over] = 1.0 - first[over], 1.0 - second[over]
+        corner, one, two = triangles[chosen].transpose(1, 0, 2)
+        places = corner + first[:, None] * (one - corner) + second[:, None] * (two - corner)
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        owners = np.full(len(chosen), model.geom_bodyid[geom])
+        units = normals[chosen] / areas[chosen, None]
+        found.append((places @ turn.T + data.geom_xpos[geom], units @ turn.T, owners))
+    if not found:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=int)
+    points, normals, owners = (np.concatenate(part) for part in zip(*found, strict=True))
+    chosen = rng.permutation(len(points))[: 2 * SAMPLES]
+    return points[chosen], normals[chosen], owners[chosen].astype(int)
+
+
+def triangles_of(model: mujoco.MjModel, geom: int) -> Array:
+    """(n, 3, 3) triangles of a collision shape in its own frame, m."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        begin, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        return np.asarray(model.mesh_vert[first : first + count][model.mesh_face[begin : begin + faces]], dtype=float)
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return np.asarray(trimesh.creation.cylinder(size[0], 2.0 * size[1], sections=16).triangles)
+    if kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID):
+        return np.asarray(trimesh.creation.icosphere(2).triangles * np.where(size > 0.0, size, size[0]))
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        return np.asarray(trimesh.creation.capsule(2.0 * size[1], size[0], count=(8, 12)).triangles)
+    return np.asarray(trimesh.creation.box(2.0 * size).triangles)
+
+
+def through(
+    world: HandWorld, points: Array, normals: Array, bodies: frozenset[int], most: float
+) -> tuple[NDArray[np.int64], Array]:
+    """Of these places, those behind which the other side of the same part is no further than ``most``, m, and how far:
+    a ray comes from beyond."""
+    kept, widths, geom = [], [], np.array([-1], dtype=np.int32)
+    for index, (point, normal) in enumerate(zip(points, normals, strict=True)):
+        source = point - normal * (most + ROOM_M)
+        distance = mujoco.mj_ray(world.model, world.data, source, normal, None, 1, -1, geom)
+        if distance > 0.0 and int(world.model.geom_bodyid[geom[0]]) in bodies:
+            width = most + ROOM_M - distance
+            if width > 0.0008:
+                kept.append(index)
+                widths.append(width)
+    return np.array(kept, dtype=int), np.array(widths)
+
+
+def facing(towards: Array, beside: Array) -> Array:
+    """(4, 4) rotation of a hand that points ``towards``, and closes as far as it can along ``beside``."""
+    z = towards / math.sqrt(towards @ towards)
+    y = beside - (beside @ z) * z
+    if y @ y < 1e-12:
+        y = cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    y = y / math.sqrt(y @ y)
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 1], pose[:3, 2] = cross(y, z), y, z
+    return pose
+
+
+def around(normal: Array, angle: float) -> Array:
+    """(3,) direction square to a normal, at an angle about it, from as near to down as there is."""
+    down = np.array([0.0, 0.0, -1.0]) if abs(normal[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    first = down - (down @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.asarray(math.cos(angle) * first + math.sin(angle) * cross(normal, first))
+
+
+def cross(a: Array, b: Array) -> Array:
+    """(3,) vector product of two vectors."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def frame(data: mujoco.MjData, body: int) -> Array:
+    """(4, 4) pose of a body in the world."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
+    return pose
+
+
+def in_body(data: mujoco.MjData, body: int, pose: Array) -> Array:
+    """(4, 4) pose in the frame of a body, of one in the world."""
+    return np.asarray(np.linalg.inv(frame(data, body)) @ pose)

@@ -1,0 +1,178 @@
+"""The check ``used``: a hand opens and closes every part that a hand operates, honestly, or says whose fault it is."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from asset2sim.gym.hand.gripper import HandWorld, open_world
+from asset2sim.gym.hand.operate import SATURATED, Led, lead
+from asset2sim.physics.arrays import Array
+from schemas.hand_settings import HandSettings
+from schemas.learning_settings import GuardSettings
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.support import SupportKind
+
+FREE, BY_BODY = "part that swings or rolls freely", ("gas spring", "foot pedal")
+"""Kinds of effort (``efforts.csv``): of wheels and fans, where they have no limits, and of bails, and what takes a
+person's weight."""
+YIELDS = 1.0 / 3.0
+"""Share of the guards' bounds from which an object that gives way is why a part was not moved."""
+LEFT = 0.1
+"""Share of its way that a part may go once it is let go of: the play of a catch, a gasket."""
+RETURNED = 0.25
+"""Share of its way that a sprung part may be left from where it came."""
+
+
+@dataclass(frozen=True)
+class UsedJoint:
+    """One joint's use: whether it was opened and closed, by what, and else whose ``fault`` it is and why; the first
+    way's and the second's record."""
+
+    joint: str
+    done: bool
+    by: str
+    fault: str = ""
+    reason: str = ""
+    ways: tuple[Led, ...] = ()
+
+
+@dataclass(eq=False)
+class Worlds:
+    """Worlds of one object, opened as they are needed: by the hand's scale, and whether the other hand holds it."""
+
+    folder: Path
+    settings: HandSettings
+    opened: dict[tuple[float, bool], HandWorld] = field(default_factory=dict)
+
+    def get(self, scale: float, held: bool) -> HandWorld:
+        """The world, as the object was written."""
+        world = self.opened.get((scale, held))
+        if world is None:
+            world = self.opened[scale, held] = open_world(self.folder, self.settings, scale, held=held)
+        return world
+
+
+def operated(overlay: PhysicsOverlay) -> list[JointPhysics]:
+    """The joints that a hand operates: none that roll freely, and none that a foot or a person's weight works."""
+    found = []
+    for joint in overlay.joints:
+        kind = "" if joint.effort_range is None else joint.effort_range.kind
+        endless = joint.lower is None or joint.upper is None
+        if kind not in BY_BODY and not (kind == FREE and endless) and (endless or joint.lower != joint.upper):
+            found.append(joint)
+    return found
+
+
+def tried(joints: Sequence[JointPhysics], most: int) -> list[JointPhysics]:
+    """At most so many joints, spread over all."""
+    if len(joints) <= most:
+        return list(joints)
+    return [joints[round(index)] for index in np.linspace(0, len(joints) - 1, most)]
+
+
+def use(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -> list[UsedJoint]:
+    """Every joint that a hand operates, used from the object's initial state."""
+    worlds = Worlds(folder, settings)
+    return [use_joint(worlds, joint, overlay) for joint in tried(operated(overlay), settings.most_joints)]
+
+
+def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> UsedJoint:
+    """One joint used: by the hand or, for small parts or where that fails, the finger tips; and where the object moves
+    along and is light, with the other hand on it."""
+    settings = worlds.settings
+    fixed = overlay.support.fixed
+    braced = not fixed and (
+        overlay.support.kind is SupportKind.HANDHELD or (joint.effort_range is not None and joint.effort_range.braced)
+    )
+    steadied = not fixed and not braced and overlay.mass_kg <= settings.steadied_kg
+    ways = product((True,) if braced else (False, True) if steadied else (False,), (1.0, settings.tip_scale))
+    opened = {one.name: one.open for one in overlay.joints if one.holds and one.stiffness == 0.0 and one is not joint}
+    tries: list[tuple[bool, float, dict[str, float]]] = [(held, scale, {}) for held, scale in ways]
+    tries += [(braced or steadied, scale, opened) for scale in (1.0, settings.tip_scale) if opened]
+    best: UsedJoint | None = None
+    for held, scale, others in tries:
+        if others and best is not None and best.fault == "object":
+            break
+        world = worlds.get(scale, held)
+        world.reset(world.about.followed(others) if others else None)
+        tools = ("gripper" if scale == 1.0 else "fingertips", "the other hand" if held else "")
+        found = both_ways(world, joint, " and ".join(filter(None, tools)) + (", other parts open" if others else ""))
+        if found.done:
+            return found
+        best = found if best is None or progress(found) > progress(best) else best
+    assert best is not None, "a hand has at least one way to try"
+    return best
+
+
+def progress(found: UsedJoint) -> float:
+    """How much of both ways was done."""
+    return round(sum(min(max(led.reached, 0.0), 1.0) for led in found.ways), 2)
+
+
+def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array] | None = None) -> UsedJoint:
+    """The joint led to one end and back to the other: from nearer closed it is opened first."""
+    low, high = ends(joint, world.settings)
+    world.most_n = hand_force(joint, world.settings)
+    here = world.position(joint.name)
+    first, second = (high, low) if abs(here - low) <= abs(here - high) else (low, high)
+    about = next(item for item in world.about.joints if item.name == joint.name)
+    near = None if about.pull is None else np.array(about.pull)
+    ways: list[Led] = []
+    aimed = high if joint.stiffness > 0.0 else low + world.settings.opened_share * (high - low)
+    first, second = (aimed if end == high else end for end in (first, second))
+    for target in (first, second):
+        left = abs(world.position(joint.name) - target)
+        if left <= world.settings.closed_share * abs(high - low):
+            continue  # it is there: it went back by itself, or began there
+        led = lead(world, joint, target, near, states)
+        ways.append(led)
+        fault, reason = fault_of(led, joint, target == low, world.settings)
+        if fault:
+            verb = "shut" if target == low else "opened"
+            return UsedJoint(joint.name, False, by, fault, f"not {verb}: {reason}", tuple(ways))
+    return UsedJoint(joint.name, True, by, ways=tuple(ways))
+
+
+def ends(joint: JointPhysics, settings: HandSettings) -> tuple[float, float]:
+    """Where it is shut and open, rad or m: of what has no limits, where it is and a quarter of a turn on."""
+    if joint.lower is None or joint.upper is None:
+        return joint.initial_position, joint.initial_position + settings.turned_rad
+    return joint.closed, joint.open
+
+
+def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) -> tuple[str, str]:
+    """Whose fault it is that a way was not done, and why; empty where it was."""
+    guards = led.guards
+    if not led.finite or guards is None:
+        return "object", "it flew away"
+    enough = 1.0 - settings.closed_share if shut else settings.open_share
+    stays = joint.holds and joint.stiffness == 0.0
+    falls = not joint.holds and not guards.moved_untouched  # a bail that was led over its top
+    done = led.reached >= enough or (falls and led.rested >= enough)
+    limits, most = GuardSettings(), 1.0 if done else YIELDS
+    went, rests = f"it went {led.reached:.0%} of its way", f"{led.rested:.0%} of its way"
+    too_hard = led.effort > SATURATED
+    sprung_away = joint.stiffness > 0.0 and RETURNED < led.rested < enough - LEFT
+    faults = (
+        (guards.tilted_rad > most * limits.tilt_rad, "object", f"it tips by {math.degrees(guards.tilted_rad):.0f}°"),
+        (guards.lifted_m > most * limits.lift_m, "object", f"it is lifted by {guards.lifted_m * 100.0:.0f} cm"),
+        (guards.travelled_m > most * limits.travel_m, "object", f"it is shoved by {guards.travelled_m * 100.0:.0f} cm"),
+        (stays and guards.drifted, "object", f"it goes {guards.drift_share:.0%} of its way before it is touched"),
+        (not led.holds and not done, "hand", "no hold was found at which a hand has room"),
+        (not done and too_hard, "object", f"it takes more than {hand_force(joint, settings):g} N; {went}"),
+        (not done, "hand", f"it slipped off; {went}"),
+        (stays and guards.moved_untouched, "object", f"it goes {guards.untouched_share:.0%} of its way untouched"),
+        (stays and led.rested < enough - LEFT, "object", f"left alone, it rests at {rests}"),
+        (sprung_away, "object", f"its spring leaves it at {rests}"),
+    )
+    return next(((fault, reason) for true, fault, reason in faults if true), ("", ""))
+
+
+def hand_force(joint: JointPhysics, settings: HandSettings) -> float:
+    """The most force that a hand uses on a joint, N: what parts of its kind may take, within a hand's."""
+    known = settings.force_n if joint.effort_range is None else joint.effort_range.most_n
+    return min(max(known, settings.force_n), settings.most_n)

@@ -1,0 +1,70 @@
+"""Bounds of a hand that uses an object, the checks of its use (``--check``), and their columns."""
+
+from pydantic import Field
+
+from schemas.base import Fraction, Frozen, Positive
+from schemas.declared import FurtherCheck
+from schemas.table import COUNT, REAL, TEXT, Column
+
+
+class HandSettings(Frozen):
+    """A gripper of two fingers that floats, and how it uses parts."""
+
+    force_n: Positive = 45.0
+    """Most force, N, where nothing is known to take more: what catches of appliances let go at (``efforts.csv``)."""
+    most_n: Positive = 150.0
+    """... for what is known to take more, N: the hardest screw caps (``efforts.csv``), as a grown-up hand turns."""
+    torque_n_m: Positive = 5.0
+    """Most torque about the wrist, N·m: screw caps take up to 4.7 (``efforts.csv``)."""
+    grip_n: Positive = 70.0
+    """Force of the fingers, N: the Franka Hand's continuous force; under the 78 N that women's thumb and forefinger
+    press with on average (key pinch, Mathiowetz 1985)."""
+    pad_friction: Positive = 1.0
+    """Friction of the finger pads: rubber, or skin, on what is dry (0.8 to 1.2)."""
+    opening_m: Positive = 0.085
+    """Widest opening, m: a Robotiq 2F-85's, and a hand's pinch."""
+    tip_scale: Fraction = 0.4
+    """Size of the finger tips for what is too small for the hand, against it: 6 mm, a finger nail's."""
+    small_m: Positive = 0.03
+    """Extent of a part, m, from which on the hand takes it, before the finger tips are tried."""
+    speed_m_s: Positive = 0.25
+    """Speed at which it leads a part, m/s: a drawer in two seconds (``hand_opens_s``)."""
+    turn_rad_s: Positive = 1.5
+    """... and of a turn, rad/s: a knob by a quarter in a second."""
+    way_s: Positive = 2.0
+    """Time in which even the longest way is gone, s: as ``hand_opens_s``."""
+    lead_m: Positive = 0.015
+    """How far it is led ahead of the part, m: what its springs give at its most force, and a little."""
+    turned_rad: Positive = 1.5707963
+    """How far what has no limits is turned, rad."""
+    tries: int = Field(3, ge=1)
+    """Holds that are tried for one way, each from where the one before left the part."""
+    stalled_s: Positive = 0.4
+    """Time without progress after which a hold is given up, s: a servo's settling is a tenth of it."""
+    opened_share: Fraction = 0.9
+    """Share of its range to which a part is opened: no hand gets behind a flap that lies flat against a wall."""
+    open_share: Fraction = 0.8
+    """Share of that way by which it must be open: beyond it, nothing more is to be had of a drawer or door."""
+    closed_share: Fraction = 0.1
+    """... and what may be left of it once it is shut: a gasket's or a magnet's way."""
+    most_joints: int = Field(8, ge=1)
+    """Joints of one object that are used, spread over all alike: a keyboard's keys are as good as eight of them."""
+    timestep_s: Positive = 2e-3
+    """Time step, s: half the time constant of its contacts, as in the environment."""
+    steadied_kg: Positive = 3.0
+    """Mass up to which the other hand holds an object that moves along, kg: an arm's payload (Franka Research 3)."""
+
+
+USED: tuple[Column, ...] = (
+    ("used", REAL, "1", "Share of the joints tried that a hand opened and closed; null: not asked for, or none to try"),
+    ("used_joints", COUNT, "1", "Joints that a hand operates, of which at most eight are tried; null: not asked for"),
+    ("used_by", TEXT, "", "What did it: gripper or fingertips, which float, and whether another hand held the object"),
+    ("used_reason", TEXT, "", "Why a joint was not: whose fault (object, hand, task) and what; null for nothing"),
+)
+SOURCES = ("asset2sim.gym.hand", "asset2sim.gym.arm.scene", "asset2sim.load", "schemas.hand_settings")
+HAND_CHECKS = (
+    FurtherCheck(
+        "used", "a hand opens and closes every part in MuJoCo", "tasks.by_hand:measure_used",
+        "schemas.hand_settings:USED", SOURCES,
+    ),
+)  # fmt: skip

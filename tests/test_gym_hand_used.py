@@ -1,0 +1,113 @@
+"""The check ``used``: what a hand opens and shuts, and what it must not take for that, each planted."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.hand.used import UsedJoint, operated, tried, use
+from schemas.asset import AssetRef
+from schemas.finding import Finding
+from schemas.hand_settings import HandSettings
+from schemas.mechanism import EffortRange
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.settings import Settings
+from tasks.by_hand import measure_used
+from tasks.progress import AssetJob
+from tests.assets import joint, link, prior, robot, shape
+from tests.factories import make_joint
+from tests.refined_things import drawer, inertial, refined
+
+pytestmark = pytest.mark.system
+KNOB = shape("0.02 0.03 0.03", xyz="0.04 0 0") + shape("0.04 0.012 0.012", xyz="0.02 0 0")
+
+
+def chest(folder: Path, *, kg: float = 20.0, base: str = "0.3 0.3 0.3", fixed: bool = False, **terms: Any) -> Path:
+    """A block with a front on a slide along x at its top, which has a knob; what is not said is sound."""
+    depth, _, height = (float(size) for size in base.split())
+    urdf = robot(
+        link("body", shape(base, xyz=f"0 0 {height / 2.0}") + inertial(kg, height)),
+        link("front", shape("0.02 0.16 0.1") + KNOB + inertial(0.5, 0.1)),
+        joint("slide", "prismatic", "body", "front", xyz=f"{depth / 2.0 + 0.013} 0 {height - 0.06}", axis="1 0 0",
+              limit="0 0.2"),
+    )  # fmt: skip
+    known: dict[str, Any] = {"upper": 0.2, "open": 0.2, "friction": 3.0, "damping": 5.0, "holds": True} | terms
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
+    return refined(folder, urdf, [slide], {"body": kg, "front": 0.5}, fixed=fixed)
+
+
+def used(folder: Path) -> UsedJoint:
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    (found,) = use(folder, overlay, HandSettings())
+    return found
+
+
+def test_a_drawer_with_a_knob_is_pulled_and_pushed_and_stays(tmp_path: Path) -> None:
+    found = used(chest(tmp_path / "chest"))
+    assert found.done and found.by == "gripper" and found.reason == ""
+    assert [led.kind for led in found.ways][-1] == "press" and len(found.ways) == 2
+    assert all(led.reached > 0.9 and led.guards is not None and not led.guards.displaced for led in found.ways)
+
+
+STRUT = {"kind": "strut", "slope": -60.0, "none_at": 0.1, "least": -12.0, "most": 12.0}
+WEAK = {"stiffness": 30.0, "spring_reference": 0.12, "holds": False, "friction": 0.5}
+PLANTED: dict[str, tuple[dict[str, Any], str | None, str]] = {
+    "stuck": ({"friction": 400.0}, "object", "takes more than 45 N"),
+    "tips": ({"kg": 6.0, "base": "0.1 0.3 0.9", "friction": 40.0}, "object", "tips by"),
+    "springs shut": ({"stiffness": 100.0, "spring_reference": -0.1, "holds": False}, None, ""),
+    "weak spring": (WEAK, "object", "its spring"),
+    "rebounds": ({"bias": STRUT}, "object", "left alone"),
+}
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_what_is_planted_is_found_and_whose_fault_it_is(tmp_path: Path, name: str) -> None:
+    terms, fault, said = PLANTED[name]
+    found = used(chest(tmp_path / "chest", **terms))
+    assert (found.done, found.fault or None) == (fault is None, fault), found
+    assert said in found.reason
+
+
+def test_what_slides_away_or_has_no_hold_is_not_used(tmp_path: Path) -> None:
+    folder = chest(tmp_path / "shoved", kg=5.0, friction=25.0)
+    overlay = json.loads((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay["contact_friction"] = 0.05
+    (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
+    assert "shoved by" in used(folder).reason
+    flush = robot(
+        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
+        link("plate", shape("0.002 0.16 0.1") + inertial(0.5, 0.1)),
+        joint("slide", "prismatic", "body", "plate", xyz="0.1512 0 0.15", axis="1 0 0", limit="0 0.2"),
+    )
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.2, "open": 0.2, "holds": True})
+    found = used(refined(tmp_path / "flush", flush, [slide], {"body": 20.0, "plate": 0.5}, fixed=False))
+    assert (found.done, found.fault) == (False, "hand") and "no hold" in found.reason
+
+
+def kind_of(kind: str, **ends: float | None) -> JointPhysics:
+    effort = EffortRange(kind=kind, least_n=0.0, most_n=20.0, source="a test")
+    return make_joint(kind).model_copy(update={"effort_range": effort, **ends})
+
+
+def test_wheels_pedals_and_what_cannot_move_are_no_hands_task(tmp_path: Path) -> None:
+    folder = drawer(tmp_path / "thing")
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    loose = "part that swings or rolls freely"
+    joints = (kind_of(loose, lower=None, upper=None), kind_of("foot pedal"), kind_of("lid", upper=0.0), kind_of(loose))
+    found = operated(overlay.model_copy(update={"joints": joints}))
+    assert [item.name for item in found] == [loose] and found[0].upper == 1.0
+    many = [make_joint(f"key_{number}") for number in range(50)]
+    assert [item.name for item in tried(many, 3)] == ["key_0", "key_24", "key_49"]
+
+
+def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
+    job = AssetJob(AssetRef(asset_id="thing", path="thing"), Path("out"), Settings(checks=("used",)), prior)
+    good = measure_used(job, chest(tmp_path / "good"))
+    assert good.findings == () and (good.further["used"], good.further["used_joints"]) == (1.0, 1)
+    bad = measure_used(job, chest(tmp_path / "bad", friction=400.0))
+    (finding,) = bad.findings
+    assert isinstance(finding, Finding) and (finding.code, finding.joint) == ("not_used", "slide")
+    assert bad.further["used"] == 0.0 and "object" in str(bad.further["used_reason"])
+    assert measure_used(job, None).further == {}
