@@ -34,8 +34,8 @@ def test_every_command_has_options_and_a_function(command: declared.Command) -> 
     assert issubclass(extensions.named(command.options), Options) and callable(extensions.named(command.run))
 
 
-def test_its_check_model_and_tables_are_there() -> None:
-    (check,) = EXTENSION.checks
+def test_the_hands_check_the_model_and_the_tables_are_there() -> None:
+    (check,) = HAND_CHECKS
     assert callable(extensions.named(check.run))
     columns = [name for name, *_ in extensions.named(check.columns)]
     assert columns and set(columns) <= set(TABLES["assets"].schema.names)
