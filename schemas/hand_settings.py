@@ -1,10 +1,9 @@
-"""Bounds of a hand that uses an object, the checks of its use (``--check``), and their columns."""
+"""Bounds of a hand that uses an object, and the checks of its use (``--check``)."""
 
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, Positive
 from schemas.declared import FurtherCheck
-from schemas.table import COUNT, REAL, TEXT, Column
 
 
 class HandSettings(Frozen):
@@ -55,16 +54,10 @@ class HandSettings(Frozen):
     """Mass up to which the other hand holds an object that moves along, kg: an arm's payload (Franka Research 3)."""
 
 
-USED: tuple[Column, ...] = (
-    ("used", REAL, "1", "Share of the joints tried that a hand opened and closed; null: not asked for, or none to try"),
-    ("used_joints", COUNT, "1", "Joints that a hand operates, of which at most eight are tried; null: not asked for"),
-    ("used_by", TEXT, "", "What did it: gripper or fingertips, which float, and whether another hand held the object"),
-    ("used_reason", TEXT, "", "Why a joint was not: whose fault (object, hand, task) and what; null for nothing"),
-)
 SOURCES = ("asset2sim.gym.hand", "asset2sim.gym.arm.scene", "asset2sim.load", "schemas.hand_settings")
 HAND_CHECKS = (
     FurtherCheck(
         "used", "a hand opens and closes every part in MuJoCo", "tasks.by_hand:measure_used",
-        "schemas.hand_settings:USED", SOURCES,
+        "schemas.tables_engines:USED", SOURCES,
     ),
 )  # fmt: skip
