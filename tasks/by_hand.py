@@ -15,7 +15,7 @@ from tasks.progress import AssetJob, StageResult
 
 @dataclass(frozen=True)
 class Amiss:
-    """What a check finds amiss: the finding's code, what about it, the joint, and how much of it was done."""
+    """Fault that a check finds: the finding's code, what about it, the joint, and how much of it was done."""
 
     code: str
     message: str

@@ -67,7 +67,7 @@ class Recorder:
             self.states.append(data.qpos.copy())
 
     def guards(self, target: float) -> Guards:
-        """What the guards of the environment find in it."""
+        """Findings of the environment's guards in it."""
         positions, touched, work, heights = (np.array(column) for column in zip(*self.rows, strict=True))
         centers, ups = (np.array(column) for column in zip(*self.roots, strict=True))
         joint = self.joint
