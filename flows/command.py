@@ -16,7 +16,7 @@ from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.extras import missing_package
-from asset2sim.runs.hand_on_options import OverlaysOptions
+from asset2sim.runs.hand_on_options import OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
@@ -138,10 +138,10 @@ def _print(options: Options) -> int:
 
             ports = options.report_port, options.prefect_port, options.mlflow_port
             serve_pages(options.out, *ports)
-        case OverlaysOptions():
-            from flows.hand_on import print_overlays
+        case OverlaysOptions() | PackOptions():
+            from flows.hand_on import hand_on
 
-            return DONE if print_overlays(options) else FAILED
+            return DONE if hand_on(options) else FAILED
         case asked.DoctorOptions():
             model = settings_for_run(options.settings, stated_settings(options)).model
             return DONE if show.print_doctor(options.out, model) else FAILED

@@ -6,13 +6,26 @@ from pydantic_settings import get_subcommand
 from rich.text import Text
 
 from asset2sim.catalog.text import output
-from asset2sim.runs.hand_on_options import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions
+from asset2sim.runs.hand_on_options import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.overlays import apply_overlays, export_overlays
 from asset2sim.runs.request import settings_for_run, stated_settings
 from schemas.errors import printable
 
 REMAKE = "tasks.remake:remake_asset"
 """The function that makes one object again."""
+
+
+def hand_on(options: OverlaysOptions | PackOptions) -> bool:
+    """Hand refined objects on, and print what was written; returns whether all that was asked for was."""
+    if isinstance(options, OverlaysOptions):
+        return print_overlays(options)
+    from asset2sim.packs.declared_pack import find_pack
+    from asset2sim.packs.write import write_pack
+
+    pack = find_pack(options.for_)
+    packed = write_pack(options.run, options.out, pack, options.assets, options.license)
+    output().print(Text(f"{len(packed)} objects for {pack.title} in {options.out}\n  cd {options.out}; {pack.opens}"))
+    return True
 
 
 def print_overlays(options: OverlaysOptions) -> bool:

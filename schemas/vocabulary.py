@@ -290,6 +290,7 @@ class Export(StrEnum):
 
     MJCF = "mjcf"
     USD = "usd"
+    SDF = "sdf"
 
 
 DECIDING_PACKAGES = (

@@ -53,7 +53,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (
             ["refin"],
             "choose from refine, failures, query, show, view, check, convert, describe, views, report, ui, doctor, "
-            "nightly, overlays, ask, record, settings, rate, judge-videos, ratings, record-motion, probe, learn",
+            "nightly, overlays, pack, ask, record, settings, rate, judge-videos, ratings, record-motion, probe, learn",
         ),
         (["refine"], "required: DATA, --out"),
         (["refine", "{data}"], "required: --out"),

@@ -9,12 +9,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME
+from asset2sim.assets.exports.refined_object import MJCF_NAME, SDF_NAME, USD_NAME
 from asset2sim.assets.folder import INDEX_NAME, LOADER_NAME, URDF_NAME
 from asset2sim.catalog.stored_tables import stored_columns
 from asset2sim.catalog.switch import replace_file
 from asset2sim.storage.objects import list_objects, send_objects
+from schemas.errors import UsageError
+from schemas.location import Location
 from schemas.tables import TABLES
+from schemas.vocabulary import Status
 
 ASSETS_FOLDER = "assets"
 LOADER_PACKAGE = "asset2sim.load."
@@ -26,7 +29,7 @@ COLUMNS = (
     *(f"size_{axis}_m" for axis in "xyz"),
 )
 """Of the table of assets, what the index has."""
-FORMATS = {"urdf": URDF_NAME, "mjcf": MJCF_NAME, "usd": USD_NAME}
+FORMATS = {"urdf": URDF_NAME, "mjcf": MJCF_NAME, "usd": USD_NAME, "sdf": SDF_NAME}
 
 
 def write_index(out: Path, url: str | None = None) -> None:
@@ -93,6 +96,22 @@ def latest_by_asset(rows: Collection[dict[str, Any]]) -> dict[str, dict[str, Any
         if kept is None or row["run_id"] > kept["run_id"]:
             found[row["asset_id"]] = row
     return found
+
+
+def ok_rows(out: Path, asset_ids: Sequence[str] = ()) -> dict[str, dict[str, Any]]:
+    """Asset id → its row of OUT's tables, of those that passed and are there. Raises UsageError for an OUT without any,
+    and for an asset that is not among them."""
+    if Location(out).is_url:
+        raise UsageError(f"{out}: copy the run's folder here first")
+    rows = latest_by_asset(stored_columns(out, TABLES["assets"], COLUMNS).to_pylist())
+    found = {name: row for name, row in sorted(rows.items()) if row["status"] == Status.OK.value}
+    for name in asset_ids:
+        if name not in found:
+            reason = rows[name]["reason"] if name in rows else "no run has refined it"
+            raise UsageError(f"asset '{name}' of {out} did not pass: {reason}")
+    if not found:
+        raise UsageError(f"{out} has no object that passed; refine one: asset2sim refine DATA --out {out}")
+    return {name: row for name, row in found.items() if not asset_ids or name in asset_ids}
 
 
 def entry(row: Mapping[str, Any], names: Collection[str], folder: Path) -> dict[str, Any]:

@@ -28,6 +28,18 @@ class ApplyOverlaysOptions(FileOptions):
     workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
 
 
+class PackOptions(Options):
+    """Write the objects that passed as a folder that another tool takes as it is."""
+
+    run: CliPositionalArg[Path] = Field(description="a run's folder (OUT of asset2sim refine)")
+    for_: str = Field(
+        alias="for", description="mujoco, gazebo, ros2, isaaclab, robosuite, maniskill, huggingface, lerobot"
+    )
+    out: Path = Field(description="the folder to write")
+    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    license: str = Field("not stated", description="of the dataset's geometry, as an SPDX name")
+
+
 class OverlaysOptions(Options):
     """Publish refined objects without their geometry, and make them again on a copy of the dataset."""
 

@@ -11,7 +11,7 @@ from pydantic_settings import get_subcommand as chosen_command
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from asset2sim.runs.hand_on_options import OverlaysOptions
+from asset2sim.runs.hand_on_options import OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import (
     AnswerOptions,
     CatalogOptions,
@@ -298,6 +298,7 @@ class Command(Options):
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
     nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")
     overlays: CliSubCommand[OverlaysOptions] = Field(description="refined objects without geometry, and made again")
+    pack: CliSubCommand[PackOptions] = Field(description="refined objects as a folder that another tool takes")
     ask: CliSubCommand[AskOptions] = Field(description="the questions of a run as files, to be answered by hand")
     record: CliSubCommand[RecordOptions] = Field(description="a run's answers as files, for --model recorded/FOLDER")
     settings: CliSubCommand[SettingsOptions] = Field(description="every setting, as a file for --settings")

@@ -13,8 +13,7 @@ from typing import Any
 
 from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.checksums import FILE, changed_files
-from asset2sim.catalog.index import ASSETS_FOLDER, COLUMNS, latest_by_asset, local_files, write_entries
-from asset2sim.catalog.stored_tables import stored_columns
+from asset2sim.catalog.index import ASSETS_FOLDER, local_files, ok_rows, write_entries
 from asset2sim.experiments.isolation import Ending, run_isolated
 from asset2sim.experiments.isolation.children import preload
 from asset2sim.intake.dataset import load_dataset
@@ -22,11 +21,8 @@ from asset2sim.intake.scenes import with_parts
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
-from schemas.location import Location
 from schemas.recipe import MEASUREMENT_NAME, RECIPE_NAME, Recipe, Remade
 from schemas.settings import RunSettings
-from schemas.tables import TABLES
-from schemas.vocabulary import Status
 
 INDEX = "overlays.json"
 VERSION = 1
@@ -45,22 +41,6 @@ original is here: bring your own copy of the dataset.
 writes OUT/assets, the same bytes that were verified, in about a second an object; no model is asked and no engine runs.
 An object whose files are not the originals is named, and left out.
 """
-
-
-def ok_rows(out: Path, asset_ids: Sequence[str] = ()) -> dict[str, dict[str, Any]]:
-    """Asset id → its row of OUT's tables, of those that passed and are there. Raises UsageError for an OUT without any,
-    and for an asset that is not among them."""
-    if Location(out).is_url:
-        raise UsageError(f"{out}: copy the run's folder here first")
-    rows = latest_by_asset(stored_columns(out, TABLES["assets"], COLUMNS).to_pylist())
-    found = {name: row for name, row in sorted(rows.items()) if row["status"] == Status.OK.value}
-    for name in asset_ids:
-        if name not in found:
-            reason = rows[name]["reason"] if name in rows else "no run has refined it"
-            raise UsageError(f"asset '{name}' of {out} did not pass: {reason}")
-    if not found:
-        raise UsageError(f"{out} has no object that passed; refine one: asset2sim refine DATA --out {out}")
-    return {name: row for name, row in found.items() if not asset_ids or name in asset_ids}
 
 
 def export_overlays(out: Path, target: Path, asset_ids: Sequence[str] = ()) -> tuple[list[str], list[str]]:

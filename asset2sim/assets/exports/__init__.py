@@ -5,6 +5,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from asset2sim.assets.exports.mjcf import export_mjcf
+from asset2sim.assets.exports.sdf import export_sdf
 from schemas.errors import UsageError
 from schemas.finding import Finding
 from schemas.overlay import PhysicsOverlay
@@ -17,7 +18,7 @@ def has_usd() -> bool:
 
 
 def require_exports(exports: Sequence[Export]) -> None:
-    """Raise UsageError where an export needs a package that is not installed; MJCF needs none."""
+    """Raise UsageError where an export needs a package that is not installed; others need none."""
     if Export.USD in exports and not has_usd():
         raise UsageError("export 'usd' needs usd-core, which is not installed; pip install 'asset2sim[usd]'")
 
@@ -31,6 +32,8 @@ def write_exports(
     require_exports(exports)
     if Export.MJCF in exports:
         export_mjcf(folder, overlay, timestep_s)
+    if Export.SDF in exports:
+        export_sdf(folder, overlay)
     return usd_findings(folder, overlay) if Export.USD in exports else ()
 
 

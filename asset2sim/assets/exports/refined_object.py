@@ -21,6 +21,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import FailureMode
 
 MJCF_NAME, USD_NAME = "mobility.xml", "mobility.usda"
+SDF_NAME, SDF_CONFIG_NAME = "model.sdf", "model.config"
 """Files of the exports beside the URDF."""
 CLEARANCE_M = 0.01
 """Height of a fixed object's lowest point over the floor, m: a room door clears it by that, and must not rub on it."""

@@ -1,0 +1,1 @@
+"""Refined objects as folders that other tools take as they are: a file a consumer, one writer for what all have."""
