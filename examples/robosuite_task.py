@@ -1,5 +1,5 @@
-"""A refined object in robosuite, from a pack (``asset2sim pack OUT --for robosuite --out PACK``): it stands on the floor
-beside an arm, in its initial state, for a second.
+"""A refined object in robosuite, from a pack (``asset2sim pack OUT --for robosuite --out PACK``): it stands
+beside an arm on the floor, in its initial state, for a second.
 
     python examples/robosuite_task.py PACK NAME
 """

@@ -95,7 +95,7 @@ def write_preview(folder: Path, overlay: PhysicsOverlay) -> None:
 
 
 def receipt(folder: Path) -> dict[str, Any]:
-    """What each engine measured of the object at rest, by the names that ``measurement.json`` has, and its version."""
+    """Measurements of the object at rest by engine, by the names that ``measurement.json`` has, and its version."""
     engines = {}
     for report in json.loads((folder / MEASUREMENT_NAME).read_text(encoding="utf-8")):
         measured = report.get("measurement") or {}
