@@ -1,24 +1,36 @@
-"""Refine a sample with the product's wheel alone, in an environment without the laboratory and without the checkout.
+"""Refine a sample with the product's wheel alone, in environments without the laboratory and without the checkout.
 
-``python -m tests.wheel_alone``, in the checkout's environment, whose installed dependencies the new one borrows. Exits
-non-zero where a file of the packages is not in the wheel, an object is not refined, or the laboratory is not named
-where one of its names is asked for.
+``python -m tests.wheel_alone``, in the checkout's environment, whose installed dependencies the new ones borrow: one
+all of them, one what the core needs and no more. The wheel is built from the sdist. Exits non-zero where a file of the
+packages is not in the wheel, the wheel is too large, an object is not refined, the core needs more than it says or is
+slow to start, or what is not installed is not named where it is asked for.
 """
 
+import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
 import tempfile
 import venv
 import zipfile
+from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
+
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("asset2sim", "flows", "schemas", "tasks")
 SAMPLE = "laptop_silver"
 OWN = ("asset2sim", "__editable__", "_editable_impl_")
 """Beginnings of the names in an environment's packages that stand for the checkout and its laboratory."""
+MOST_BYTES, MOST_IMPORT_S = 5_000_000, 1.0
+"""Size of the wheel, and processor time of ``--help`` in the core; 0.5 s where nothing else runs."""
+PIPELINE = ("dask", "distributed", "duckdb", "fastapi", "litellm", "mlflow", "pandas", "prefect", "pyarrow", "pybullet",
+            "sqlalchemy", "uvicorn")  # fmt: skip
+"""Packages that the core's environment must not have."""
 OF_THE_LABORATORY = (["rate", "out"], ["probe", "out"])
 
 WHERE = """
@@ -31,9 +43,8 @@ print("\\n".join(importlib.import_module(name).__file__ for name in names))
 
 
 def wheel_of(folder: Path) -> Path:
-    """The product's wheel, built from the checkout into a folder."""
-    build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-deps"]
-    subprocess.run([*build, "--wheel-dir", str(folder), str(ROOT)], check=True)
+    """The product's wheel, built from its sdist, which is built from the checkout into a folder."""
+    subprocess.run([sys.executable, "-m", "build", "--outdir", str(folder), str(ROOT)], capture_output=True, check=True)
     (wheel,) = folder.glob("asset2sim-*.whl")
     return wheel
 
@@ -43,23 +54,89 @@ def check_contents(wheel: Path) -> None:
     listed = subprocess.run(["git", "ls-files", *PACKAGES], cwd=ROOT, capture_output=True, text=True, check=True)
     with zipfile.ZipFile(wheel) as packed:
         lost = sorted(set(listed.stdout.split()) - set(packed.namelist()))
+    if wheel.stat().st_size > MOST_BYTES:
+        sys.exit(f"the wheel has {wheel.stat().st_size} bytes; at most {MOST_BYTES}")
     if lost or not listed.stdout:
         sys.exit(f"the wheel lacks {len(lost)} files of the packages: {', '.join(lost[:10])}")
 
 
-def environment(folder: Path, wheel: Path) -> Path:
-    """The programs of a new environment with the wheel, and links to what else is installed here."""
+def environment(folder: Path, wheel: Path, wanted: Callable[[str], bool]) -> Path:
+    """The programs of a new environment with the wheel, and links to the files here of ``wanted`` distributions."""
     venv.create(folder, with_pip=False, symlinks=True)
     programs = folder / "bin"
     python = str(programs / "python")
     where = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     place = Path(subprocess.run(where, capture_output=True, text=True, check=True).stdout.strip())
-    for path in Path(sysconfig.get_path("purelib")).iterdir():
-        if not path.name.startswith(OWN) and path.suffix != ".pth":
-            (place / path.name).symlink_to(path)
+    here, linked = Path(sysconfig.get_path("purelib")), set[str]()
+    for item in metadata.distributions(path=[str(here)]):
+        if wanted(canonical(item.name)):
+            linked |= {file.parts[0] for file in item.files or () if ".." not in file.parts}
+    for name in linked:
+        if not name.startswith(OWN) and not name.endswith(".pth") and (here / name).exists():
+            (place / name).symlink_to(here / name)
     install = [sys.executable, "-m", "pip", "--python", python, "--quiet", "install", "--no-deps"]
     subprocess.run([*install, "--disable-pip-version-check", "--no-index", str(wheel)], check=True)
     return programs
+
+
+def canonical(name: str) -> str:
+    """A distribution's name as others name it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def needed(wheel: Path) -> set[str]:
+    """The distributions that the wheel needs without an extra, and what these need."""
+    with zipfile.ZipFile(wheel) as packed:
+        (name,) = (name for name in packed.namelist() if name.endswith(".dist-info/METADATA"))
+        lines = packed.read(name).decode().splitlines()
+    open_ = [Requirement(line.partition(": ")[2]) for line in lines if line.startswith("Requires-Dist: ")]
+    found = dict[str, set[str]]()
+    while open_:
+        requirement = open_.pop()
+        name, extras = canonical(requirement.name), {"", *requirement.extras}
+        if requirement.marker is not None and "extra" in str(requirement.marker):
+            continue
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
+            continue
+        new = extras - found.setdefault(name, set())
+        if not new:
+            continue
+        found[name] |= new
+        for text in metadata.requires(name) or ():
+            inner = Requirement(text)
+            if inner.marker is None or any(inner.marker.evaluate({"extra": extra}) for extra in new):
+                inner.marker = None
+                open_.append(inner)
+    return set(found)
+
+
+def check_core(programs: Path, run: Callable[..., subprocess.CompletedProcess[str]]) -> None:
+    """Exit where the core alone does not check, refine, convert and load an object, names no extra, or is slow."""
+    there = run("python", "-c", f"import importlib.util as u; print([n for n in {PIPELINE} if u.find_spec(n)])")
+    if there.stdout.strip() != "[]":
+        sys.exit(f"the core's environment is none: {there.stdout}{there.stderr}")
+    sample = str(next((ROOT / "data" / "raw").glob(f"*/{SAMPLE}")))
+    raw = run("asset2sim", "check", sample, "--sarif", "raw.sarif", "--fix", "fixed", "--no-interaction")
+    found = json.loads((programs.parents[1] / "raw.sarif").read_text(encoding="utf-8"))["runs"][0]["results"]
+    if raw.returncode or not found or "PyBullet is not installed" not in raw.stderr:
+        sys.exit(f"the core does not check and mend {SAMPLE}: {raw.stdout}{raw.stderr}")
+    loads = "from asset2sim.load import load; item = load('fixed/assets/{}', engine='mujoco'); item.step()"
+    for words in (
+        ["asset2sim", "convert", f"fixed/assets/{SAMPLE}", "--to", "mjcf", "--out", "converted"],
+        ["asset2sim", "describe", f"fixed/assets/{SAMPLE}"],
+        ["python", "-c", loads.format(SAMPLE)],
+    ):
+        done = run(*words)
+        if done.returncode:
+            sys.exit(f"in the core {' '.join(words)} fails: {done.stdout}{done.stderr}")
+    for words in (["query", "SELECT 1", "--out", "fixed"], ["nightly", sample, "--out", "fixed"]):
+        refused = run("asset2sim", *words)
+        if refused.returncode != 2 or "pip install 'asset2sim[pipeline]'" not in refused.stderr:
+            sys.exit(f"in the core {' '.join(words)} does not name the extra: {refused.stdout}{refused.stderr}")
+    timed = "import os, subprocess, sys; subprocess.run(['asset2sim', '--help'], stdout=-3); t = os.times()"
+    seconds = float(run("python", "-c", f"{timed}; print(t.children_user + t.children_system)").stdout)
+    if seconds > MOST_IMPORT_S:
+        sys.exit(f"asset2sim --help takes {seconds:.2f} s of a processor in the core, more than {MOST_IMPORT_S}")
 
 
 def main() -> None:
@@ -69,10 +146,11 @@ def main() -> None:
         work = Path(name)
         wheel = wheel_of(work)
         check_contents(wheel)
-        programs = environment(work / "environment", wheel)
-        kept["PATH"] = f"{programs}{os.pathsep}{kept.get('PATH', '')}"
+        programs = environment(work / "environment", wheel, lambda name: True)
+        path = kept.get("PATH", "")
 
         def run(*words: str) -> subprocess.CompletedProcess[str]:
+            kept["PATH"] = f"{programs}{os.pathsep}{path}"
             return subprocess.run(words, cwd=work, env=kept, capture_output=True, text=True, timeout=600)
 
         found = run("python", "-c", WHERE, ",".join(PACKAGES))
@@ -86,7 +164,10 @@ def main() -> None:
             refused = run("asset2sim", *words)
             if refused.returncode != 2 or "asset2sim-lab" not in refused.stderr:
                 sys.exit(f"{' '.join(words)} does not name the laboratory: {refused.stdout}{refused.stderr}")
-    sys.stdout.write(f"{wheel.name} alone refines {SAMPLE}\n")
+        core = needed(wheel)
+        programs = environment(work / "core", wheel, core.__contains__)
+        check_core(programs, run)
+    sys.stdout.write(f"{wheel.name} alone refines {SAMPLE}, with everything and with {len(core)} packages\n")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.intake.locate import find_source
@@ -43,7 +44,9 @@ def results_of(record: AssetRecord, root: Path) -> list[dict[str, Any]]:
     """One asset's results: what it failed first, then its findings that are warnings or errors of other codes."""
     file, text = source_of(record)
     place = Path(file).resolve()
-    uri = place.relative_to(root.resolve()).as_posix() if place.is_relative_to(root.resolve()) else place.as_uri()
+    uri = (
+        quote(place.relative_to(root.resolve()).as_posix()) if place.is_relative_to(root.resolve()) else place.as_uri()
+    )
 
     def result(code: str, level: str, message: str, subject: str | None) -> dict[str, Any]:
         region = {"startLine": line_of(subject, text)}

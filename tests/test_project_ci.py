@@ -1,0 +1,85 @@
+"""Files for other people's continuous integration and for containers: they parse, and name what there is."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from asset2sim.runs.options import parse
+from schemas.errors import UsageError
+from tests.assets import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+FILES = (".pre-commit-hooks.yaml", "action.yml", ".github/workflows/ci.yml", "compose.yaml")
+
+
+def read(name: str) -> Any:
+    return yaml.safe_load((ROOT / name).read_text(encoding="utf-8"))
+
+
+def runs() -> list[str]:
+    """Every shell line of the workflow and of the action."""
+    steps = [step for job in read(FILES[2])["jobs"].values() for step in job["steps"]] + read(FILES[1])["runs"]["steps"]
+    return [line for step in steps for line in step.get("run", "").splitlines()]
+
+
+def commands() -> list[list[str]]:
+    """The words of every command line of asset2sim in these files."""
+    found = [shlex.split(line) for line in runs() if line.startswith("asset2sim ")]
+    found += [[*shlex.split(hook["entry"]), "a.urdf"] for hook in read(FILES[0])]
+    services = read(FILES[3])["services"].values()
+    return found + [["asset2sim", *item["command"]] for item in services if "build" in item and "command" in item]
+
+
+@pytest.mark.parametrize("words", commands(), ids=" ".join)
+def test_every_command_in_them_is_one(words: list[str]) -> None:
+    assert words[0] == "asset2sim"
+    parse([word for word in words[1:] if not word.startswith("$")] + ["x"] * ("$FOLDERS" in words))
+
+
+def test_a_command_that_is_none_would_be_seen() -> None:
+    with pytest.raises(UsageError):
+        parse(["check", "x", "--no-such-option"])
+
+
+def test_extras_and_make_targets_in_them_exist() -> None:
+    texts = [(ROOT / name).read_text(encoding="utf-8") for name in (*FILES, "Dockerfile")]
+    extras = {
+        extra
+        for text in texts
+        for found in re.findall(r"(?:\.|PATH\})\[([a-z0-9,-]+)\]", text)
+        for extra in found.split(",")
+    }
+    assert extras and extras <= set(PROJECT["optional-dependencies"])
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    assert {line.split()[1] for line in runs() if line.startswith("make ")} <= targets
+
+
+def test_the_action_passes_what_users_say_as_variables_and_never_as_code() -> None:
+    for step in read("action.yml")["runs"]["steps"]:
+        assert "${{" not in step.get("run", "")
+
+
+def test_the_pythons_that_are_tested_are_those_that_are_allowed() -> None:
+    tested = read(FILES[2])["jobs"]["core"]["strategy"]["matrix"]["python"]
+    assert PROJECT["requires-python"] == ">=3.11,<3.14" and tested == ["3.11", "3.12", "3.13"]
+
+
+def test_the_image_copies_what_is_there_and_is_not_run_by_root() -> None:
+    lines = (ROOT / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    copied = [word for line in lines if line.startswith("COPY ") for word in line.split()[1:-1]]
+    assert copied and all((ROOT / word).exists() for word in copied)
+    kept = {line[1:] for line in (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines() if line[0] == "!"}
+    assert kept == set(copied)
+    assert [line for line in lines if line.startswith("USER ")] == ["USER asset2sim"]
+    assert any(line.startswith("HEALTHCHECK") for line in lines)
+
+
+def test_the_version_is_that_of_the_changelog() -> None:
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["hatch"]["version"]
+    found = re.search(version["pattern"], (ROOT / Path(version["path"])).read_text(encoding="utf-8"))
+    assert found is not None and found["version"] == "0.2.0" and "version" not in PROJECT
