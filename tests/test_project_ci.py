@@ -38,7 +38,7 @@ def commands() -> list[list[str]]:
 @pytest.mark.parametrize("words", commands(), ids=" ".join)
 def test_every_command_in_them_is_one(words: list[str]) -> None:
     assert words[0] == "asset2sim"
-    parse([word for word in words[1:] if not word.startswith("$")] + ["x"] * ("$FOLDERS" in words))
+    parse(["x" if word.startswith("$") else word for word in words[1:] if word != "$OPTIONS"])
 
 
 def test_a_command_that_is_none_would_be_seen() -> None:
@@ -48,12 +48,8 @@ def test_a_command_that_is_none_would_be_seen() -> None:
 
 def test_extras_and_make_targets_in_them_exist() -> None:
     texts = [(ROOT / name).read_text(encoding="utf-8") for name in (*FILES, "Dockerfile")]
-    extras = {
-        extra
-        for text in texts
-        for found in re.findall(r"(?:\.|PATH\})\[([a-z0-9,-]+)\]", text)
-        for extra in found.split(",")
-    }
+    found = [names for text in texts for names in re.findall(r"(?:\.|PATH\})\[([a-z0-9,-]+)\]", text)]
+    extras = {extra for names in found for extra in names.split(",")}
     assert extras and extras <= set(PROJECT["optional-dependencies"])
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     assert {line.split()[1] for line in runs() if line.startswith("make ")} <= targets
