@@ -11,13 +11,12 @@ RUN useradd --create-home --uid 1000 asset2sim \
   && chown asset2sim /out /home/asset2sim/.prefect /home/asset2sim/mlflow
 
 WORKDIR /app
-COPY constraints.txt pyproject.toml CHANGELOG.md README.md LICENSE ./
+COPY constraints.txt pyproject.toml CHANGELOG.md README.md LICENSE catalog.yaml ./
 COPY schemas schemas
 COPY asset2sim asset2sim
 COPY tasks tasks
 COPY flows flows
 RUN pip install --no-cache-dir --constraint constraints.txt '.[pipeline,engines,usd,view,s3]'
-COPY catalog.yaml ./
 
 USER asset2sim
 WORKDIR /home/asset2sim

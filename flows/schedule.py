@@ -9,7 +9,9 @@ import yaml
 
 from schemas.errors import UsageError, printable
 
-CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
+HERE = Path(__file__).resolve().parent
+CATALOG_FILE = next(filter(Path.is_file, (HERE.parent / "catalog.yaml", HERE / "catalog.yaml")), HERE / "catalog.yaml")
+"""The checkout's, or that in the wheel."""
 
 
 def chosen_schedule(cron: str | None, path: Path = CATALOG_FILE) -> tuple[str, str]:

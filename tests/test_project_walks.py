@@ -28,6 +28,7 @@ RESEARCHER = [
     ("models.md", "python -m tests.scripted_server"),
     ("models.md", "asset2sim record"),
     ("models.md", "asset2sim ask"),
+    ("install.md", "asset2sim convert"),
 ]
 NIGHTLY = ("README.md", "make nightly")
 ENGINEER = [
@@ -57,6 +58,7 @@ ELSEWHERE = {
     ("judged.md", "asset2sim rate"): "lab/tests/test_judged_rating_page.py: the page; lab/tests/test_judged_ratings.py",
     ("probes.md", "pip install"): "lab/tests/test_flows_probe.py: the command over an output",
     ("trials.md", "pip install"): "lab/tests/test_flows_record_motion.py: the command over an output",
+    ("install.md", "asset2sim check"): "tests/test_tasks_check.py: the command on folders as they are",
     ("viewer.md", "asset2sim view"): "tests/test_viewer_page.py: the page is served, and a review shown by failures",
 }
 """Blocks that no walk runs, and what runs the like."""
@@ -113,6 +115,8 @@ def test_the_researcher(refined: Checkout, prefect_server: str) -> None:
     asked, again = (folder / name / "assets/laptop_silver/overlay.json" for name in ("asked", "again"))
     assert again.read_bytes() == asked.read_bytes()
     assert (folder / "mine/questions/laptop_silver/front.png").is_file()
+    converted = {path.suffix for path in (folder / "data/converted/assets/box_wooden").iterdir()}
+    assert {".urdf", ".xml"} < converted and converted & {".usd", ".usda", ".usdc"}
 
 
 @pytest.mark.system
