@@ -229,6 +229,11 @@ class JointPhysics(Frozen):
     bias: Bias | None = None
     """Effort of its mechanism besides the spring; None for most."""
 
+    @property
+    def unit(self) -> str:
+        """Unit of its positions."""
+        return "m" if self.type == "prismatic" else "rad"
+
     def exerted(self, position: float) -> float:
         """Effort of its spring and its mechanism on it at a position (rad or m), N·m or N."""
         spring = self.stiffness * (self.spring_reference - position)

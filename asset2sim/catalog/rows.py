@@ -128,7 +128,7 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
         bias = joint.bias
         row |= {
             "mechanism_effort": max(bias.most, -bias.least) if bias else None,
-            "position_unit": "m" if joint.type == "prismatic" else "rad",
+            "position_unit": joint.unit,
             "parent": seen.parent if seen else None,
             "child": seen.child if seen else None,
             "openness_confidence": seen.openness_confidence if seen else None,

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import by_joint, unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
+from asset2sim.checks.joint_groups import by_joint
 from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.checks.opening import openings as measured_openings
 from asset2sim.checks.rig import Rig
@@ -173,7 +173,7 @@ def stronger(joint: JointPhysics) -> str:
         return "give it more friction"
     if joint.armature <= 0.0 or joint.lower is None or joint.upper is None:
         return "give it a stronger spring"
-    travel, unit, times = joint.upper - joint.lower, unit_of(joint), joint.armature / (joint.least_inertia or 1.0)
+    travel, unit, times = joint.upper - joint.lower, joint.unit, joint.armature / (joint.least_inertia or 1.0)
     return (
         f"give it a stronger spring; one over {travel:.2g} {unit} of travel, whose armature is {times:.2g} times what "
         "the part moves, may be all that solvers bear: then more travel, or a heavier part"

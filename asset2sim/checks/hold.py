@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import by_joint, unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
-from asset2sim.checks.joint_groups import run_in_groups
+from asset2sim.checks.joint_groups import by_joint, run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped, watch
@@ -128,7 +127,7 @@ def hold_bound(joint: JointPhysics, limits: Thresholds) -> float:
 def hold_verdict(items: list[Hold], joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint that must hold must stay where it is placed, at every position tried; the verdict is on the worst."""
     item = max(items, key=lambda hold: hold.moved)
-    unit, limit = unit_of(joint), hold_bound(joint, limits)
+    unit, limit = joint.unit, hold_bound(joint, limits)
     reason = (
         f"joint '{item.joint}' must stay at {item.position:.4g} {unit} and moves {item.moved:.3g} {unit} in "
         f"{item.seconds:.3g} s in {engine}"

@@ -16,6 +16,7 @@ import numpy as np
 from asset2sim.checks.mechanism import Mechanism, poses_at, span_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, in_chains, motion
+from schemas.interaction import Effort, Hold
 from schemas.overlay import JointPhysics
 
 CLEARANCE_M = 1e-3
@@ -74,6 +75,17 @@ def apart_groups(item: Mechanism, samples: int) -> list[tuple[JointPhysics, ...]
 def apart(low: Array, high: Array, boxes: Iterable[tuple[Array, Array]]) -> bool:
     """Whether a box meets none of the others."""
     return not any(np.all(low <= other_high) and np.all(other_low <= high) for other_low, other_high in boxes)
+
+
+OfJoint = TypeVar("OfJoint", Hold, Effort)
+
+
+def by_joint(records: Iterable[OfJoint]) -> list[tuple[str, list[OfJoint]]]:
+    """Each joint with its records: one is held at several positions, and moved both ways."""
+    grouped: dict[str, list[OfJoint]] = {}
+    for item in records:
+        grouped.setdefault(item.joint, []).append(item)
+    return list(grouped.items())
 
 
 MOST_RUNS = 16

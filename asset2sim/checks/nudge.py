@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
@@ -98,7 +97,7 @@ def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresho
 
 def nudge_verdict(item: Nudge, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A nudged joint must lose its speed, and nothing that it moves may explode."""
-    unit = unit_of(joint)
+    unit = joint.unit
     nudged = f"joint '{item.joint}' nudged to {item.speed:.3g} {unit}/s in {engine}"
     if not item.finite or item.peak_speed_m_s > limits.peak_speed_m_s:
         reason = f"{nudged}: what it moves explodes, to {item.peak_speed_m_s:.3g} m/s"

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
@@ -167,7 +166,7 @@ def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresho
 
 def release_verdict(item: Release, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint that is let go of must reach its rest, and stay there."""
-    unit, left = unit_of(joint), item.left
+    unit, left = joint.unit, item.left
     passed = item.seconds is not None and left <= limits.release_share
     done = f"is there after {item.seconds:.3g} s" if item.seconds is not None else "does not get there"
     reason = (

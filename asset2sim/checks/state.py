@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
@@ -41,7 +40,7 @@ def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresho
 
 def state_verdict(item: SettledJoint, joint: JointPhysics, engine: str, limits: Thresholds) -> CheckVerdict:
     """A joint of which a position is asked must settle near it."""
-    unit, limit = unit_of(joint), limits.state_share
+    unit, limit = joint.unit, limits.state_share
     reason = (
         f"joint '{item.joint}', asked to stand at {item.asked:.4g} {unit}, settles at {item.settled:.4g} in {engine}"
     )

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from asset2sim.checks.check_verdict import unit_of
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.free_stretch import Stretch, cleared, depths, stretches
 from asset2sim.checks.joint_groups import apart_groups
@@ -161,7 +160,7 @@ def sweep_verdict(
 ) -> CheckVerdict:
     """A joint must move freely over most of its range, and not be stuck. Authored geometry or the floor may stop it
     earlier, not before ``sweep_excused_share``."""
-    unit, lost, limit = unit_of(joint), hull_loss(item), limits.sweep_free_share
+    unit, lost, limit = joint.unit, hull_loss(item), limits.sweep_free_share
     where = "; ".join(
         f"'{o.link_a}' and '{o.link_b}' overlap by {1e3 * o.depth_m:.3g} mm at {o.position:.4g} {unit} "
         f"({o.cause.value})"

@@ -6,10 +6,13 @@ step, inertia only upwards, no friction added to a joint with a spring.
 
 from collections.abc import Callable
 
+from scipy.spatial.transform import Rotation
+
 from asset2sim.checks.known_checks import check_of
 from asset2sim.checks.remedy import Case, Remedy
+from asset2sim.physics.arrays import vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.refinement.dynamics.turn_over import lie_down
+from asset2sim.validation.lying import AS_AUTHORED_RAD, lies
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
@@ -28,6 +31,8 @@ LIGHT_INERTIA_FACTOR = 3.0
 """Factor on the inertia of light links of an object that explodes, per step."""
 LIGHT_SHARE = 0.1
 """Share of the heaviest link's inertia below which a link counts as light."""
+LEAST_TURN_RAD = 1e-3
+"""Turn below which an object rests as it is set down, rad."""
 
 
 def with_joints(
@@ -211,6 +216,16 @@ def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | 
     if overlay.rolling_friction_m > 0.0:
         return None
     return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
+
+
+def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """The object written as it comes to rest, where that is near how it is authored, or where such things are put down
+    on any side: a pen, a suitcase. A cabinet that topples is not mended by lying."""
+    turn = Rotation.from_rotvec(case.rest_turn_rad)
+    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > AS_AUTHORED_RAD and not lies(case.features, overlay)):
+        return None
+    whole = turn * Rotation.from_rotvec(overlay.turned_rad)
+    return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
 
 
 _DAMPED = Remedy("more damping", more_damping)
