@@ -14,9 +14,9 @@ from asset2sim.experiments.isolation.children import preload
 from asset2sim.models.gateway.environment import quiet_environment
 from tests import started
 from tests.object_store import store, store_server
-from tests.prefect_server import prefect_server, prefect_tables
+from tests.prefect_server import prefect_server, prefect_server_home, prefect_tables
 
-__all__ = ["prefect_server", "prefect_tables", "store", "store_server"]
+__all__ = ["prefect_server", "prefect_server_home", "prefect_tables", "store", "store_server"]
 
 # Hundreds of processes import our modules, and nearly all time of a short one is compiling them.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

@@ -1,49 +1,80 @@
-"""One Prefect server for all tests of a worker that need one and are not about its start. Fixture: ``prefect_server``.
+"""One Prefect server for all tests of all workers that need one and are not about its start. Fixture:
+``prefect_server``.
 
-As a user's own server, which ``PREFECT_API_URL`` names: loading one takes each command 4 s of a core, and a fresh
-database as much again. That a run starts a server of its own, on a database that it makes, is what test_project_walks
+As a user's own server, which ``PREFECT_API_URL`` names: loading one takes 6 s of a core, a fresh database as much, and
+an idle one 1 % of it. That a run starts a server of its own, on a database that it makes, is what test_project_walks
 shows.
 """
 
 import os
 import shutil
+import socket
 import sqlite3
+import subprocess
+import sys
 import urllib.request
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
 from filelock import FileLock
 
-from flows.server.server import temporary_server
+import flows.server.server
 from tests.processes import wait_until
 
 LIMIT_S = 900.0
-DATABASE = "prefect.db"
+DATABASE, TABLES = "prefect.db", "tables.db"
+PROGRAM = Path(flows.server.server.__file__).with_name("api_server.py")
 
 
 @pytest.fixture(scope="session")
-def prefect_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a server on a database of its own, whose tables one worker makes for all."""
-    home, tables = tmp_path_factory.mktemp("prefect"), _tables(tmp_path_factory)
-    with ExitStack() as stack:
-        with FileLock(f"{tables}.lock"):
-            there = tables.exists()
-            if not there:
-                address = stack.enter_context(_running(home))
-                with closing(sqlite3.connect(home / DATABASE)) as made, closing(sqlite3.connect(tables)) as kept:
-                    made.backup(kept)
-        if there:
-            shutil.copy(tables, home / DATABASE)
-            address = stack.enter_context(_running(home))
-        yield address
+def prefect_server_home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the server's database and log."""
+    base = tmp_path_factory.getbasetemp()
+    return (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "prefect-of-all"
 
 
 @pytest.fixture(scope="session")
-def prefect_tables(prefect_server: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A database with the tables of Prefect's server, for ``with_tables``."""
-    return _tables(tmp_path_factory)
+def prefect_server(prefect_server_home: Path) -> Iterator[str]:
+    """The server's address. It is started by the worker that needs it first and ends with the last: its standard input
+    is a pipe that each of them holds open."""
+    home = prefect_server_home
+    home.mkdir(exist_ok=True)
+    pipe, address = home / "pipe", home / "address"
+    with FileLock(home / "lock"):
+        if not pipe.exists():
+            os.mkfifo(pipe)
+        held = os.open(pipe, os.O_RDWR)
+        if not address.exists():
+            url = started(home, pipe)
+            with closing(sqlite3.connect(home / DATABASE)) as made, closing(sqlite3.connect(home / TABLES)) as kept:
+                made.backup(kept)
+            address.write_text(url, encoding="ascii")
+    yield address.read_text(encoding="ascii")
+    os.close(held)
+
+
+def started(home: Path, pipe: Path) -> str:
+    """The address of a new server, once it answers."""
+    named = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
+    environment = {**flows.server.server.SERVER_DEFAULTS, **named, "PREFECT_HOME": str(home)}
+    with socket.create_server(("127.0.0.1", 0)) as listener, (home / "log").open("wb") as log:
+        fd, port = listener.fileno(), listener.getsockname()[1]
+        with open(os.open(pipe, os.O_RDONLY), "rb") as alive:
+            subprocess.Popen(
+                [sys.executable, "-P", str(PROGRAM), str(fd), "few"], stdin=alive, stdout=log, stderr=log,
+                pass_fds=[fd], start_new_session=True, env=environment,
+            )  # fmt: skip
+    url = f"http://127.0.0.1:{port}/api"
+    assert wait_until(lambda: answers(url), LIMIT_S), (home / "log").read_text(encoding="utf-8")
+    return url
+
+
+@pytest.fixture(scope="session")
+def prefect_tables(prefect_server: str, prefect_server_home: Path) -> Path:
+    """A database with the tables of Prefect's server and no more, for ``with_tables``."""
+    return prefect_server_home / TABLES
 
 
 def with_tables(home: Path, tables: Path) -> Path:
@@ -51,22 +82,6 @@ def with_tables(home: Path, tables: Path) -> Path:
     home.mkdir(parents=True, exist_ok=True)
     shutil.copy(tables, home / DATABASE)
     return home
-
-
-def _tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    base = tmp_path_factory.getbasetemp()
-    return (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "prefect-tables.db"
-
-
-@contextmanager
-def _running(home: Path) -> Iterator[str]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PREFECT_HOME", str(home))
-        patch.delenv("PREFECT_API_URL", raising=False)
-        with temporary_server() as address:
-            patch.undo()
-            assert address is not None and wait_until(lambda: answers(address), LIMIT_S)
-            yield address
 
 
 def answers(address: str) -> bool:

@@ -1,15 +1,13 @@
 """The command with a model behind a real server: labelled views in every question, and an object that passes."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from asset2sim.catalog.read import read_table
-from tests.assets import ROOT, SHARED
-from tests.prefect_server import using
+from tests.assets import SHARED
+from tests.commands import one_after_the_other
 from tests.scripted_server import scripted
 
 OBJECTS = SHARED / "partnet_mobility"
@@ -20,26 +18,23 @@ pytestmark = [
 
 CHOSEN = "19179"
 """A cabinet, whose drawers overlap what is around them as they are drawn: a model is asked for its state as well."""
-LIMIT_S = 900
 VIEWS = ["perspective", "front", "left", "back", "parts", "parts_open"]
 STATE_VIEWS = ["perspective", "front", "right", "top"]
 
 
-def test_an_object_of_the_paper_with_a_model_that_looks(tmp_path: Path, prefect_server: str) -> None:
+def test_an_object_of_the_paper_with_a_model_that_looks(
+    tmp_path: Path, prefect_server: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     log, out = tmp_path / "requests.jsonl", tmp_path / "out"
-    unset = ("OPENAI_API_KEY", "OPENAI_API_BASE")
-    environment = {
-        name: value for name, value in using(prefect_server, tmp_path / "prefect").items() if name not in unset
-    }
+    for name in ("OPENAI_API_KEY", "OPENAI_API_BASE"):
+        monkeypatch.delenv(name, raising=False)
     with scripted(log=log) as server:
-        command = [
-            sys.executable, "-m", "flows.command", "refine", str(OBJECTS), "--out", str(out), "--subset", "paper9",
-            "--assets", CHOSEN, "--model", "openai/scripted", "--api-base", server.api_base,
-            "--engines", "pybullet", "--proposer", "model", "--no-interaction", "--no-views", "--workers", "1",
-            "--strict",
+        words = [
+            "refine", str(OBJECTS), "--out", str(out), "--subset", "paper9", "--assets", CHOSEN,
+            "--model", "openai/scripted", "--api-base", server.api_base, "--engines", "pybullet",
+            "--proposer", "model", "--no-interaction", "--no-views", "--workers", "1", "--strict",
         ]  # fmt: skip
-        done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
-    assert done.returncode == 0, done.stdout + done.stderr
+        one_after_the_other([words], prefect_server)
     rows = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
     purposes = [row["purpose"] for row in rows if row["asset_id"] == CHOSEN]
     assert purposes == ["synthesis", *["refinement"] * (len(rows) - 1)] and len(rows) >= 2

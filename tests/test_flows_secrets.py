@@ -1,7 +1,6 @@
 """Hooks and addresses with keys: whole where they are used, redacted in tables, MLflow, Prefect and process lists."""
 
 import json
-import os
 import pickle
 import shutil
 import sqlite3
@@ -27,7 +26,7 @@ from schemas.secret import redacted_address, secret_parts
 from schemas.settings import ModelSettings, RunSettings, Settings
 from tests.assets import ROOT
 from tests.incremental_runs import dataset
-from tests.prefect_server import with_tables
+from tests.prefect_server import using
 
 BASE = "https://me:pass-word-1@127.0.0.1:1/v1/a1b2c3d4e5f6a7b8c9d0e1f2?code=query-key-2#part-3"
 HOOK = "curl https://chat.example/hook-secret-4"
@@ -91,10 +90,9 @@ def test_with_a_settings_file_only_what_options_state_is_kept(tmp_path: Path, mo
 
 
 @pytest.mark.system
-def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_tables: Path) -> None:
+def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_server: str, prefect_server_home: Path) -> None:
     """A whole run against an address where nobody listens: OUT, MLflow and Prefect, tables and databases decoded."""
-    data, out = dataset(tmp_path / "data", ("a",)), tmp_path / "out"
-    home = with_tables(tmp_path / "home", prefect_tables)
+    data, out, home = dataset(tmp_path / "data", ("a",)), tmp_path / "out", tmp_path / "home"
     shutil.copytree(ROOT / "data" / "raw" / "Box" / "box_wooden", data / "box")
     (data / "manifest.csv").write_text("asset_id,path\na,box\n", encoding="utf-8")
     settings = tmp_path / "settings.yaml"
@@ -102,7 +100,7 @@ def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_tables: Path) -> N
     told = tmp_path / "told"
     hook = f"echo hook-secret-4 $ASSET2SIM_EXIT > '{told}'"
     words = ["refine", str(data), "--out", str(out), "--model", "openai/x", "--api-base", BASE, "--hook", hook]
-    environment = {**os.environ, "PREFECT_HOME": str(home), "OPENAI_API_KEY": "sk-key-5-of-a-test"}
+    environment = {**using(prefect_server, home), "OPENAI_API_KEY": "sk-key-5-of-a-test"}
     ran = subprocess.run(
         [sys.executable, "-m", "flows.command", *words, "--no-views", "--settings", str(settings)], cwd=ROOT, text=True,
         capture_output=True, env=environment, timeout=300,
@@ -112,7 +110,7 @@ def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_tables: Path) -> N
     assert row["failure_mode"] == "model_error", row["reason"]
     assert "could not be reached at https://***@127.0.0.1:1/v1/***?***" in row["reason"]
     everything = [ran.stdout, ran.stderr]
-    for path in (file for place in (out, home) for file in place.rglob("*") if file.is_file()):
+    for path in (file for place in (out, home, prefect_server_home) for file in place.rglob("*") if file.is_file()):
         everything.append(path.read_bytes().decode("utf-8", "replace"))
         if path.suffix == ".parquet":
             everything.append(str(pq.read_table(path, partitioning=None).to_pylist()))

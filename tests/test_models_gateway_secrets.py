@@ -21,7 +21,7 @@ from schemas.settings import EngineSettings, ModelSettings, RunSettings, Setting
 from schemas.vocabulary import Engine, Status
 from tests.assets import ROOT
 from tests.model_server import Reply, serve
-from tests.prefect_server import with_tables
+from tests.prefect_server import using
 
 pytestmark = pytest.mark.system
 
@@ -46,10 +46,10 @@ def echoing(number: int, body: dict[str, Any]) -> Reply:
     return Reply(json.dumps(good).replace("ESCAPED", escaped))
 
 
-def refine(out: Path, home: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+def refine(out: Path, environment: dict[str, str], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     hidden = ("OPENAI_API_KEY", "OPENAI_API_BASE", "OPENAI_BASE_URL")
-    environment = {name: value for name, value in os.environ.items() if name not in hidden}
-    environment |= {"PREFECT_HOME": str(home), "PYTHONPATH": str(ROOT)}
+    environment = {name: value for name, value in environment.items() if name not in hidden}
+    environment |= {"PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "flows.command", "refine", str(ROOT / "data" / "raw"), "--assets", "box_wooden"]
     return subprocess.run(
         [*command, "--out", str(out), "--workers", "1", "--engines", "pybullet", "--no-interaction", *options],
@@ -69,10 +69,9 @@ def everything_in(folder: Path) -> dict[str, bytes]:
 
 
 def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_tables: Path
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_server: str, prefect_server_home: Path
 ) -> None:
-    out, folder = tmp_path / "out", tmp_path / "here"
-    home = with_tables(tmp_path / "prefect", prefect_tables)
+    out, home, folder = tmp_path / "out", tmp_path / "prefect", tmp_path / "here"
     folder.mkdir()
     (folder / ".env").write_text(f"OPENAI_API_KEY={KEY}\n", encoding="utf-8")
     asked: list[dict[str, Any]] = []
@@ -82,7 +81,9 @@ def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
         return echoing(len(asked) - 1, body)
 
     with serve(script) as server:
-        first = refine(out, home, folder, "--model", "openai/scripted", "--api-base", server.api_base)
+        first = refine(
+            out, using(prefect_server, home), folder, "--model", "openai/scripted", "--api-base", server.api_base
+        )
         assert first.returncode == 0, first.stderr
         of_first = len(server.requests)
         monkeypatch.setenv("OPENAI_API_KEY", KEY)
@@ -91,7 +92,7 @@ def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
     assert again.status is Status.OK and len(again.calls) == of_first - 1
     assert {(call.cached, call.cost_usd, call.prompt_tokens) for call in again.calls} == {(True, 0.0, 0)}
     assert [call.outcome for call in again.calls[:2]] == ["invalid_answer", "cached"]
-    files = everything_in(out) | everything_in(home)
+    files = everything_in(out) | everything_in(home) | everything_in(prefect_server_home)
     files["console"] = f"{first.stdout}{first.stderr}".encode()
     for part in (KEY, KEY[8:]):
         assert [name for name, content in files.items() if part.encode() in content] == []

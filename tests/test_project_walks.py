@@ -12,6 +12,8 @@ import pytest
 from tests.doc_blocks import PAGES, Block, blocks, checkout, run_block
 
 LIMIT_S = 900.0
+INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 8 "
+"""When nightly.md interrupts a run, s: of these few samples, it would be over by then on a quick machine."""
 SAMPLES = ("laptop_silver", "box_wooden", "planted_missing_mesh", "planted_not_xml")
 BLOCKS = {(block.page, block.number): block for page in PAGES for block in blocks(page)}
 FIRST = ("README.md", "asset2sim refine data/raw --out data/refined --dry-run")
@@ -83,8 +85,8 @@ class Checkout(NamedTuple):
 
     def walk(self, *steps: tuple[str, str], **more: str) -> list[str]:
         """Run the blocks in order; what each printed. ``more`` is added to the environment."""
-        port, environment = {"8000": free_port()}, self.environment | more
-        return [run_block(block(*step), self.folder, environment, port, LIMIT_S) for step in steps]
+        replaced, environment = {"8000": free_port(), INTERRUPT: INTERRUPT_EARLY}, self.environment | more
+        return [run_block(block(*step), self.folder, environment, replaced, LIMIT_S) for step in steps]
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import RunSettings
 from schemas.table import Row
 from tests.factories import make_record
-from tests.prefect_server import in_use
+from tests.prefect_server import in_use, with_tables
 from tests.refined_things import block, drawer
 from tests.test_catalog_history import night
 
@@ -35,8 +35,9 @@ def out(tmp_path: Path) -> Path:
 
 
 def test_the_command_records_every_refined_object_and_writes_the_page(
-    out: Path, capsys: pytest.CaptureFixture[str]
+    out: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, prefect_tables: Path
 ) -> None:
+    monkeypatch.setenv("PREFECT_HOME", str(with_tables(out.parent / "prefect", prefect_tables)))
     page = out.parent / "page.md"
     page.write_text("<!-- judged: begin (make judged) -->\n<!-- judged: end -->\n", encoding="utf-8")
     words = ["record-motion", str(out), "--no-film", "--workers", "2", "--page", str(page)]
