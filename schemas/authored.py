@@ -12,6 +12,8 @@ KEEP_WORDS = (*Keep, *Quantity)
 """Words of ``--keep``: one of ``Keep`` for all quantities, or the quantities that stay as their file has them."""
 KEPT_AS_ASKED = "its size is kept, as asked"
 """Why lengths count as metres where nothing but the user says so."""
+UNLIKE_UNITS = "its size is none to which datasets bring their objects"
+"""Why they do where no more is known of them, unless that is no size for its kind."""
 
 
 def keep_words(said: str | Sequence[str]) -> tuple[str, ...]:

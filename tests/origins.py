@@ -55,7 +55,7 @@ def mirrored() -> Origin:
             link("stretched", mesh("-2 -1 0.5")),
             joint("right_joint", "revolute", "body", "right", xyz="0.31 0 0.16", axis="0 0 1", limit="0 1"),
             joint("left_joint", "revolute", "body", "left", xyz="-0.31 0 0.16", axis="0 0 -1", limit="0 1"),
-            joint("stretched_joint", "fixed", "body", "stretched", xyz="0.2 0.1 0.16"),
+            joint("stretched_joint", "fixed", "body", "stretched", xyz="0.2 -0.02 0.16"),
         ),
         {"wedge.obj": wedge_obj()},
     )

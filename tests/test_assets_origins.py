@@ -17,7 +17,7 @@ from asset2sim.engines.registry import installed, open_world
 from asset2sim.physics.inertia import tensor_of
 from schemas.asset import AssetRecord, AssetRef
 from schemas.overlay import LinkPhysics
-from schemas.vocabulary import Engine, Export, FailureMode, Severity, Status
+from schemas.vocabulary import Engine, Export, Severity, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, prior, written
 from tests.origins import (
@@ -239,11 +239,13 @@ def test_a_link_may_be_named_world(tmp_path: Path) -> None:
     assert [model.body(index).name for index in range(model.nbody)] == ["world", "world_link", "body", "door"]
 
 
-@pytest.mark.parametrize(("kind", "advice"), [("planar", "two prismatic"), ("floating", "an asset of its own")])
-def test_joints_that_are_not_simulated_say_what_to_do(tmp_path: Path, kind: str, advice: str) -> None:
-    record, _ = refined(kind, unsupported(kind), tmp_path)
-    assert record.failure_mode is FailureMode.INVALID_JOINT_CONFIGURATION
-    assert "'move'" in record.reason and advice in record.reason
+@pytest.mark.parametrize(("kind", "code"), [("planar", "joint_in_steps"), ("floating", "part_floats")])
+def test_planar_and_floating_parts_are_refined(tmp_path: Path, kind: str, code: str) -> None:
+    record, folder = refined(kind, unsupported(kind), tmp_path)
+    assert record.status is Status.OK, record.reason
+    assert code in {finding.code for finding in record.findings if finding.joint == "move"}
+    moving = sorted(item.type for item in read_urdf(folder / "mobility.urdf").joints if item.type != "fixed")
+    assert moving == (["continuous", "prismatic", "prismatic"] if kind == "planar" else [])
 
 
 def test_tags_that_we_do_not_know_are_kept() -> None:

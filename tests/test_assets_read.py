@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from lxml import etree
 
@@ -63,8 +64,6 @@ def test_what_is_no_tree_is_unreadable(tmp_path: Path, urdf: str, code: str, nam
         (robot(TWO, hinge(child="ghost")), "unknown_link", "child 'ghost'"),
         (robot(TWO, hinge(parent="ghost")), "unknown_link", "parent 'ghost'"),
         (robot(TWO, hinge(axis="0 0 0")), "zero_axis", "axis"),
-        (robot(TWO, joint("swing", "planar", "a", "b", axis="0 0 1")), "joint_type", "'planar'"),
-        (robot(TWO, joint("swing", "floating", "a", "b")), "joint_type", "'floating'"),
         (robot(TWO, hinge(limit="nan 1")), "not_finite", "limit lower='nan'"),
         (robot(TWO, hinge(limit="0 inf")), "not_finite", "limit upper='inf'"),
         (robot(TWO, hinge(axis="0 0 NaN")), "not_finite", "axis xyz"),
@@ -93,11 +92,33 @@ def test_a_link_named_nan_is_a_name(tmp_path: Path) -> None:
     assert [item.name for item in read_urdf(folder / "mobility.urdf").links] == ["nan", "inf"]
 
 
-def test_a_slider_without_limits_is_refused(tmp_path: Path) -> None:
-    folder = written(tmp_path, robot(TWO, joint("slide", "prismatic", "a", "b", axis="1 0 0")))
-    with pytest.raises(AssetError, match=r"mobility\.urdf.*'slide'.*limits") as caught:
-        read(folder)
-    assert (caught.value.mode, caught.value.joint) == (INVALID, "slide")
+def test_a_slider_without_limits_goes_as_far_as_the_longest_link_is_long(tmp_path: Path) -> None:
+    parts = link("a", shape("0.5 0.2 0.1")), link("b", shape("0.1 0.3 0.1"))
+    item = read(written(tmp_path, robot(*parts, joint("slide", "prismatic", "a", "b", axis="1 0 0"))))
+    slide = item.features.joint("slide")
+    assert (slide.lower, slide.upper) == pytest.approx((-0.5, 0.5))
+    assert [(finding.code, finding.joint) for finding in item.findings] == [("limits_supplied", "slide")]
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "2 0 0", "0.6 0 -0.8"])
+def test_a_planar_joint_slides_in_its_plane_and_turns_about_its_normal(tmp_path: Path, axis: str) -> None:
+    normal = np.array([float(word) for word in axis.split()])
+    parts = link("a", BOX), link("b", BOX), link("move_1", BOX)  # a name that the steps would take
+    moves = joint("move", "planar", "a", "b", xyz="0 0 0.3", axis=axis, limit="0 1")
+    features = read(written(tmp_path, robot(*parts, moves, joint("on", "fixed", "a", "move_1")))).features
+    steps = [features.joint(name) for name in ("move_1_", "move_2", "move")]
+    assert [step.type for step in steps] == ["prismatic", "prismatic", "continuous"]
+    assert [(step.parent, step.child) for step in steps] == [("a", "move_1_"), ("move_1_", "move_2"), ("move_2", "b")]
+    frame = np.array([step.axis_in_root for step in steps])
+    assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-9)
+    assert frame[2] == pytest.approx(normal / np.linalg.norm(normal))
+    assert [step.origin_xyz for step in steps] == [(0.0, 0.0, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)]
+
+
+def test_a_part_that_floats_is_held_where_it_stands(tmp_path: Path) -> None:
+    item = read(written(tmp_path, robot(TWO, joint("loose", "floating", "a", "b", xyz="0 0 2"))))
+    assert item.features.joint("loose").type == "fixed" and item.features.joint("loose").origin_xyz == (0.0, 0.0, 2.0)
+    assert [(finding.code, finding.joint) for finding in item.findings] == [("part_floats", "loose")]
 
 
 def test_a_limit_that_is_not_stated_is_zero(tmp_path: Path) -> None:

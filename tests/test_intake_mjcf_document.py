@@ -184,6 +184,13 @@ def test_what_stands_in_the_world_without_a_body_is_one_link(tmp_path: Path) -> 
     assert len(made.robot.findall("link/collision")) == 1 and "1 mocap bodies" in str(made.notes)
 
 
+def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> None:
+    press = f'<body name="press"><joint type="slide" range="0 0.02"/>{SOLID}</body>'
+    made = urdf_of_mjcf(written(tmp_path, f'<body name="box" mocap="true">{SOLID}{press}</body>'), tmp_path)
+    assert [link.get("name") for link in made.robot.findall("link")] == ["box", "press"]
+    assert [joint.get("type") for joint in made.robot.findall("joint")] == ["prismatic"]
+
+
 @pytest.mark.parametrize(
     ("geoms", "mass"),
     [

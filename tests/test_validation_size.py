@@ -13,6 +13,7 @@ from asset2sim.guidance.category import identify
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
 from asset2sim.guidance.sizing import fitted_edges, propose_scale
+from asset2sim.models.object_facts import object_facts
 from asset2sim.validation.sanity import sensible
 from asset2sim.validation.size import HAND_M, with_sensible_size
 from schemas.finding import Notes
@@ -20,7 +21,7 @@ from schemas.guidance import NOTHING_ASKED
 from schemas.overlay import Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Correction, Severity
-from tests.assets import cabinet, read, written
+from tests.assets import cabinet, link, read, robot, shape, written
 from tests.factories import guidance_of
 from tests.prior_objects import ask, hinged, thing
 
@@ -205,3 +206,19 @@ def test_what_is_smaller_than_normalised_and_usual_is_in_metres(category: str, e
     assert (found == 1.0) is kept, found
     if kept:
         assert with_sensible_size(info, read_guidance("", info), Overlay(scale=1.0), Notes()).scale == 1.0
+
+
+@pytest.mark.parametrize(
+    ("category", "edges", "kept"), [(None, "0.83 0.72 0.88", True), ("Dishwasher", "0.63 0.8 0.972", True),
+                                    ("Laptop", "0.83 0.72 0.88", False), (None, "8.3 7.2 8.8", False),
+                                    (None, "0.9 1 0.7", False), (None, "1.2 1.1 1.1", False)],
+)  # fmt: skip
+def test_a_size_to_which_no_dataset_brings_anything_stays_where_it_may_be_real(
+    tmp_path: Path, category: str | None, edges: str, kept: bool
+) -> None:
+    """A kitchen range without a name is not shrunk to what fits on a table. Of unknown unit stay what is no laptop's
+    size, what no home holds, and what was brought into a unit cube or a sphere of radius 1."""
+    features = read(written(tmp_path, robot(link("a", shape(edges)))), category).features
+    info = ObjectInfo.from_json(object_facts(features))
+    size = tables.sizes()[identify(info, ())[0]]
+    assert (propose_scale(info, size, NOTHING_ASKED.size).value == 1.0) is kept

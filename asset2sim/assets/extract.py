@@ -144,7 +144,8 @@ def read_asset(
     points = {name: item.points for name, item in geometry.items()}
     if not any(len(cloud) for cloud in points.values()):
         raise AssetError(FailureMode.MISSING_MESH, "no_geometry", f"{urdf.name}: no link has any geometry")
-    stated = [believed_limits(read_joint(joint, urdf)) for joint in robot.joints]
+    longest = max(float(np.ptp(cloud, axis=0).max()) for cloud in points.values() if len(cloud))
+    stated = [believed_limits(read_joint(joint, urdf), longest) for joint in robot.joints]
     joints, narrowed = coupled([joint for joint, _ in stated])
     reader.findings.extend(finding for _, finding in stated if finding is not None)
     reader.findings.extend(narrowed)
@@ -184,7 +185,7 @@ def read_asset(
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=vector(front_of(robot, urdf)),
         metric=metric_evidence(
-            opened.metric_format, links, size_kept, document.robot, vector(closed_high - closed_low)
+            opened.metric_format, links, size_kept, document.robot, vector(closed_high - closed_low), vector(high - low)
         ),
         keep=keep,
     )

@@ -23,15 +23,12 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
     limit, dynamics = joint.limit, joint.dynamics
     lower = None if limit is None else limit.lower
     upper = None if limit is None else limit.upper
-    # A hinge without limits turns freely; a slider without them has no end and is refused.
+    # A hinge without limits turns freely; a slider without them is given some.
     kind = "continuous" if joint.type == "revolute" and lower is None and upper is None else joint.type
     limited = kind in ("revolute", "prismatic")
-    if limited and (lower is None or upper is None):
-        code, problem = "half_limits", f"joint '{joint.name}' states one limit of two; state both lower and upper"
-        if lower is None and upper is None:
-            code, problem = "no_limits", f"prismatic joint '{joint.name}' has no limits; state lower and upper"
-        mode = FailureMode.INVALID_JOINT_CONFIGURATION
-        raise AssetError(mode, code, f"{urdf.name}: {problem}", joint=joint.name)
+    if limited and (lower is None) != (upper is None):
+        problem = f"{urdf.name}: joint '{joint.name}' states one limit of two; state both lower and upper"
+        raise AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, "half_limits", problem, joint=joint.name)
     return JointFeatures(
         name=joint.name,
         type=kind,
@@ -97,9 +94,20 @@ def in_quarters(limit_rad: float) -> bool:
     )
 
 
-def believed_limits(joint: JointFeatures) -> tuple[JointFeatures, Finding | None]:
-    """The joint with an implausibly long hinge range read as degrees, or as none, and a finding; else unchanged, and
-    None."""
+def believed_limits(joint: JointFeatures, longest_m: float) -> tuple[JointFeatures, Finding | None]:
+    """The joint with an implausibly long hinge range read as degrees, or as none, and a finding; a slider without
+    limits with those of the object's longest link, m; else unchanged, and None."""
+    if joint.type == "prismatic" and joint.lower is None:
+        finding = Finding(
+            stage=Stage.EXTRACT,
+            severity=Severity.WARNING,
+            code="limits_supplied",
+            message=f"joint '{joint.name}' slides without limits; it may go {longest_m:.4g} m to either side, the "
+            "length of the longest link: state lower and upper",
+            joint=joint.name,
+            value=longest_m,
+        )
+        return joint.model_copy(update={"lower": -longest_m, "upper": longest_m}), finding
     if joint.type != "revolute" or joint.lower is None or joint.upper is None:
         return joint, None
     range_rad, largest = abs(joint.upper - joint.lower), max(abs(joint.lower), abs(joint.upper))

@@ -1,12 +1,13 @@
 """Whether an asset's lengths are metres already, and which of its authored masses a body of that size can have."""
 
+import math
 from collections.abc import Sequence
 from statistics import median
 
 from lxml.etree import _Element as Element
 
 from asset2sim.physics.inertia import tensor_of
-from schemas.authored import KEPT_AS_ASKED
+from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
 from schemas.features import LinkFeatures
 from schemas.vocabulary import Keep
 
@@ -29,6 +30,11 @@ metres is told."""
 DRAWN = "its boxes and cylinders are drawn in tenths of a millimetre"
 UNITS, OF_UNIT = (1.0, 2.0), 1e-3
 """Longest edge or diagonal of what was brought to one size, and the share by which it is off."""
+NEAR_UNIT = 0.01
+"""The share by which it may be off where parts have moved since, as a door that was ajar."""
+UNIT_SPHERE_M = (1.5, 3.0)
+"""Diagonal with all joints at zero of what was brought into a sphere of radius 1 in another state, with a tenth to
+spare: 1.67 to 2.76 in PartNet-Mobility."""
 
 
 def metric_evidence(
@@ -37,14 +43,16 @@ def metric_evidence(
     kept: Keep = Keep.PLAUSIBLE,
     robot: Element | None = None,
     size: Sequence[float] = (),
+    rest_size: Sequence[float] = (),
 ) -> str:
     """The reason to take the authored lengths for metres; empty where there is none.
 
     ``metric_format`` is the name of a format that has metres, empty for one that may have anything. Metres has also a
     URDF whose masses fit its volumes: at ten times its size an object of those masses would be a thousand times too
-    light; and one of boxes, cylinders and spheres (of ``robot``) that somebody drew with a ruler, unless its ``size``
-    is of something that was brought to one. The size is ``kept`` as the user asks: whatever it is, where it is
-    plausible, or not at all.
+    light; one of boxes, cylinders and spheres (of ``robot``) that somebody drew with a ruler, unless its ``size`` is of
+    something that was brought to one; and, the weakest, one whose ``size`` and ``rest_size`` (edges in m, closed and
+    with all joints at zero) are none to which anything is brought. The size is ``kept`` as the user asks: whatever it
+    is, where it is plausible, or not at all.
     """
     if kept is not Keep.PLAUSIBLE:
         return KEPT_AS_ASKED if kept is Keep.ALL else ""
@@ -55,7 +63,8 @@ def metric_evidence(
         return "its masses fit its volumes in metres"
     if robot is not None and is_drawn_in_metres(robot) and not is_unit(size):
         return DRAWN
-    return ""
+    apart = not any(is_unit(edges, NEAR_UNIT) or in_unit_sphere(edges) for edges in (size, rest_size))
+    return UNLIKE_UNITS if size and apart else ""
 
 
 def is_drawn_in_metres(robot: Element) -> bool:
@@ -80,10 +89,15 @@ def off_grid(length: float, step: float) -> float:
     return abs(length - step * round(length / step))
 
 
-def is_unit(size: Sequence[float]) -> bool:
+def is_unit(size: Sequence[float], slack: float = OF_UNIT) -> bool:
     """Whether a box of these edges was brought to a longest edge or a diagonal of 1 or 2."""
-    diagonal = sum(edge * edge for edge in size) ** 0.5
-    return any(abs(length / unit - 1.0) <= OF_UNIT for length in (max(size, default=0.0), diagonal) for unit in UNITS)
+    lengths = max(size, default=0.0), math.hypot(*size)
+    return any(abs(length / unit - 1.0) <= slack for length in lengths for unit in UNITS)
+
+
+def in_unit_sphere(size: Sequence[float]) -> bool:
+    """Whether a box of these edges may be of an object that was brought into a sphere of radius 1."""
+    return UNIT_SPHERE_M[0] <= math.hypot(*size) <= UNIT_SPHERE_M[1]
 
 
 def authored_density(link: LinkFeatures) -> float | None:

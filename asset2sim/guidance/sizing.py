@@ -10,7 +10,7 @@ from asset2sim.guidance.amounts import LEAST_SCALE, MOST_SCALE, plain
 from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.tables import Size
-from schemas.authored import KEPT_AS_ASKED
+from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
 from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
 
 KEEP_WITHIN = 0.2
@@ -180,9 +180,11 @@ def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
     authored = dimension(info, size)
     if not info.lengths or stated_scale(info, asked) is not None or size_word(asked)[0]:
         return False
-    if info.lengths == KEPT_AS_ASKED or not info.category:
+    if info.lengths == KEPT_AS_ASKED:
         return True
-    return size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
+    if info.lengths == UNLIKE_UNITS:
+        return size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK
+    return not info.category or size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
 
 
 def usual_as_it_is(info: ObjectInfo, size: Size) -> bool:

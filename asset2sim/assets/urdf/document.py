@@ -4,13 +4,20 @@ import re
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 
 from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.meshes.unusable import other_kind
+from asset2sim.assets.urdf.joint_types import (
+    complete_limits,
+    info,
+    settle_joint_types,
+    warning,
+    without_infinite_limits,
+)
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
 from asset2sim.assets.urdf.numbers import (
     check_numbers,
@@ -21,7 +28,7 @@ from asset2sim.assets.urdf.numbers import (
 )
 from schemas.errors import AssetError
 from schemas.finding import Finding
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode
 
 SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 LISTS = ("xyz", "rpy", "size", "scale", "rgba")
@@ -33,12 +40,8 @@ LONGEST_NAME = 255
 """Longest name of a robot, link or joint, bytes, as of a file: PyBullet dies of one of 5000."""
 HEAD_BYTES = 512
 """Bytes by which a file of another kind is told."""
-NO_BOUND = re.compile(r"[+-]?(inf|infinity)|nan", re.IGNORECASE)
-"""A number that bounds nothing."""
 DECIMAL_COMMA = re.compile(r"(?=.*,)-?\d+(,\d+)?( +-?\d+(,\d+)?){2}")
 """Three numbers of which one has a comma for its point."""
-info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
-warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ def read_document(path: Path) -> Document:
     findings += drop_unknown_shapes(robot)
     findings += drop_unusable_shapes(path, robot)
     findings += drop_unusable_inertials(robot)
-    findings += settle_joint_types(path, robot)
+    findings += settle_joint_types(robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
     return Document(robot, tuple(findings))
@@ -151,27 +154,6 @@ def without_commas(robot: Element) -> None:
                 element.set(key, text.replace(",", " "))
 
 
-def without_infinite_limits(robot: Element) -> list[Finding]:
-    """Make a hinge whose limits are both infinite continuous, with a finding; efforts and speeds without a bound are
-    as good as not stated."""
-    findings = []
-    for joint in robot.findall("joint"):
-        limit = joint.find("limit")
-        if limit is None:
-            continue
-        for key in ("effort", "velocity"):
-            if NO_BOUND.fullmatch(limit.get(key, "").strip()):
-                del limit.attrib[key]
-        ends = [limit.get(key, "").strip() for key in ("lower", "upper")]
-        if joint.get("type") == "revolute" and all(NO_BOUND.fullmatch(end) for end in ends):
-            joint.set("type", "continuous")
-            for key in ("lower", "upper"):
-                del limit.attrib[key]
-            message = f"joint '{joint.get('name')}': limits {ends[0]} to {ends[1]} are taken for none"
-            findings.append(warning(code="limits_unlimited", message=message, joint=str(joint.get("name"))))
-    return findings
-
-
 def check_names(path: Path, robot: Element) -> None:
     """Refuse links and joints without a name or with one that is too long, and joints without a parent or a child."""
     for tag in NAMED:
@@ -205,58 +187,6 @@ def drop_unknown_shapes(robot: Element) -> list[Finding]:
             message = f"link '{name}': a {item.tag} holds {what}; it is left out: use one of {', '.join(SHAPES)}"
             findings.append(warning(code="unknown_shape", message=message, link=name))
             link.remove(item)
-    return findings
-
-
-def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
-    """Remove a root without a shape on which the rest floats, with the joint: they say only that the object is free.
-    Raises AssetError for other floating joints and for planar ones, which no engine of ours moves."""
-    findings = []
-    children = {child.get("link") for child in robot.iterfind("joint/child")}
-    empty = {
-        str(link.get("name"))
-        for link in robot.findall("link")
-        if link.find("visual") is None and link.find("collision") is None
-    }
-    for joint in robot.findall("joint"):
-        kind, name = str(joint.get("type")), str(joint.get("name"))
-        parent, child = (str(end.get("link")) for tag in ("parent", "child") if (end := joint.find(tag)) is not None)
-        if kind == "planar":
-            problem = (
-                "type 'planar' is not simulated; write it as two prismatic joints and a continuous one, or as fixed"
-            )
-            raise invalid(path, "joint_type", name, problem)
-        if kind != "floating":
-            continue
-        alone = sum(end.get("link") == parent for end in robot.iterfind("joint/parent")) == 1
-        if parent in children or parent not in empty or not alone:
-            problem = (
-                f"type 'floating': '{child}' is free of '{parent}'; make it an asset of its own, as --split does, or "
-                "the joint fixed"
-            )
-            raise invalid(path, "joint_type", name, problem)
-        robot.remove(joint)
-        robot.remove(next(link for link in robot.findall("link") if link.get("name") == parent))
-        message = f"joint '{name}': '{child}' floats on '{parent}', which has no shape: the whole object is free"
-        message += ", and both are left out"
-        findings.append(info(code="root_floats", message=message, joint=name))
-    return findings
-
-
-def complete_limits(robot: Element) -> list[Finding]:
-    """Set the one limit of a hinge or slider that is not stated to 0, as URDF has it, where that leaves a range; a
-    finding for each."""
-    findings = []
-    for joint in robot.findall("joint"):
-        limit = joint.find("limit")
-        if limit is None or joint.get("type") not in ("revolute", "prismatic"):
-            continue
-        absent = [key for key in ("lower", "upper") if limit.get(key) is None]
-        if len(absent) == 1 and any(float(limit.get(key) or 0.0) for key in ("lower", "upper")):
-            limit.set(absent[0], "0")
-            name = str(joint.get("name"))
-            message = f"joint '{name}' states no {absent[0]} limit; it is 0, as URDF has it"
-            findings.append(info(code="limit_completed", message=message, joint=name))
     return findings
 
 

@@ -98,9 +98,12 @@ class _Model:
         """The model as a URDF."""
         m = self.model
         robot = etree.Element("robot", name=self.file.stem)
-        tops = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0 and m.body_mocapid[body] < 0]
-        if m.nmocap:
-            self.notes.append(f"its {m.nmocap} mocap bodies, which a program moves, are left out")
+        # A program moves mocap bodies: markers, but also the objects that it places, which have joints.
+        jointed = {int(m.body_rootid[body]) for body in range(1, m.nbody) if m.body_jntnum[body]}
+        at_top = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0]
+        tops = [body for body in at_top if m.body_mocapid[body] < 0 or body in jointed]
+        if len(tops) < len(at_top):
+            self.notes.append(f"its {len(at_top) - len(tops)} mocap bodies without joints are left out")
         loose = [body for body in tops if self.is_free(body)]
         solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
         if not tops and not solid:
@@ -122,7 +125,7 @@ class _Model:
             add(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
         left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
-        left |= {"further keyframes": max(m.nkey - 1, 0)}
+        left |= {"further keyframes": max(m.nkey - 1, 0), "height fields": m.nhfield}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
         notes = (*dict.fromkeys(self.notes), *told)
