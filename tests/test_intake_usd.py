@@ -15,7 +15,7 @@ from lxml import etree
 
 from asset2sim.assets.exports.usd import export_usd
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.urdf.read import read_dynamics, read_urdf
+from asset2sim.assets.urdf.read import read_contacts, read_dynamics, read_urdf
 from asset2sim.intake.formats.usd import urdf_of_usd
 from asset2sim.intake.origin import extract
 from asset2sim.physics.arrays import Array
@@ -190,6 +190,8 @@ def test_every_number_of_a_joint_is_read(case: Case) -> None:
             expected_value = wanted if isinstance(wanted, str) else exact(wanted)
             assert found[name].get(key, 0.0) == expected_value, (name, key)
     assert case.notes == tuple(case.stage.notes)
+    contacts = {name: (own.friction, own.restitution) for name, own in read_contacts(case.robot).items()}
+    assert contacts == {name: exact(told) for name, told in case.stage.contacts.items()}
 
 
 def test_masses_centres_and_inertias_are_read(case: Case) -> None:

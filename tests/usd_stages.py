@@ -11,13 +11,15 @@ Numbers = Mapping[str, float | str]
 
 @dataclass(frozen=True)
 class Stage:
-    """Files of an asset; of each joint what a URDF must say (rad or m, N·m or N), and of each link its mass, kg."""
+    """Files of an asset; of each joint what a URDF must say (rad or m, N·m or N), of each link its mass, kg, and of
+    those whose material says it the friction and restitution of their contacts."""
 
     files: Mapping[str, str]
     joints: Mapping[str, Numbers]
     masses: Mapping[str, float]
     root: str
     notes: Sequence[str] = field(default=())
+    contacts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def usda(*prims: str, up: str = "Z", metres: float | None = 1.0, kilograms: float = 1.0, default: str = "Thing") -> str:
@@ -122,8 +124,9 @@ def isaac_cabinet() -> Stage:
     hinge = joint("Revolute", "door_hinge", ("/Thing/body", "/Thing/door"), limits(-5.0, 95.0, "Z"), drive("angular",
         0.0, 0.02, most=30.0), "float physxJoint:maxJointVelocity = 180", "float physxJoint:armature = 0.004",
         "float physxJoint:jointFriction = 0.0", "float physxJointAxis:angular:staticFrictionEffort = 0.15",
+        "float state:angular:physics:position = 20", "float state:angular:physics:velocity = 3",
         frame0="0.21 -0.25 0|0.7071067811865476 0 0 0.7071067811865476", frame1="0 -0.2 0",
-        apis=("PhysicsDriveAPI:angular", "PhysxJointAPI"))  # fmt: skip
+        apis=("PhysicsDriveAPI:angular", "PhysxJointAPI", "PhysicsJointStateAPI:angular"))  # fmt: skip
     slide = joint("Prismatic", "drawer_slide", ("/Thing/body", "/Thing/drawer"), limits(0.0, 0.3, "X"),
         drive("linear", 12.0, 3.0, 0.05), frame0="0.2 0.1 0.4", frame1="-0.1 0 0",
         apis=("PhysicsDriveAPI:linear",))  # fmt: skip
@@ -133,7 +136,8 @@ def isaac_cabinet() -> Stage:
         moments=(0.03, 0.02, 0.04), axes=(HALF, HALF, 0.0, 0.0)), body("drawer", at((0.3, 0.1, 0.4)), plate("mesh",
         (0.2, 0.4, 0.1)), mass=1.5, moments=(0.02, 0.03, 0.04)), prim("Scope", "joints", foot, hinge, slide),
         library=library), {"door_hinge": {"type": "revolute", "lower": -5.0 * DEGREE, "upper": 95.0 * DEGREE,
-        "damping": 0.02 / DEGREE, "friction": 0.15, "effort": 30.0, "velocity": math.pi, "armature": 0.004},
+        "damping": 0.02 / DEGREE, "friction": 0.15, "effort": 30.0, "velocity": math.pi, "armature": 0.004,
+        "start": 20.0 * DEGREE},
         "drawer_slide": {"type": "prismatic", "lower": 0.0, "upper": 0.3, "damping": 3.0, "spring_stiffness": 12.0,
         "spring_reference": 0.05}}, {"body": 20.0, "door": 2.5, "drawer": 1.5}, "body",
         ("link 'body' is fixed to the world",))  # fmt: skip
@@ -177,14 +181,15 @@ def isaac_pendulum() -> Stage:
 
 
 def simready_oven() -> Stage:
-    """Centimetres, y up, bodies nested, a body's geometry by reference to another file, which is in its own scale."""
+    """Centimetres, y up, bodies nested, a body's geometry by a payload of another file, which is in its own scale."""
     hinge = joint("Revolute", "hinge", ("/Thing/oven", "/Thing/oven/door"), limits(0.0, 90.0, "X"), drive("angular",
         50.0, 200.0, 10.0, 1.0e5), "float physxJoint:armature = 40", frame0="0 5 30", frame1="0 -20 0",
         apis=("PhysicsDriveAPI:angular",))  # fmt: skip
     rack = joint("Prismatic", "rack_slide", ("/Thing/oven", "/Thing/oven/rack"), limits(0.0, 25.0, "Z"),
-        drive("linear", 0.0, 300.0, most=5000.0), frame0="0 25 0", apis=("PhysicsDriveAPI:linear",))  # fmt: skip
+        drive("linear", 0.0, 300.0, most=5000.0), "float state:linear:physics:position = 5", frame0="0 25 0",
+        apis=("PhysicsDriveAPI:linear", "PhysicsJointStateAPI:linear"))  # fmt: skip
     door = body("door", at((0.0, 25.0, 30.0)), prim("Xform", "look", at((0, 0, 0), scale=(0.1, 0.1, 0.1)),
-        more="prepend references = @./parts/door.usda@"), mass=4.0, com=(0.0, 1.0, -0.5), moments=(600.0, 500.0,
+        more="prepend payload = @./parts/door.usda@"), mass=4.0, com=(0.0, 1.0, -0.5), moments=(600.0, 500.0,
         900.0), axes=(0.9, 0.1, 0.3, math.sqrt(0.09)))  # fmt: skip
     shelf = body("rack", at((0.0, 25.0, 0.0)), plate("mesh", (40.0, 1.0, 30.0)), mass=1.0, moments=(80.0, 200.0, 120.0))
     oven = body("oven", plate("mesh", (60.0, 50.0, 55.0), place=at((0, 25, 0))), door, shelf, mass=30.0, com=(0.0,
@@ -194,7 +199,8 @@ def simready_oven() -> Stage:
         "parts/door.usda": part}, {"hinge": {"type": "revolute", "lower": 0.0, "upper": 90 * DEGREE,
         "spring_stiffness": 50e-4 / DEGREE, "damping": 200e-4 / DEGREE, "spring_reference": 10 * DEGREE,
         "effort": 10.0, "armature": 40e-4}, "rack_slide": {"type": "prismatic", "lower": 0.0, "upper": 0.25,
-        "damping": 300.0, "effort": 50.0}}, {"oven": 30.0, "door": 4.0, "rack": 1.0}, "oven")  # fmt: skip
+        "damping": 300.0, "effort": 50.0, "start": 0.05}}, {"oven": 30.0, "door": 4.0, "rack": 1.0},
+        "oven")  # fmt: skip
 
 
 def simready_bin() -> Stage:
@@ -218,7 +224,7 @@ def simready_bin() -> Stage:
 def simready_lamp() -> Stage:
     """An arm whose mass comes of the density of its material, below a variant that is chosen, and a shade on a ball."""
     steel = prim("Material", "steel", "float physics:density = 7800", "float physics:dynamicFriction = 0.4",
-        apis=("PhysicsMaterialAPI",))  # fmt: skip
+        "float physics:restitution = 0.3", apis=("PhysicsMaterialAPI",))  # fmt: skip
     rod = prim("Cylinder", "rod", "double radius = 0.01", "double height = 0.5", 'uniform token axis = "Y"',
         "rel material:binding:physics = </Thing/steel>", at((0.0, 0.25, 0.0)), apis=("PhysicsCollisionAPI",
         "MaterialBindingAPI"))  # fmt: skip
@@ -236,7 +242,7 @@ def simready_lamp() -> Stage:
         more=metadata))}, {"elbow": {"type": "revolute", "lower": -20 * DEGREE, "upper": 70 * DEGREE},
         "ball_1": cone, "ball_2": cone, "ball": free}, {"foot": 3.0, "arm": 7800.0 * math.pi * 0.01**2 * 0.5,
         "shade": 0.2}, "foot", ("ball joint /Thing/ball is three hinges",
-        "/Thing/arm states no inertia: that of its shapes is taken"))  # fmt: skip
+        "/Thing/arm states no inertia: that of its shapes is taken"), {"arm": (0.4, 0.3)})  # fmt: skip
 
 
 def mujoco(*inside: str, scene: str = "") -> Mapping[str, str]:
