@@ -119,12 +119,13 @@ def test_a_default_namespace_goes_and_prefixes_stay(tmp_path: Path) -> None:
     assert "xmlns=" not in etree.tostring(found.robot).decode()
 
 
-def test_a_floating_joint_on_a_root_with_a_shape_is_refused(tmp_path: Path) -> None:
+def test_a_floating_joint_is_left_out_on_a_bare_root_and_fixed_on_one_with_a_shape(tmp_path: Path) -> None:
     urdf = str(floats().urdf)
     robot_alone = document(tmp_path, urdf).robot
     assert [item.get("name") for item in robot_alone if item.tag in ("link", "joint")] == ["body", "door", "hinge"]
-    with pytest.raises(AssetError, match=r"'free'.*an asset of its own"):
-        document(tmp_path, urdf.replace('<link name="world"></link>', link("world", BOX)))
+    held = document(tmp_path, urdf.replace('<link name="world"></link>', link("world", BOX)))
+    assert [(item.code, item.joint) for item in held.findings] == [("part_floats", "free")]
+    assert {str(item.get("name")): item.get("type") for item in held.robot.findall("joint")}["free"] == "fixed"
 
 
 SMALL = '<robot name="r"><link name="base"/></robot>'

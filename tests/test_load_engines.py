@@ -514,3 +514,19 @@ AFTER: dict[str, Any] = {
     "sapien": after_sapien,
     "drake": after_drake,
 }
+
+
+@pytest.mark.parametrize("engine", [param for param in ENGINES if param.values[0] in ("pybullet", "mujoco", "sapien")])
+def test_parts_that_fixed_joints_hold_pass_each_other(engine: str, tmp_path: Path) -> None:
+    """Two walls of a tray that slides, 5 cm deep in each other: nothing pushes."""
+    walls = body("tray", 1.0, "0 0 0", 0.1)
+    for name, x in (("left", -0.02), ("right", 0.03)):
+        walls += body(name, 1.0, "0 0 0", 0.1, box("0.1 0.1 0.1"))
+        walls += f'<joint name="{name}_held" type="fixed"><origin xyz="{x} 0 0"/><parent link="tray"/>' \
+                 f'<child link="{name}"/></joint>'  # fmt: skip
+    slide = {"kind": "prismatic", "axis": "1 0 0", "xyz": "0 0 0.9", "child": "tray", "friction": 50.0}
+    item = load(written(tmp_path, BASE + walls, {"slide": slide}), engine)
+    for _ in range(10):
+        item.step()
+        assert not item.contacts()
+    assert item.positions()["slide"] == pytest.approx(0.0, abs=1e-6)

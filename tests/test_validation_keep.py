@@ -12,6 +12,7 @@ from asset2sim.intake.origin import extract
 from asset2sim.validation.size import with_sensible_size
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
+from schemas.authored import UNLIKE_UNITS
 from schemas.finding import Finding, Notes
 from schemas.inputs import InputSettings
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
@@ -55,8 +56,8 @@ def test_formats_of_simulators_have_metres_and_so_has_a_urdf_of_drawn_boxes(kind
 
 def test_masses_that_fit_their_volumes_speak_for_metres(tmp_path: Path) -> None:
     assert box_with_lid(tmp_path / "a", 3.0, 1.5).features.metric == "its masses fit its volumes in metres"
-    assert box_with_lid(tmp_path / "b").features.metric == "", "nothing is stated"
-    assert box_with_lid(tmp_path / "c", 1.0, 1.0, moment=1.0).features.metric == "", "placeholders"
+    assert box_with_lid(tmp_path / "b").features.metric == UNLIKE_UNITS, "nothing is stated"
+    assert box_with_lid(tmp_path / "c", 1.0, 1.0, moment=1.0).features.metric == UNLIKE_UNITS, "placeholders"
     assert box_with_lid(tmp_path / "d", 3.0, 1.5, size=4.0).features.metric == "", "a normalised mesh"
 
 
@@ -78,7 +79,7 @@ def test_boxes_drawn_with_a_ruler_speak_for_metres(boxes: list[str], metric: boo
     parts = [link(f"part_{number}", shape(box)) for number, box in enumerate(boxes)]
     fixed = [joint(f"joint_{number}", "fixed", "part_0", f"part_{number}") for number in range(1, len(boxes))]
     said = read(written(tmp_path, robot(*parts, *fixed))).features.metric
-    assert said == ("its boxes and cylinders are drawn in tenths of a millimetre" if metric else "")
+    assert (said == "its boxes and cylinders are drawn in tenths of a millimetre") is metric
 
 
 def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:

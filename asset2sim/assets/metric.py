@@ -6,6 +6,7 @@ from statistics import median
 
 from lxml.etree import _Element as Element
 
+from asset2sim.guidance.amounts import LARGEST_M
 from asset2sim.physics.inertia import tensor_of
 from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
 from schemas.features import LinkFeatures
@@ -64,7 +65,7 @@ def metric_evidence(
     if robot is not None and is_drawn_in_metres(robot) and not is_unit(size):
         return DRAWN
     apart = not any(is_unit(edges, NEAR_UNIT) or in_unit_sphere(edges) for edges in (size, rest_size))
-    return UNLIKE_UNITS if size and apart else ""
+    return UNLIKE_UNITS if apart and 0.0 < max(size, default=0.0) <= LARGEST_M else ""
 
 
 def is_drawn_in_metres(robot: Element) -> bool:

@@ -86,10 +86,22 @@ class Description:
 
     @property
     def passing(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of links that pass through each other."""
+        """Pairs of links that pass through each other by the URDF."""
         return tuple(
             (str(item.get("link1")), str(item.get("link2"))) for item in self.urdf.findall("disable_collisions")
         )
+
+    @property
+    def held_together(self) -> tuple[tuple[str, ...], ...]:
+        """Links that fixed joints hold at their places, which pass through each other: those of one group each."""
+        fixed = {end(joint, "child"): end(joint, "parent") for joint in self.urdf.findall("joint[@type='fixed']")}
+        groups: dict[str, list[str]] = {}
+        for link in self.links:
+            holder = link
+            while holder in fixed:
+                holder = fixed[holder]
+            groups.setdefault(holder, []).append(link)
+        return tuple(tuple(group) for group in groups.values() if len(group) > 1)
 
     @property
     def links(self) -> tuple[str, ...]:

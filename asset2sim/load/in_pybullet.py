@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,8 @@ class PyBulletObject(Loaded):
             body = bullet.loadURDF(path, root.position, xyzw, useFixedBase=root.fixed, flags=flags, **at)
         infos = [bullet.getJointInfo(body, index, **at) for index in range(bullet.getNumJoints(body, **at))]
         numbers = {about.root: -1} | {info[12].decode(): info[0] for info in infos}
-        for first, second in about.passing:
+        held = [pair for group in about.held_together for pair in combinations(group, 2)]
+        for first, second in (*about.passing, *held):
             bullet.setCollisionFilterPair(body, body, numbers[first], numbers[second], 0, **at)
         joints = {info[1].decode(): info[0] for info in infos if info[2] != bullet.JOINT_FIXED}
         for index in range(-1, len(infos)):
