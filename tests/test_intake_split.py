@@ -163,15 +163,23 @@ def test_of_what_is_one_object_or_no_tree_nothing_is_cut(tmp_path: Path) -> None
 
 @pytest.mark.system
 def test_objects_that_nothing_holds_are_refused_by_the_option_s_name(tmp_path: Path) -> None:
+    loose = [joint(f"{name}_loose", "floating", "world", name) for name in ("a", "b")]
     for name, text in (
         ("k.xml", MJCF.replace('<body name="room">', '<body name="room"><freejoint/>')),
-        ("k.urdf", URDF),
+        ("k.urdf", robot(link("world"), *(link(name, shape("0.1 0.1 0.1")) for name in ("a", "b")), *loose)),
     ):
         folder = tmp_path / name.replace(".", "_")
         folder.mkdir()
         (folder / name).write_text(text)
         with pytest.raises(AssetError, match="--split"):
             extract(AssetRef(asset_id="k", path=str(folder)))
+
+
+def test_a_part_that_floats_in_a_whole_is_held_and_the_option_named(tmp_path: Path) -> None:
+    (tmp_path / "k.urdf").write_text(URDF)
+    item = extract(AssetRef(asset_id="k", path=str(tmp_path)))
+    assert item.features.joint("free").type == "fixed"
+    assert ["--split" in finding.message for finding in item.findings if finding.code == "part_floats"] == [True]
 
 
 def test_parts_have_rows_of_their_own_and_are_chosen_by_their_ids(tmp_path: Path) -> None:

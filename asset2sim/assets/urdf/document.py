@@ -71,7 +71,7 @@ def read_document(path: Path) -> Document:
     findings += drop_unknown_shapes(robot)
     findings += drop_unusable_shapes(path, robot)
     findings += drop_unusable_inertials(robot)
-    findings += settle_joint_types(robot)
+    findings += settle_joint_types(path, robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
     return Document(robot, tuple(findings))

@@ -2,13 +2,15 @@
 
 import re
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from schemas.errors import AssetError
 from schemas.finding import Finding
-from schemas.vocabulary import Severity, Stage
+from schemas.vocabulary import FailureMode, Severity, Stage
 
 NO_BOUND = re.compile(r"[+-]?(inf|infinity)|nan", re.IGNORECASE)
 """A number that bounds nothing."""
@@ -37,12 +39,13 @@ def without_infinite_limits(robot: Element) -> list[Finding]:
     return findings
 
 
-def settle_joint_types(robot: Element) -> list[Finding]:
+def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
     """Bring planar and floating joints to types that engines move; a finding for each.
 
     A planar joint becomes two sliders and a hinge about the plane's normal. A root without a shape on which the rest
     floats is removed with the joint: they say only that the object is free. Any other part that floats is held where
-    it stands, as the free parts of other formats' files are: ``--split`` makes it an object of its own.
+    it stands, as the free parts of other formats' files are: ``--split`` makes it an object of its own. Raises
+    AssetError (invalid_joint_configuration) for several objects that nothing holds.
     """
     findings = []
     children = {child.get("link") for child in robot.iterfind("joint/child")}
@@ -60,7 +63,11 @@ def settle_joint_types(robot: Element) -> list[Finding]:
             findings.append(info(code="joint_in_steps", message=message, joint=name))
         if kind != "floating":
             continue
-        alone = sum(end.get("link") == parent for end in robot.iterfind("joint/parent")) == 1
+        beside = {str(other.get("type")) for other in robot.iterfind(f"joint/parent[@link='{parent}']/..")}
+        alone = len(robot.findall(f"joint/parent[@link='{parent}']")) == 1
+        if parent not in children and parent in empty and not alone and beside == {"floating"}:
+            problem = f"{path.name}: joint '{name}': it has several objects that nothing holds: cut it by --split"
+            raise AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, "joint_type", problem, joint=name)
         if parent in children or parent not in empty or not alone:
             joint.set("type", "fixed")
             message = f"joint '{name}': '{child}' floats; it is held where it stands: --split makes it an asset"
