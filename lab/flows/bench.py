@@ -100,8 +100,9 @@ def cold(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
     out = request.work / "cold"
     shutil.rmtree(out, ignore_errors=True)
     times = flow(request, "cold", command(request, request.data, out, 1, "all", views=True))
-    seconds = sorted((float(value) for value in read_table(out, "assets")["processor_s_total"].dropna()), reverse=True)
-    return found.model_copy(update={"cold": times, "cold_assets_s": tuple(seconds)})
+    known = read_table(out, "assets").dropna(subset=["processor_s_total"])
+    seconds = {str(kind): tuple(own) for kind, own in known.groupby("category", dropna=False)["processor_s_total"]}
+    return found.model_copy(update={"cold": times, "cold_assets_s": seconds})
 
 
 def unchanged(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:

@@ -74,8 +74,8 @@ class BenchMeasurements(Frozen):
     """Stage → seconds over all assets, and the median of an asset, of the run with one worker."""
     cold: FlowTimes | None = None
     """A run as users have it: without caches, in every engine, with views and report."""
-    cold_assets_s: tuple[float, ...] = ()
-    """Processor time of each asset of that, s, the longest first."""
+    cold_assets_s: dict[str, tuple[float, ...]] = Field(default_factory=dict)
+    """Category → processor time of each asset of that, s."""
     again: FlowTimes | None = None
     synthetic: tuple[FlowTimes, ...] = ()
     """Unchanged runs over synthetic entries, few and many."""
