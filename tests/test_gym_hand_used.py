@@ -54,7 +54,6 @@ def test_a_drawer_with_a_knob_is_pulled_and_pushed_and_stays(tmp_path: Path) -> 
 STRUT = {"kind": "strut", "slope": -60.0, "none_at": 0.1, "least": -12.0, "most": 12.0}
 WEAK = {"stiffness": 30.0, "spring_reference": 0.12, "holds": False, "friction": 0.5}
 PLANTED: dict[str, tuple[dict[str, Any], str | None, str]] = {
-    "stuck": ({"friction": 400.0}, "object", "takes more than 45 N"),
     "tips": ({"kg": 6.0, "base": "0.1 0.3 0.9", "friction": 40.0}, "object", "tips by"),
     "springs shut": ({"stiffness": 100.0, "spring_reference": -0.1, "holds": False}, None, ""),
     "weak spring": (WEAK, "object", "its spring"),
@@ -86,6 +85,19 @@ def test_what_slides_away_or_has_no_hold_is_not_used(tmp_path: Path) -> None:
     assert (found.done, found.fault) == (False, "hand") and "no hold" in found.reason
 
 
+def test_a_shallow_dial_without_ends_is_turned_by_its_rim(tmp_path: Path) -> None:
+    dial = '<origin xyz="0.006 0 0" rpy="0 1.5708 0"/><geometry><cylinder radius="0.02" length="0.012"/></geometry>'
+    urdf = robot(
+        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
+        link("dial", f"<visual>{dial}</visual><collision>{dial}</collision>" + inertial(0.05, 0.03)),
+        joint("turn", "continuous", "body", "dial", xyz="0.151 0 0.2", axis="1 0 0"),
+    )
+    terms = {"lower": None, "upper": None, "friction": 0.05, "damping": 0.01, "holds": True, "label": "knob"}
+    turn = make_joint("turn", "continuous", 0.0).model_copy(update=terms)
+    found = used(refined(tmp_path / "dial", urdf, [turn], {"body": 20.0, "dial": 0.05}, fixed=False))
+    assert found.done and {led.kind for led in found.ways} == {"grasp"}, found
+
+
 def kind_of(kind: str, **ends: float | None) -> JointPhysics:
     effort = EffortRange(kind=kind, least_n=0.0, most_n=20.0, source="a test")
     return make_joint(kind).model_copy(update={"effort_range": effort, **ends})
@@ -109,5 +121,5 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     bad = measure_used(job, chest(tmp_path / "bad", friction=400.0))
     (finding,) = bad.findings
     assert isinstance(finding, Finding) and (finding.code, finding.joint) == ("not_used", "slide")
-    assert bad.further["used"] == 0.0 and "object" in str(bad.further["used_reason"])
+    assert bad.further["used"] == 0.0 and "object: not opened: it takes more than 45 N" in str(bad.further["used_reason"])
     assert measure_used(job, None).further == {}

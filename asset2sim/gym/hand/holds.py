@@ -146,14 +146,13 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
     rng, fits = np.random.default_rng(0), []
     for kind, looked_at in LOOKED_AT.items():
         chosen, score = scores[kind]
-        turns = 1 if kind == "press" else TURNS
+        turns = 1 if kind == "press" else 2 * TURNS  # with the middle of its pads there, and with their tips
         chosen, score = np.repeat(chosen, turns), np.repeat(score, turns)
         turned = np.tile(np.arange(turns), len(chosen) // turns)
         found = 0
         for index in np.argsort(-score - SPREAD * rng.random(len(score)))[:looked_at]:
             place = int(chosen[index])
-            angle = 2.0 * math.pi * turned[index] / TURNS
-            pose, half = at_place(world, kind, points[place], normals[place], angle, width[place])
+            pose, half = at_place(world, kind, points[place], normals[place], int(turned[index]), width[place])
             local = in_body(world.data, int(bodies[place]), pose)
             if any(float(np.linalg.norm(local[:3, 3] - other)) < APART_M * world.scale for other in avoid):
                 continue
@@ -172,16 +171,18 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
 
 
 def at_place(
-    world: HandWorld, kind: Kind, point: Array, normal: Array, angle: float, width: float
+    world: HandWorld, kind: Kind, point: Array, normal: Array, turn: int, width: float
 ) -> tuple[Array, float]:
     """(4, 4) pose of the hand at a place of a part, world, and half the opening with which it comes, m: pointing at it,
-    or with a finger beside it, or about what is ``width`` thick there, from a direction at an ``angle`` about it."""
+    or with a finger beside it, or about what is ``width`` thick there. ``turn`` numbers the directions about it from
+    which the hand comes, with the middle of its pads, and from ``TURNS`` on with their tips: for what is shallow."""
     scale = world.scale
     if kind == "press":
         pose = facing(-normal, np.array([0.0, 0.0, 1.0]))
         pose[:3, 3] = point + normal * (TIP_M * scale + OFF_M)
         return pose, 0.0
-    pose = facing(around(normal, angle), normal)
+    pose = facing(around(normal, 2.0 * math.pi * turn / TURNS), normal)
+    point = point - (TIP_M * scale if turn >= TURNS else 0.0) * pose[:3, 2]
     if kind == "hook":
         pose[:3, 3] = point + normal * (2.0 * FINGER[1] * scale + OFF_M)
         return pose, 0.0
