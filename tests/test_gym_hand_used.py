@@ -121,5 +121,6 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     bad = measure_used(job, chest(tmp_path / "bad", friction=400.0))
     (finding,) = bad.findings
     assert isinstance(finding, Finding) and (finding.code, finding.joint) == ("not_used", "slide")
-    assert bad.further["used"] == 0.0 and "object: not opened: it takes more than 45 N" in str(bad.further["used_reason"])
+    assert bad.further["used"] == 0.0
+    assert "object: not opened: it takes more than 45 N" in str(bad.further["used_reason"])
     assert measure_used(job, None).further == {}
