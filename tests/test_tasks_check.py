@@ -119,6 +119,9 @@ def test_the_command_checks_folders_as_they_are(tmp_path: Path, capsys: pytest.C
     code, out, _ = checked(capsys, str(tmp_path / "set"))
     said = " ".join(out.split())
     assert code == 1 and "1 of 2 ok" in said and "unreadable_asset" in said and "mobility.urdf changed" in said
+    code, out, _ = checked(capsys, str(cut), "--json", "--sarif", str(tmp_path / "found.sarif"))
+    ((told,), log) = json.loads(out), json.loads((tmp_path / "found.sarif").read_text(encoding="utf-8"))
+    assert code == 1 and told["remedy"] and told["remedy"] in log["runs"][0]["results"][0]["message"]["text"]
 
 
 def test_a_folder_that_is_none_is_a_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
