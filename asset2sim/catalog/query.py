@@ -18,7 +18,7 @@ from asset2sim.catalog.history import PATTERN, history_files
 from asset2sim.catalog.own_files import own_files, own_pattern
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_tables import reading
-from asset2sim.catalog.switch import find_catalog, no_catalog_error
+from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
 from schemas.errors import UsageError
 from schemas.extensions import further_tables, missing
 from schemas.table import Table
@@ -38,12 +38,19 @@ def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
     import duckdb  # late: writing the catalog does not need it
 
     place = local_tables(out)
-    folder = find_catalog(place)
+    folder = find_catalog(place) or own_tables(place)
     if folder is None:
         raise no_catalog_error(place)
     connection = duckdb.connect(":memory:")
     make_views(connection, place, folder)
     return connection
+
+
+def own_tables(out: Path) -> Path | None:
+    """Where the tables of runs would be, in a folder without any that has tables of experiments (OUT of ``learn``);
+    None where it has neither."""
+    there = any(own_files(out, table) for table in (REVIEWS, *further_tables().values()))
+    return out / CATALOG if there else None
 
 
 def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path, *, files: bool = True) -> None:

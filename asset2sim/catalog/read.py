@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.enforce import CatalogError, conform
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.own_files import read_own_files
-from asset2sim.catalog.query import make_views, query_error
+from asset2sim.catalog.query import make_views, own_tables, query_error
 from asset2sim.catalog.read_remote import local_tables
 from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
@@ -62,7 +62,10 @@ def query(out: Path | str, sql: str, parameters: Sequence[object] = (), *, files
     out = local_tables(out)
     import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 
+    alone = own_tables(out) if find_catalog(out) is None else None
     try:
+        if alone is not None:
+            return _answer(out, alone, sql, parameters, files)
         return _read_consistent(out, lambda folder: _answer(out, folder, sql, parameters, files), duckdb.Error)
     except duckdb.Error as error:
         raise query_error(error) from error

@@ -74,7 +74,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     **Reward**: the paper's (``asset2sim.gym.reward``). ``info`` has each term, weights included, before Δt: ``reach``,
     ``reach_xy``, ``joint``, ``opening``, ``tilt``, ``off_xy``; the ``gate`` and ``dt_s``; ``S``, and ``position``, rad
     or m. A reset's has ``start`` (0 is the plain one) and ``solved_at_start``. The last step's has ``S_best``, what
-    ``asset2sim.gym.guards`` found, and ``is_success``: S is at least 0.9 (a press: 0.8 at its deepest), no guard fires.
+    ``asset2sim.gym.guards`` found, ``reached``: S is at least 0.9 (a press: 0.8 at its deepest), and ``is_success``: no
+    guard fires, too.
 
     An episode is truncated after ``episode_s``; it is terminated only where the simulation diverges or the object flies
     away. ``reset(seed=…)`` draws a start of the reset check; ``reset(options={"start": 0})`` asks for one. ``state``,
@@ -279,7 +280,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         limits = self.settings.guards
         pressed = self.subject.task.verb is Verb.PRESS
         done = self.best >= limits.pressed if pressed else self.done >= limits.success
-        return {"is_success": done and not found.degenerate, "S_best": self.best, **found.info()}
+        return {"is_success": done and not found.degenerate, "reached": done, "S_best": self.best, **found.info()}
 
     def guards(self) -> Guards:
         """Findings of the guards in the episode so far."""

@@ -113,11 +113,11 @@ def shape_points(shape: ET.Element, needed: bool) -> np.ndarray:
     """(n, 3) points that span a shape of a ``<geometry>``, in its own frame, m; see ``mesh_points``."""
     half = np.array([0.0, 0.0, float(shape.get("length", 0.0)) / 2.0])
     if shape.tag == "mesh":
-        return mesh_points(Path(shape.get("filename", "")), needed) * vector(shape, "scale", "1")
+        vertices: np.ndarray = mesh_points(Path(shape.get("filename", "")), needed) * vector(shape, "scale", "1")
+        return vertices
     if shape.tag == "box":
         ends = [(-side / 2.0, side / 2.0) for side in vector(shape, "size")]
-        corners: np.ndarray = np.array(np.meshgrid(*ends)).reshape(3, -1).T
-        return corners
+        return np.asarray(np.array(np.meshgrid(*ends)).reshape(3, -1).T)
     # Round: a cylinder along z by its rims, a sphere or capsule by circles about x.
     around = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
     circle = float(shape.get("radius", 0.0)) * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)

@@ -24,7 +24,8 @@ PHASE = "policy"
 @dataclass(frozen=True)
 class Rolled:
     """Result of one rollout: its ``seed`` and ``start``, S at its end (a press: the largest), the sum of its
-    rewards, whether it is a success, and what the guards found. ``diverged`` is whether the simulation did."""
+    rewards, whether it is a success, and what the guards found. ``diverged`` is whether the simulation did, ``reached``
+    whether it ended at the target, guards aside; ``tilted_rad``, ``lifted_m`` and ``travelled_m`` are of the object."""
 
     seed: int
     start: int
@@ -37,6 +38,10 @@ class Rolled:
     spring_did_it: bool = False
     displaced: bool = False
     diverged: bool = False
+    reached: bool = False
+    tilted_rad: float = 0.0
+    lifted_m: float = 0.0
+    travelled_m: float = 0.0
 
 
 def rollout_seeds(training_seed: int, count: int) -> range:
@@ -72,12 +77,15 @@ def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[
                 ends[index] = Rolled(
                     seeds[index], starts[index], info["S_best" if pressed else "S"], float(rewards[index]),
                     bool(info["is_success"]), *(bool(info[name]) for name in GUARDS),
+                    reached=bool(info["reached"]), **{name: float(info[name]) for name in DISPLACED},
                 )  # fmt: skip
     return [ends[index] for index in range(len(envs))]
 
 
 GUARDS = ("solved_at_start", "drifted", "moved_untouched", "spring_did_it", "displaced")
 """The guards, as the end of an episode names them."""
+DISPLACED = ("tilted_rad", "lifted_m", "travelled_m")
+"""How far the object itself was moved at most in an episode."""
 
 
 def write_film(folder: Path, env: ObjectEnv, act: Act, seed: int, to: Path) -> None:

@@ -87,6 +87,8 @@ def cell(some: pd.DataFrame) -> str:
         return str(some["outcome"].iloc[0])
     each = ", ".join(f"{100.0 * value:.0f}" for value in rated["success"])
     needed = f"{rated['steps'].astype(float).mean() / 1000.0:.0f}k, {rated['seconds'].mean() / 60.0:.0f} min"
+    moved = rated["tilted_rad"].astype(float).max() if "tilted_rad" in rated else math.nan
+    needed += f", tilted {math.degrees(moved):.0f}°" if moved == moved else ""
     fired = [f"{words} {int(total)}" for name, words in GUARDS.items() if (total := rated[name].sum())]
     return f"{each} % ({'; '.join([needed, *fired])})"
 

@@ -13,7 +13,7 @@ from asset2sim.load import LoadError
 from lab.learning.lesson import Lesson
 from lab.learning.ppo import acting, environments, load_policy, new_model, on_device, restore, save
 from lab.learning.progress import Point, TrainingProgress, checkpoint, read_progress, write_progress
-from lab.learning.rollouts import GUARDS, Rolled, roll, rollout_seeds, write_film
+from lab.learning.rollouts import DISPLACED, GUARDS, Rolled, roll, rollout_seeds, write_film
 from schemas.errors import UsageError
 from schemas.table import Row
 
@@ -122,7 +122,9 @@ def row_of(lesson: Lesson, progress: TrainingProgress, best: Point, found: Seque
         "s": mean(item.s for item in found), "success": rate, "rollouts": len(found), "first_seed": found[0].seed,
         "diverged": sum(item.diverged for item in found), "gripper": lesson.learning.gripper,
         "device": on_device(lesson.ppo), "video": FILM if lesson.filmed else None,
+        "reached": mean(item.reached for item in found),
         **{name: sum(bool(getattr(item, name)) for item in found) for name in GUARDS},
+        **{name: max(getattr(item, name) for item in found) for name in DISPLACED},
     }  # fmt: skip
 
 

@@ -14,6 +14,8 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.surfaces.scene import load_scene, poses_of
 from asset2sim.assets.surfaces.surface import PLAIN, Paint, Texture
 from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.gym.arm.franka import HAND
+from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.scene import TOOL, Bowl, CompiledScene
 from asset2sim.physics.arrays import Array
 from asset2sim.render.faces import Faces, faces_of
@@ -51,7 +53,9 @@ def looks_of(folder: Path, stage: CompiledScene, width: int, height: int) -> muj
     room(spec)
     file = folder / URDF_NAME
     add_faces(spec, faces_of(load_scene(file, {})), poses_of(read_urdf(file), {}), stage.prefix, {"": OBJECT_CELL_M})
-    add_faces(spec, *arm_faces(), TOOL, ARM_CELLS_M, sides=1)
+    add_faces(spec, *arm_faces(stage.gripper), TOOL, ARM_CELLS_M, sides=1)
+    if stage.gripper is not PANDA:  # then the hand is a frame alone, on which a camera is
+        spec.worldbody.add_body(name=TOOL + HAND, mocap=True)
     if stage.bowl is not None:
         add_bowl(spec, stage.bowl)
     return spec

@@ -17,6 +17,8 @@ pytest.importorskip("torch", reason="torch is not installed: it comes with the e
 import mlflow
 
 from asset2sim.catalog.own_files import OwnFile, latest_own, read_own_files
+from asset2sim.catalog.query import connect
+from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.gym.arm.tasks import Task, Verb
@@ -109,6 +111,11 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
     assert run_command(words, refine=refine, nightly=serve) == 0
     assert "ended before" not in capsys.readouterr().err
     assert latest_own([to], LEARNING)["outcome"].tolist() == ["not learnt"]
+    asked = "SELECT asset_id, success, reached, tilted_rad FROM learning WHERE success IS NOT NULL"
+    found = query(to, asked).iloc[0]
+    assert found["asset_id"] == "drawer" and found["success"] <= found["reached"] and found["tilted_rad"] >= 0.0
+    with connect(to) as connection:
+        assert connection.execute("SELECT count(*) FROM assets").fetchone() == (0,)
     assert set(read_own_files(to, LEARNING_CURVES)["steps"]) == {64, 128}
 
 
