@@ -1,8 +1,9 @@
 """Rollouts of a policy: several at once, what became of each, and the recording of one for its film."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -74,11 +75,13 @@ def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[
                 ends[index] = Rolled(seeds[index], starts[index], 0.0, rewards[index], False, diverged=True)
             elif ended:
                 pressed = env.subject.task.verb is Verb.PRESS
+                found = (bool(info[name]) for name in GUARDS)
                 ends[index] = Rolled(
                     seeds[index], starts[index], info["S_best" if pressed else "S"], float(rewards[index]),
-                    bool(info["is_success"]), *(bool(info[name]) for name in GUARDS),
-                    reached=bool(info["reached"]), **{name: float(info[name]) for name in DISPLACED},
+                    bool(info["is_success"]), *found,
                 )  # fmt: skip
+                moved: dict[str, Any] = {name: float(info[name]) for name in DISPLACED}
+                ends[index] = replace(ends[index], reached=bool(info["reached"]), **moved)
     return [ends[index] for index in range(len(envs))]
 
 

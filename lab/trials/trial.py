@@ -99,7 +99,7 @@ def rollout_of(track: Track, stage: CompiledScene, joint: JointPhysics, target: 
     ends = joint.initial_position - math.pi, joint.initial_position + math.pi
     lower, upper = (joint.lower, joint.upper) if range_of(joint) > 0.0 else ends
     return Rollout(
-        track.positions[:, track.joints.index(joint.name)], track.touched, track.work_j,
+        track.positions[:, track.joints.index(joint.name)], track.touched.astype(np.bool_), track.work_j,
         middles(track.poses[:, part], stage.model.body_ipos[body])[:, 2],
         middles(track.poses[:, 0], stage.model.body_ipos[root]), track.poses[:, 0, 2, :3],
         float(lower or 0.0), float(upper or 0.0), target, joint.stiffness, joint.spring_reference,
