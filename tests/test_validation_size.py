@@ -222,3 +222,6 @@ def test_a_size_to_which_no_dataset_brings_anything_stays_where_it_may_be_real(
     info = ObjectInfo.from_json(object_facts(features))
     size = tables.sizes()[identify(info, ())[0]]
     assert (propose_scale(info, size, NOTHING_ASKED.size).value == 1.0) is kept
+    if category == "Laptop":
+        real = read_guidance("A laptop at its real size.", info).size
+        assert propose_scale(info, size, real).value == 1.0, "the user says that it is one"

@@ -182,9 +182,9 @@ def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
         return False
     if info.lengths == KEPT_AS_ASKED:
         return True
-    if info.lengths == UNLIKE_UNITS:
-        return size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK
-    return not info.category or size.min_m / METRIC_SLACK <= authored <= size.max_m * METRIC_SLACK
+    unsure = info.lengths == UNLIKE_UNITS
+    slack = REAL_SLACK if unsure and not asks_real_size(asked) else METRIC_SLACK
+    return (not info.category and not unsure) or size.min_m / slack <= authored <= size.max_m * slack
 
 
 def usual_as_it_is(info: ObjectInfo, size: Size) -> bool:
