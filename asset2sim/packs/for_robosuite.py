@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from asset2sim.assets.exports.refined_object import MJCF_NAME, read_object
-from asset2sim.assets.urdf.edit import serialised, words
+from asset2sim.assets.urdf.edit import child, serialised, words
 from asset2sim.packs.declared_pack import Pack, PackedObject
 from asset2sim.physics.kinematics import apply
 from schemas.vocabulary import Export
@@ -22,8 +22,8 @@ def write_objects(target: Path, objects: Sequence[PackedObject], given: Mapping[
     robosuite places it. The root's free joint is robosuite's own; the state is set by ``reset``."""
     for item in objects:
         root = etree.parse(str(item.folder / MJCF_NAME)).getroot()
-        world = root.find("worldbody")
-        body = next(child for child in world.findall("body"))
+        world = child(root, "worldbody")
+        body = child(world, "body")
         for free in body.findall("freejoint"):
             body.remove(free)
         renamed(root, str(body.get("name")))
@@ -44,7 +44,7 @@ def write_objects(target: Path, objects: Sequence[PackedObject], given: Mapping[
 
 def renamed(root: "etree._Element", old: str) -> None:
     """Let what names the root's body name it ``object``."""
-    for element in root.find("contact") if root.find("contact") is not None else ():
+    for element in root.iterfind("contact/*"):
         for key in ("body1", "body2"):
             if element.get(key) == old:
                 element.set(key, "object")

@@ -15,7 +15,7 @@ from lxml.etree import _Element as Element
 from asset2sim.assets.exports.refined_object import SDF_CONFIG_NAME, SDF_NAME, read_object
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.bake import bake
-from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.edit import child, words
 from schemas.overlay import PhysicsOverlay
 
 VERSION, VERSION_WITH_MIMIC = "1.9", "1.11"
@@ -37,7 +37,7 @@ def export_sdf(folder: Path, overlay: PhysicsOverlay) -> Path:
         held = etree.SubElement(model, "joint", name="world_fixed", type="fixed")
         say(held, "parent", "world")
         say(held, "child", item.root)
-    placed = {str(joint.find("child").get("link")): str(joint.get("name")) for joint in robot.findall("joint")}
+    placed = {str(child(joint, "child").get("link")): str(joint.get("name")) for joint in robot.findall("joint")}
     for link in robot.findall("link"):
         write_link(model, link, placed.get(str(link.get("name"))), overlay)
     for joint in robot.findall("joint"):
@@ -65,15 +65,15 @@ def write_link(model: Element, link: Element, joint: str | None, overlay: Physic
     if inertial is not None:
         own = etree.SubElement(made, "inertial")
         say(own, "pose", pose(inertial))
-        say(own, "mass", inertial.find("mass").get("value"))
-        tensor, stated = etree.SubElement(own, "inertia"), inertial.find("inertia")
+        say(own, "mass", child(inertial, "mass").get("value"))
+        tensor, stated = etree.SubElement(own, "inertia"), child(inertial, "inertia")
         for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
             say(tensor, key, stated.get(key))
     for tag in ("visual", "collision"):
         for number, shape in enumerate(link.findall(tag)):
             item = etree.SubElement(made, tag, name=f"{tag}_{number}")
             say(item, "pose", pose(shape))
-            item.append(geometry(shape.find("geometry")))
+            item.append(geometry(child(shape, "geometry")))
             color = shape.find("material/color")
             if tag == "visual" and color is not None:
                 material = etree.SubElement(item, "material")
@@ -109,7 +109,7 @@ def write_friction(collision: Element, overlay: PhysicsOverlay) -> None:
         for key in keys:
             say(own, key, value)
     if overlay.rolling_friction_m > 0.0:
-        say(friction.find("bullet"), "rolling_friction", f"{overlay.rolling_friction_m:.9g}")
+        say(child(friction, "bullet"), "rolling_friction", f"{overlay.rolling_friction_m:.9g}")
 
 
 def write_joint(model: Element, joint: Element) -> None:
@@ -117,10 +117,10 @@ def write_joint(model: Element, joint: Element) -> None:
     kind = str(joint.get("type"))
     made = etree.SubElement(model, "joint", name=str(joint.get("name")),
                             type={"continuous": "revolute"}.get(kind, kind))  # fmt: skip
-    parent = str(joint.find("parent").get("link"))
+    parent = str(child(joint, "parent").get("link"))
     etree.SubElement(made, "pose", relative_to=parent).text = pose(joint)
     say(made, "parent", parent)
-    say(made, "child", joint.find("child").get("link"))
+    say(made, "child", child(joint, "child").get("link"))
     if kind == "fixed":
         return
     axis = etree.SubElement(made, "axis")

@@ -199,9 +199,7 @@ def follow(
     world.force = GENTLE
     for _ in range(world.steps(most)):
         position = world.position(way.joint)
-        reference = way.sign * min(
-            way.sign * reference + rate * dt, way.sign * position + ahead, way.sign * end
-        )
+        reference = way.sign * min(way.sign * reference + rate * dt, way.sign * position + ahead, way.sign * end)
         axis, anchor = data.xaxis[number], data.xanchor[number]
         moved = motion(way.slides, axis, anchor, reference - position)
         world.target = moved @ frame(data, body) @ local
