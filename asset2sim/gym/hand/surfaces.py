@@ -1,0 +1,79 @@
+"""Places on the collision shapes of a part, and how thick it is there."""
+
+import mujoco
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from asset2sim.gym.hand.gripper import HandWorld
+from asset2sim.physics.arrays import Array
+
+SAMPLES = 600
+"""Places of a part at which a hold is looked for."""
+ROOM_M = 0.004
+"""Room beside each open finger, m."""
+
+
+def surface(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
+    """(n, 3) places on the collision shapes of these bodies and (n, 3) outward normals there, world, and their bodies:
+    as many of each shape, on faces by the root of their areas, so that small faces have theirs."""
+    model, data = world.model, world.data
+    geoms = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]]
+    rng = np.random.default_rng(0)
+    found: list[tuple[Array, Array, Array]] = []
+    for geom in geoms:
+        triangles = triangles_of(model, geom)
+        normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        areas = np.linalg.norm(normals, axis=1)
+        if not (areas > 0.0).any():
+            continue
+        weights = np.sqrt(areas)
+        chosen = rng.choice(len(areas), size=max(12, SAMPLES // len(geoms)), p=weights / weights.sum())
+        first, second = rng.random((2, len(chosen)))
+        over = first + second > 1.0
+        first[over], second[over] = 1.0 - first[over], 1.0 - second[over]
+        corner, one, two = triangles[chosen].transpose(1, 0, 2)
+        places = corner + first[:, None] * (one - corner) + second[:, None] * (two - corner)
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        owners = np.full(len(chosen), model.geom_bodyid[geom])
+        units = normals[chosen] / areas[chosen, None]
+        found.append((places @ turn.T + data.geom_xpos[geom], units @ turn.T, owners))
+    if not found:
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=int)
+    points, normals, owners = (np.concatenate(part) for part in zip(*found, strict=True))
+    chosen = rng.permutation(len(points))[: 2 * SAMPLES]
+    return points[chosen], normals[chosen], owners[chosen].astype(int)
+
+
+def triangles_of(model: mujoco.MjModel, geom: int) -> Array:
+    """(n, 3, 3) triangles of a collision shape in its own frame, m."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        begin, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        return np.asarray(model.mesh_vert[first : first + count][model.mesh_face[begin : begin + faces]], dtype=float)
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return np.asarray(trimesh.creation.cylinder(size[0], 2.0 * size[1], sections=16).triangles)
+    if kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID):
+        return np.asarray(trimesh.creation.icosphere(2).triangles * np.where(size > 0.0, size, size[0]))
+    if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        return np.asarray(trimesh.creation.capsule(2.0 * size[1], size[0], count=(8, 12)).triangles)
+    return np.asarray(trimesh.creation.box(2.0 * size).triangles)
+
+
+def through(
+    world: HandWorld, points: Array, normals: Array, bodies: frozenset[int], most: float
+) -> tuple[NDArray[np.int64], Array]:
+    """Of these places, those behind which the other side of the same part is no further than ``most``, m, and how far:
+    a ray comes from beyond."""
+    kept, widths, geom = [], [], np.array([-1], dtype=np.int32)
+    for index, (point, normal) in enumerate(zip(points, normals, strict=True)):
+        source = point - normal * (most + ROOM_M)
+        distance = mujoco.mj_ray(world.model, world.data, source, normal, None, 1, -1, geom)
+        if distance > 0.0 and int(world.model.geom_bodyid[geom[0]]) in bodies:
+            width = most + ROOM_M - distance
+            if width > 0.0008:
+                kept.append(index)
+                widths.append(width)
+    return np.array(kept, dtype=int), np.array(widths)
