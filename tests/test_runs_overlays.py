@@ -89,15 +89,15 @@ def triples(folder: Path) -> np.ndarray:
 
 def vertices_of(ref: AssetRef) -> np.ndarray:
     """(n, 3) vertices of all meshes of an asset."""
-    meshes = [trimesh.load(file, force="mesh", process=False) for file in sorted(Path(ref.path).rglob("*.obj"))]
+    meshes = [trimesh.load_mesh(file, process=False) for file in sorted(Path(ref.path).rglob("*.obj"))]
     return np.vstack([mesh.vertices for mesh in meshes])
 
 
 def shared_vertices(said: np.ndarray, vertices: np.ndarray, scale: float) -> int:
     """How many of the triples are a vertex, as authored or at the final scale; what lies on an axis is any number."""
     told = said[(np.abs(said) > 1e-6).sum(axis=1) >= 2]
-    apart = [cKDTree(vertices * factor).query(told)[0] for factor in (1.0, scale)]
-    return int((np.minimum(*apart) < 1e-7).sum())
+    authored, final = (np.asarray(cKDTree(vertices * factor).query(told)[0]) for factor in (1.0, scale))
+    return int((np.minimum(authored, final) < 1e-7).sum())
 
 
 def test_an_overlay_folder_has_no_vertex_of_the_originals(published: Published) -> None:

@@ -95,7 +95,7 @@ def test_figures_by_hand() -> None:
 
 
 def test_those_of_the_papers_large_set_stand_for_themselves() -> None:
-    objects = OBJECTS.assign(subset=["paper93", "extra", None, "paper93", "extra", None, "paper93"])
+    objects = OBJECTS.assign(subset=["paper93", "extra", "", "paper93", "extra", "", "paper93"])
     section = large_set_section(compare(objects, None, "pybullet"), MODEL)
     assert section[0] == "Of these, the 1 that are of the paper's 93:"
     direct = next(line for line in section[1].splitlines() if line.startswith("| direct VLM"))
