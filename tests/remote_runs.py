@@ -11,12 +11,12 @@ from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.write import write_run
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.locate import find_source
+from asset2sim.runs import asking_attempt
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import read_record
 from asset2sim.runs.plan.set_aside import set_aside_stored
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
-from asset2sim.runs.spread import worker
 from asset2sim.runs.spread.job import Job
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
@@ -38,7 +38,7 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     ) -> AssetAttempt:
         return AssetAttempt(brief(ref, out, settings, ask))
 
-    monkeypatch.setattr(worker, "attempt_in_child", attempt)
+    monkeypatch.setattr(asking_attempt, "attempt_in_child", attempt)
 
 
 def brief(ref: AssetRef, out: Path, settings: Settings, ask: object) -> AssetRecord:

@@ -271,7 +271,7 @@ def test_x_is_turned_to_any_axis(axis: tuple[float, float, float]) -> None:
 
 def test_without_usd_core_the_user_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("asset2sim.assets.exports.find_spec", lambda name: None)
-    with pytest.raises(UsageError, match=r"usd-core.*\.\[usd\]"):
+    with pytest.raises(UsageError, match=r"usd-core.*asset2sim\[usd\]"):
         require_exports((Export.USD,))
 
 

@@ -26,7 +26,7 @@ def test_an_engine_that_is_not_installed_says_what_to_install(tmp_path: Path, mo
     monkeypatch.setattr(registry, "find_spec", lambda name: name == "pybullet" or None)
     assert installed() == (Engine.PYBULLET,)
     require(Engine.PYBULLET)
-    with pytest.raises(UsageError, match=r"'mujoco' is not installed \(installed: pybullet\).*\[engines\]"):
+    with pytest.raises(UsageError, match=r"'mujoco' is not installed \(installed: pybullet\).*\[bullet,engines\]"):
         open_world(Engine.MUJOCO, block_urdf(tmp_path), plane=True, timestep_s=0.01, contact_friction=0.5)
 
 

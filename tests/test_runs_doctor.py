@@ -25,7 +25,7 @@ def test_a_healthy_machine_has_no_broken_check(tmp_path: Path) -> None:
 
 def test_a_missing_engine_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "installed", lambda: (Engine.PYBULLET,))
-    with pytest.raises(doctor.DoctorError, match=r"not installed; pip install .*\[engines\]"):
+    with pytest.raises(doctor.DoctorError, match=r"not installed; pip install .*\[bullet,engines\]"):
         doctor.check_engine(Engine.MUJOCO)
 
 

@@ -13,12 +13,12 @@ from asset2sim.catalog import history
 from asset2sim.catalog import read_remote as read
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
+from asset2sim.runs import asking_attempt
 from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.plan.records import RECORDS_FOLDER, KeptRecord, keep_record, record_file
 from asset2sim.runs.remote import output
 from asset2sim.runs.remote.output import fetch_record
 from asset2sim.runs.request import RefineRequest
-from asset2sim.runs.spread import worker
 from asset2sim.storage import tree
 from asset2sim.storage.lock import LostLockError
 from asset2sim.storage.objects import working_folder
@@ -196,7 +196,7 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
         assert wait_until(lambda: all(thread.name != "asset2sim-lock" for thread in threading.enumerate()), 120.0)
         return AssetAttempt(brief(ref, out, settings, options["ask"]))
 
-    monkeypatch.setattr(worker, "attempt_in_child", overtaken)
+    monkeypatch.setattr(asking_attempt, "attempt_in_child", overtaken)
     with pytest.raises(LostLockError, match=r"took .* over"):
         night(data, out)
     assert not [name for name in store.keys(out) if name.startswith(("catalog/", "history/"))]

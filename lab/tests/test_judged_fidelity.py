@@ -115,7 +115,7 @@ def test_trials_without_a_final_state_are_counted_and_no_failure_of_the_object()
     (found,) = rates_of(trials).to_dict("records")
     assert found["rate"] == 0.5 and found["trials"] == 2
     empty = rates("p", REAL, [])
-    assert "| scripted | asset2sim | 3 | 0 | 0 | 0 | 0 | 1 | 1 |" in fidelity_block(trials, empty)
+    assert "| scripted | asset2sim | 3 | 0 | 0 | 0 | 0 | 1 | 0 | 0 | 1 |" in fidelity_block(trials, empty)
     assert "policy died" in shown(describe_probes(trials, empty))
 
 
