@@ -153,8 +153,8 @@ compare: $(INSTALLED) ## methods and models on the same objects: the paper's tab
 
 first: $(INSTALLED) ## a table of docs/measured.md: models and methods on the paper's nine, into OUT; SHARED (../shared)
 	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
-		--methods asset2sim,no-semantics,direct,constant,reference --engines pybullet,mujoco,sapien \
-		--models "prior/household,prior/noisy,recorded/lab/answers" --first docs/measured.md
+		--methods asset2sim,no-semantics,ivw,direct,constant,reference --engines pybullet,mujoco,sapien \
+		--models "prior/household,prior/noisy,recorded/lab/answers" --settings lab/answers/settings.yaml --first docs/measured.md
 
 recorded: $(INSTALLED) ## a scripted arm does a task with each object of OUT; ARGS="--page docs/trials.md"
 	@$(BIN)/python -m flows.command record-motion "$(OUT)" $(ARGS)
