@@ -3,7 +3,7 @@
 import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table
-from lab.comparisons.figure_specs import NINE_SUBSET, TABLE_1
+from lab.comparisons.figure_specs import NINE_SUBSET, TABLE_1, TABLE_7
 from lab.comparisons.markdown import name_of
 from lab.comparisons.meaning import met_cells
 from lab.comparisons.method_runs import METHODS, NO_MODEL
@@ -29,7 +29,7 @@ def first_table(objects: pd.DataFrame, subset: str | None, engines: str) -> str:
             if not own.empty:
                 lines.append(_line(method, model, own))
     if subset == NINE_SUBSET:
-        lines += [_papers(method) for method in (Method.DIRECT, Method.ASSET2SIM)]
+        lines += [_papers(method) for method in (Method.IVW, Method.DIRECT, Method.ASSET2SIM, Method.NO_SEMANTICS)]
     count = int(objects["asset_id"].nunique())
     said = (
         f"{count} objects, verified in {engines}. *As expected*: by readers of prompt and picture, who wrote it down "
@@ -55,7 +55,8 @@ def _line(method: Method, model: str, own: pd.DataFrame) -> list[str]:
 
 
 def _papers(method: Method) -> list[str]:
-    """The paper's own figures for the nine, with the model that it names."""
-    stated = TABLE_1[method]
+    """The paper's own figures for the nine (Table 1) and its calls an asset (Table 7), with the model that it names."""
+    stated, calls = TABLE_1[method], TABLE_7.get(method, {}).get("calls")
     scale, joint = f"{stated['scale'].value:.0f} %", f"{stated['joint'].value:.2f}"
-    return [f"{name_of(method, NO_MODEL)}, the paper", "Gemini 2.5 Flash", *[NOTHING] * 5, scale, joint, NOTHING]
+    asked = NOTHING if calls is None else f"{calls.value:.2f}"
+    return [f"{name_of(method, NO_MODEL)}, the paper", "Gemini 2.5 Flash", *[NOTHING] * 5, scale, joint, asked]
