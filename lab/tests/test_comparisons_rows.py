@@ -144,7 +144,7 @@ def test_the_first_table_says_who_proposed_and_what_readers_expect() -> None:
     ]  # fmt: skip
     assert rows[1][1:3] == ["recorded/answers", "1 of 1"] and rows[1][4:9] == ["–", "–", "–", "10 % of 1", "–"]
     assert rows[2][:2] == ["one constant scale, a tenth open", "–"]
-    assert [row[1] for row in rows[3:]] == ["Gemini 2.5 Flash"] * 2 and rows[4][7:9] == ["33 %", "0.40"]
+    assert [row[1] for row in rows[3:]] == ["Gemini 2.5 Flash"] * 4 and rows[5][7:] == ["33 %", "0.40", "2.26"]
     assert "Gemini" not in first_table(objects, None, "pybullet"), "the paper's figures are of its nine"
 
 
