@@ -161,7 +161,7 @@ def test_the_worlds_of_gazebo_hold_every_model_at_its_height(packs: Packs) -> No
 
 
 def test_libsdformat_opens_gazebos_models(packs: Packs) -> None:
-    pytest.importorskip("pydrake", reason="Drake, which has libsdformat, is not installed: make .venv-load")
+    pytest.importorskip("pydrake", reason="no libsdformat: pip install 'asset2sim[load-drake]'")
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
 
