@@ -48,6 +48,7 @@ DATA_PERSON = [
 ]
 ELSEWHERE = {
     ("README.md", "make flow"): "`.ci/run` and the walks run what both targets run",
+    ("README.md", "pip install"): "tests/wheel_alone.py: what pip installs checks and refines an object",
     ("README.md", "export GEMINI_API_KEY"): "a key: models.md's server stands for the provider",
     ("models.md", "export GEMINI_API_KEY"): "a key: models.md's server stands for the provider",
     ("nightly.md", "prefect work-pool"): "tests/test_flows_serve_nightly.py: prefect.yaml deploys to a work pool",
