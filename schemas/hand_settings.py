@@ -24,8 +24,6 @@ class HandSettings(Frozen):
     """Widest opening, m: a Robotiq 2F-85's, and a hand's pinch."""
     tip_scale: Fraction = 0.4
     """Size of the finger tips for what is too small for the hand, against it: 6 mm, a finger nail's."""
-    small_m: Positive = 0.03
-    """Extent of a part, m, from which on the hand takes it, before the finger tips are tried."""
     speed_m_s: Positive = 0.25
     """Speed at which it leads a part, m/s: a drawer in two seconds (``hand_opens_s``)."""
     turn_rad_s: Positive = 1.5

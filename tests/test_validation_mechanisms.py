@@ -54,7 +54,7 @@ def described(
 
 
 def overlay_of(ref: AssetRef, folder: Path) -> PhysicsOverlay:
-    """What the offline model and the rules make of an asset."""
+    """The overlay of an asset by the offline model and the rules."""
     job, method = AssetJob(ref, folder / "out", NO_VIEWS, prior), known_methods()[NO_VIEWS.method]
     extracted = extract_asset(job, correct_joints=True)
     job = replace(job, guidance=extracted.guidance)

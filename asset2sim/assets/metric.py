@@ -50,10 +50,10 @@ def metric_evidence(
 
     ``metric_format`` is the name of a format that has metres, empty for one that may have anything. Metres has also a
     URDF whose masses fit its volumes: at ten times its size an object of those masses would be a thousand times too
-    light; one of boxes, cylinders and spheres (of ``robot``) that somebody drew with a ruler, unless its ``size`` is of
-    something that was brought to one; and, the weakest, one whose ``size`` and ``rest_size`` (edges in m, closed and
-    with all joints at zero) are none to which anything is brought. The size is ``kept`` as the user asks: whatever it
-    is, where it is plausible, or not at all.
+    light; one of boxes, cylinders and spheres (of ``robot``) with lengths in whole tenths of a millimetre, unless its
+    ``size`` is of something that was brought to one; and, the weakest, one whose ``size`` and ``rest_size`` (edges in
+    m, closed and with all joints at zero) are none to which anything is brought. The size is ``kept`` as the user asks:
+    whatever it is, where it is plausible, or not at all.
     """
     if kept is not Keep.PLAUSIBLE:
         return KEPT_AS_ASKED if kept is Keep.ALL else ""

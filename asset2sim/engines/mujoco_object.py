@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.engines.contacts import LocatedContact
-from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
+from asset2sim.engines.mujoco_spec import collected_warnings, compiled, give_options, object_spec
 from asset2sim.engines.mujoco_world import MuJoCoWorld
 from asset2sim.physics.arrays import Array
 
@@ -51,10 +51,7 @@ def static_mujoco(urdf: Path, timestep_s: float, *, parents: bool = False) -> It
         give_options(spec, timestep_s, 0.0)
         if parents:
             spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
-        try:
-            model = spec.compile()
-        except (ValueError, OSError) as error:
-            raise refused(urdf, error) from error
+        model = compiled(spec, urdf)
         world = StaticMuJoCo(model, False, tuple(said), parsed(urdf))
         world.place({})
         yield world

@@ -229,6 +229,14 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
         geom.solimp = CONTACT_SOLIMP
 
 
+def compiled(spec: mujoco.MjSpec, urdf: Path) -> mujoco.MjModel:
+    """The model of a URDF's specification. Raises AssetError (engine_refused) with MuJoCo's message."""
+    try:
+        return spec.compile()
+    except (ValueError, OSError) as error:
+        raise refused(urdf, error) from error
+
+
 def refused(urdf: Path, error: Exception) -> AssetError:
     """AssetError (engine_refused) with MuJoCo's message."""
     said = " ".join(str(error).split())[:400]

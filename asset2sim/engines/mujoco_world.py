@@ -14,7 +14,7 @@ from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.mujoco_spec import collected_warnings, give_options, object_spec, refused
+from asset2sim.engines.mujoco_spec import collected_warnings, compiled, give_options, object_spec
 from asset2sim.engines.world import DeclaredEngine, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
 from asset2sim.physics.kinematics import followed
@@ -36,10 +36,7 @@ def open_mujoco(
             size, friction = [0.0, 0.0, GROUND_GRID_M], [contact_friction, 0.0, 0.0]
             spec.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=size, friction=friction)
         give_options(spec, timestep_s, gravity_m_s2)
-        try:
-            model = spec.compile()
-        except (ValueError, OSError) as error:
-            raise refused(urdf, error) from error
+        model = compiled(spec, urdf)
         world = MuJoCoWorld(model, plane, tuple(said), parsed(urdf))
         world.place({})
         yield world

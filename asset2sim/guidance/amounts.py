@@ -94,7 +94,7 @@ def _in_digits(found: "re.Match[str]") -> str:
 
 
 def _longest(found: "re.Match[str]") -> str:
-    """The longest of some edges, as a length: which of them is meant as the height nobody says."""
+    """The longest of two or three edges as a length; which one is the height is not stated."""
     digits, units = found.groups()[::2], found.groups()[1::2]
     last = next((unit for unit in reversed(units) if unit), None)
     if last is None:

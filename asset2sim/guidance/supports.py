@@ -23,7 +23,7 @@ _HOLDERS = {
     **dict.fromkeys(("counter", "countertop", "worktop", "desk", "table", "bench"), "counter"),
     "ceiling": "ceiling",
 }
-"""What an object is fastened to, as words name it, and the mount that it is."""
+"""Word for the thing that an object is fastened to → its mount."""
 FASTENED_CONFIDENCE = 0.95
 """Confidence in a support that words state as a fastening: "screwed onto the wall"."""
 DENIED_WITHIN = 3

@@ -60,7 +60,7 @@ class Pack:
     title: str
     """The consumer."""
     contents: str
-    """What the pack is there, a sentence."""
+    """Its files, in a sentence."""
     opens: str
     """How it is opened: a shell line."""
     exports: tuple[Export, ...] = ()
@@ -71,10 +71,10 @@ class Pack:
 
 @functools.cache
 def known_packs() -> dict[str, Pack]:
-    """Every declared pack by its name, in the order of their modules."""
-    names = (module.name for module in pkgutil.iter_modules(packs.__path__) if module.name.startswith("for_"))
-    found: list[Pack] = [import_module(f"{packs.__name__}.{name}").PACK for name in names]
-    return {pack.name: pack for pack in found}
+    """Every declared pack by its name: those in the ``PACKS`` of this package's modules."""
+    modules = (import_module(f"{packs.__name__}.{module.name}") for module in pkgutil.iter_modules(packs.__path__))
+    found: list[Pack] = [pack for module in modules for pack in getattr(module, "PACKS", ())]
+    return {pack.name: pack for pack in sorted(found, key=lambda pack: pack.name)}
 
 
 def find_pack(name: str) -> Pack:

@@ -44,11 +44,13 @@ def row_of(item: PackedObject) -> dict[str, Any]:
     }
 
 
-PACK = Pack(
-    name="huggingface",
-    title="the Hugging Face Hub",
-    contents="A dataset repository: `objects.parquet` is what its viewer shows, `objects` the files.",
-    opens="hf upload USER/NAME . --repo-type dataset",
-    finish=write_table,
-    opened_by="PyArrow, Pillow (the pictures) and huggingface_hub's own reader of cards",
+PACKS = (
+    Pack(
+        name="huggingface",
+        title="the Hugging Face Hub",
+        contents="A dataset repository: `objects.parquet` is what its viewer shows, `objects` the files.",
+        opens="hf upload USER/NAME . --repo-type dataset",
+        finish=write_table,
+        opened_by="PyArrow, Pillow (the pictures) and huggingface_hub's own reader of cards",
+    ),
 )

@@ -59,13 +59,16 @@ def corners(item: PackedObject) -> tuple[np.ndarray, np.ndarray]:
     return points.min(axis=0), points.max(axis=0)
 
 
-PACK = Pack(
-    name="robosuite",
-    title="robosuite",
-    contents="`refined_objects.py` has `RefinedObject(name)`, a `MujocoXMLObject` for any task; `complete(task)` adds "
-    "the exclusions, couplings and mechanisms that robosuite's merge leaves out, `reset(sim)` its initial state.",
-    opens="python -c 'from refined_objects import RefinedObject; print(RefinedObject(\"NAME\").joints)'",
-    exports=(Export.MJCF,),
-    finish=write_objects,
-    opened_by="robosuite, in an environment of its own: built into a task with an arm, and stepped",
+PACKS = (
+    Pack(
+        name="robosuite",
+        title="robosuite",
+        contents="`refined_objects.py` has `RefinedObject(name)`, a `MujocoXMLObject` for any task; `complete(task)` "
+        "adds the exclusions, couplings and mechanisms that robosuite's merge leaves out, `reset(sim)` its state.",
+        opens="python -c 'from refined_objects import RefinedObject; print(RefinedObject(\"NAME\").joints)'",
+        exports=(Export.MJCF,),
+        finish=write_objects,
+        opened_by="robosuite, where ROBOSUITE_PYTHON names an environment of its own: built into a task with an arm "
+        "and stepped",
+    ),
 )

@@ -26,14 +26,16 @@ def write_urdfs(target: Path, objects: Sequence[PackedObject], given: Mapping[st
         (item.folder / ROS_URDF).write_bytes(serialised(robot))
 
 
-PACK = Pack(
-    name="ros2",
-    title="ROS 2",
-    contents="An ament package: `ros.urdf` of each object for `robot_state_publisher`, a launch file that shows one in "
-    "RViz, and a Gazebo model each, which Gazebo finds once the workspace is sourced. Name it as you like in "
-    "`package.xml`, and state who maintains it.",
-    opens="colcon build && . install/setup.sh && ros2 launch refined_objects view.launch.py object:=NAME",
-    exports=(Export.SDF,),
-    finish=write_urdfs,
-    opened_by="yourdfpy with the package's URIs; not by colcon",
+PACKS = (
+    Pack(
+        name="ros2",
+        title="ROS 2",
+        contents="An ament package: `ros.urdf` of each object for `robot_state_publisher`, a launch file that shows "
+        "one in RViz, and a Gazebo model each, which Gazebo finds once the workspace is sourced. Name it as you like "
+        "in `package.xml`, and state who maintains it.",
+        opens="colcon build && . install/setup.sh && ros2 launch refined_objects view.launch.py object:=NAME",
+        exports=(Export.SDF,),
+        finish=write_urdfs,
+        opened_by="yourdfpy with the package's URIs; not by colcon",
+    ),
 )

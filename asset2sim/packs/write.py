@@ -29,7 +29,7 @@ NOT_STATED = "not stated"
 COMMON = "common"
 """The folder of templates that every pack has."""
 SHOWN = ("penetration_m", "drift_m", "drift_rad", "peak_speed_m_s")
-"""What a receipt has of an engine's measurement, beside its version."""
+"""Numbers of an engine's measurement that a receipt has, beside its version."""
 
 
 def write_pack(

@@ -1,4 +1,4 @@
-"""The checks alone, on URDF folders as they are: refined, edited by hand, or of somebody else."""
+"""The checks alone, on URDF folders as they are: refined, edited by hand, or foreign."""
 
 import tempfile
 from collections.abc import Sequence

@@ -236,7 +236,7 @@ class AskOptions(FileOptions, Chosen):
 
 
 class CheckOptions(FileOptions):
-    """Check objects as they are, in any format: refined, edited by hand, or of somebody else. Exits with 0 where all
+    """Check objects as they are, in any format: refined, edited by hand, or foreign. Exits with 0 where all
     pass, 1 where one fails, 2 for a mistake in the command."""
 
     folders: CliPositionalArg[typed.FOLDERS] = Field(description="assets' folders or files, or folders of those")

@@ -34,8 +34,8 @@ TIMES = 2
 
 class OpenPiPolicy:
     """A policy at ``host:port`` as a context manager that is called with what is seen, ``secure`` over TLS; ``key`` is
-    its server's API key. ``kind`` is what its actions are, unless its server says so. Raises PolicyError: nobody there,
-    gone, too late, metadata that asks for what is not sent, or an answer that is none."""
+    its server's API key. ``kind`` is what its actions are, unless its server says so. Raises PolicyError: no server
+    there, gone, too late, metadata that asks for what is not sent, or an answer that is none."""
 
     def __init__(
         self,

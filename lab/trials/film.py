@@ -22,7 +22,7 @@ from schemas.errors import UsageError
 SIDE, RATE = 512, 15
 """Edge of a picture, pixels, and pictures a second."""
 BEFORE_S, AFTER_S, MOVES = 1.0, 1.0, 0.02
-"""What is shown before the action and after it, s, and the speed of a joint or link from which it is one, rad/s or m/s:
+"""Time shown before the action and after it, s, and the speed of a joint or link from which it is one, rad/s or m/s:
 slower creeping is not seen."""
 SPACING = 1.4
 """Distance between two points of a surface, pixels: each covers two by two."""
