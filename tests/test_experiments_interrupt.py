@@ -3,10 +3,13 @@ A Ctrl-C counts wherever it comes."""
 
 import asyncio
 import gc
+import importlib
 import os
 import signal
 import sys
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from threading import Event, Timer, main_thread
 from typing import TYPE_CHECKING, cast
@@ -76,6 +79,31 @@ def test_ctrl_c_in_a_destructor_comes_again_and_prints_nothing(
     InterruptedAsItGoes()
     assert [type(value) for value in seen] == [ValueError, KeyboardInterrupt], "and all, after the block"
     assert capsys.readouterr().err == ""
+
+
+TRIES_A_LIBRARY = """
+import signal, time
+try:
+    signal.raise_signal(signal.{name})
+    time.sleep(0.2)
+    THERE = True
+except BaseException:
+    THERE = False
+"""
+
+
+@pytest.mark.parametrize(("name", "block"), [("SIGINT", lost_interrupts_repeated), ("SIGTERM", sigterm_as_interrupt)])
+def test_one_that_comes_in_an_import_waits_for_its_end(
+    name: str, block: Callable[[], AbstractContextManager[None]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As trimesh tries scipy: what is interrupted there would be taken for a library that is not installed."""
+    (tmp_path / f"tries_{name}.py").write_text(TRIES_A_LIBRARY.format(name=name), encoding="ascii")
+    monkeypatch.syspath_prepend(tmp_path)
+    with block():
+        found = importlib.import_module(f"tries_{name}").THERE
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(60)
+    assert found
 
 
 def test_what_a_shell_starts_in_its_background_hears_ctrl_c() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.doc_blocks import PAGES, Block, blocks, checkout, run_block
 
-LIMIT_S = 900.0
+LIMIT_S = 400.0
 INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 8 "
 """When nightly.md interrupts a run, s: of these few samples, it would be over by then on a quick machine."""
 SAMPLES = ("laptop_silver", "box_wooden", "planted_missing_mesh", "planted_not_xml")

@@ -3,6 +3,7 @@
 import ast
 import errno
 import functools
+import gc
 import json
 import os
 import shutil
@@ -11,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -293,6 +295,27 @@ def test_prose_is_no_code() -> None:
     assert bare == code.bare_code(b'LIMIT = 3  # three\ndef f(a):\n    """Other."""\n    return [a,\n "word"]\n')
     for other in (b'LIMIT = 4\ndef f(a):\n return [a, "word"]', b'LIMIT = 3\ndef f(a):\n return [a, "Word"]'):
         assert bare != code.bare_code(other)
+
+
+def test_sources_are_read_beside_other_threads_while_the_collector_is_watched() -> None:
+    """As Dask watches it. Python 3.11 then takes two threads that parse for an error (python/cpython#106905)."""
+    sources = [file.read_bytes() for file in sorted((ROOT / "asset2sim/assets").rglob("*.py"))]
+
+    def watch(phase: str, info: dict[str, int]) -> None:
+        sum(range(50))
+
+    limits, interval = gc.get_threshold(), sys.getswitchinterval()
+    gc.set_threshold(50)
+    gc.callbacks.append(watch)
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(3) as pool:
+            first, *others = pool.map(lambda _: [code.bare_code(source) for source in sources], range(3))
+    finally:
+        gc.callbacks.remove(watch)
+        gc.set_threshold(*limits)
+        sys.setswitchinterval(interval)
+    assert others == [first, first]
 
 
 def imported(path: Path) -> set[str]:

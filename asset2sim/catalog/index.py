@@ -1,7 +1,7 @@
 """``OUT/assets/index.json``, what is there to load, and ``load.py`` beside it, a loader that needs nothing of us."""
 
-import ast
 import json
+import re
 import tempfile
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
@@ -20,7 +20,7 @@ from schemas.tables import TABLES
 from schemas.vocabulary import Status
 
 ASSETS_FOLDER = "assets"
-LOADER_PACKAGE = "asset2sim.load."
+_IMPORT = re.compile(r"^from asset2sim\.load\.(\w+) import (?:\([^)]*\)|[^(\n]*)\n", re.MULTILINE)
 OVERLAY_NAME = "overlay.json"
 VERSION = 1
 """Of the index's layout."""
@@ -67,24 +67,23 @@ def write_entries(out: Path, rows: Sequence[tuple[Mapping[str, Any], Collection[
 def loader_source() -> str:
     """The package ``asset2sim.load`` as one file: its modules, each before those that import it, without the imports
     between them."""
-    package, parts = files("asset2sim").joinpath("load"), []
-    trees: dict[str, ast.Module] = {}
+    package, parts = files("asset2sim").joinpath("load"), dict[str, str]()
 
     def add(name: str) -> None:
-        if name in trees:
+        if name in parts:
             return
+        parts[name] = ""
         text = package.joinpath(f"{name}.py").read_text(encoding="utf-8")
-        trees[name] = ast.parse(text)
-        lines = text.splitlines(keepends=True)
-        for node in trees[name].body:
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(LOADER_PACKAGE):
-                add(str(node.module).removeprefix(LOADER_PACKAGE))
-                lines[node.lineno - 1 : node.end_lineno] = [""] * (1 + (node.end_lineno or 0) - node.lineno)
-        parts.append("".join(lines).strip("\n") + "\n")
+        for module in _IMPORT.findall(text):
+            add(module)
+        # The package's own comes last.
+        del parts[name]
+        parts[name] = _IMPORT.sub("", text).strip("\n") + "\n"
 
     add("__init__")
-    documentation, own = trees["__init__"].body[0].end_lineno or 0, parts.pop().splitlines(keepends=True)
-    return "\n\n".join(("".join(own[:documentation]), *parts, "".join(own[documentation:]).lstrip("\n")))
+    own = parts.pop("__init__")
+    documentation = own.index('"""', 3) + len('"""\n')
+    return "\n\n".join((own[:documentation], *parts.values(), own[documentation:].lstrip("\n")))
 
 
 def latest_by_asset(rows: Collection[dict[str, Any]]) -> dict[str, dict[str, Any]]:

@@ -1,5 +1,10 @@
 """SIGTERM that may come again and again (Prefect's runner, for one, may send two to stop a night), and Ctrl-C that is
-never lost."""
+never lost.
+
+Neither interrupts an import. Packages that try one under ``except BaseException`` (trimesh does) would take it for a
+library that is missing and go on without; pydantic makes another error of it; and a module's lock may stay held, on
+which a thread that imports the same waits for ever.
+"""
 
 import signal
 import sys
@@ -18,13 +23,13 @@ def sigterm_as_interrupt() -> Iterator[None]:
     stopping the children and publishing can finish. Does nothing outside the main thread."""
     told = False
 
-    def interrupt() -> None:
+    def interrupt(*_: object) -> None:
         nonlocal told
         if not told:
             told = True
             raise KeyboardInterrupt
 
-    with _on_sigterm(interrupt):
+    with _handled(signal.SIGTERM, interrupt):
         if _waiting.is_set():
             _waiting.clear()
             interrupt()
@@ -33,27 +38,24 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 @contextmanager
 def lost_interrupts_repeated() -> Iterator[None]:
-    """Send Ctrl-C again where Python dropped it within the block: in a destructor or the garbage collector's callback
-    it would only print a traceback, and the program would go on. A shell starts what runs in its background deaf to
-    Ctrl-C: it hears one all the same."""
-    before = sys.unraisablehook
-    main_thread = threading.main_thread().ident
-    if threading.get_ident() == main_thread and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Send Ctrl-C again where Python would drop it within the block: in an import, or in a destructor or the garbage
+    collector's callback, where it would only print a traceback, and the program would go on. A shell starts what runs
+    in its background deaf to Ctrl-C: it hears one all the same."""
+    hook = sys.unraisablehook
 
     def repeat(lost: "sys.UnraisableHookArgs") -> None:
-        if not isinstance(lost.exc_value, KeyboardInterrupt):
-            before(lost)
-        elif main_thread is not None:
-            # Later: this hook is called within what dropped it. While Python ends there are no new threads.
-            with suppress(RuntimeError):
-                threading.Timer(0.05, signal.pthread_kill, (main_thread, signal.SIGINT)).start()
+        if isinstance(lost.exc_value, KeyboardInterrupt):
+            # This hook is called within what dropped it.
+            _send_again(signal.SIGINT)
+        else:
+            hook(lost)
 
     sys.unraisablehook = repeat
     try:
-        yield
+        with _handled(signal.SIGINT, signal.default_int_handler):
+            yield
     finally:
-        sys.unraisablehook = before
+        sys.unraisablehook = hook
 
 
 @contextmanager
@@ -62,23 +64,47 @@ def sigterm_deferred() -> Iterator[None]:
     since only publishing is left, which takes seconds. Does nothing outside the main thread."""
     _waiting.clear()
     try:
-        with _on_sigterm(_waiting.set):
+        with _handled(signal.SIGTERM, lambda *_: _waiting.set()):
             yield
     finally:
         _waiting.clear()
 
 
 @contextmanager
-def _on_sigterm(act: Callable[[], None]) -> Iterator[None]:
+def _handled(number: signal.Signals, handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+    """Call ``handler`` for a signal that comes within the block, once no import is under way that the block began. Does
+    nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    begun = _imports(sys._getframe())
 
     def handle(number: int, frame: FrameType | None) -> None:
-        act()
+        if _imports(frame) > begun:
+            _send_again(number)
+        else:
+            handler(number, frame)
 
-    before = signal.signal(signal.SIGTERM, handle)
+    before = signal.signal(number, handle)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        signal.signal(number, before)
+
+
+def _imports(frame: FrameType | None) -> int:
+    """Frames of Python's import among a frame and those that called it."""
+    found = 0
+    while frame is not None:
+        found += frame.f_code.co_filename.startswith("<frozen importlib")
+        frame = frame.f_back
+    return found
+
+
+def _send_again(number: int) -> None:
+    """Send the main thread a signal once more, in a moment."""
+    main_thread = threading.main_thread().ident
+    # While Python ends there are no new threads.
+    with suppress(RuntimeError):
+        if main_thread is not None:
+            threading.Timer(0.05, signal.pthread_kill, (main_thread, number)).start()

@@ -39,6 +39,11 @@ DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
 
 
+PARSE_TRIES = 20
+"""Times that a source is parsed beside other threads; of 450 so parsed, with Python code in each garbage collection, 14
+failed the first."""
+
+
 def counted_files(root: Path) -> list[str]:
     """The sources and data files of ``ROOMS``, relative to the checkout ``root``. Raises FileNotFoundError for a room
     that is not there: a hash over nothing would never change."""
@@ -93,8 +98,18 @@ def source_version(root: Path = CHECKOUT, modules: tuple[str, ...] = ()) -> str:
 def bare_code(source: bytes) -> bytes:
     """A source's syntax tree as text: no comments, no layout, and no texts that are statements, as docstrings are."""
     words: list[str] = []
-    _spell(ast.parse(source), words)
+    _spell(_parsed(source), words)
     return " ".join(words).encode(errors="surrogatepass")
+
+
+def _parsed(source: bytes) -> ast.Module:
+    """A source's syntax tree, also while another thread parses. Python 3.11 counts the depth of all threads together,
+    and raises SystemError where garbage collection, as Dask watches it, lets another one go on in between
+    (python/cpython#106905)."""
+    for _ in range(PARSE_TRIES - 1):
+        with suppress(SystemError):
+            return ast.parse(source)
+    return ast.parse(source)
 
 
 def _spell(part: object, words: list[str]) -> None:
