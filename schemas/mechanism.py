@@ -1,5 +1,6 @@
 """Joints as people know them: mechanisms by name, what a hand should need, and what some exert besides a spring."""
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -31,7 +32,8 @@ class EffortRange(Frozen):
 class Bias(Frozen):
     """Effort of a ``kind`` of mechanism on its joint, N·m or N: ``slope`` (N·m/rad or N/m) times the way from
     ``none_at`` (rad or m), at least ``least`` and at most ``most``. A gasket presses a door shut over the last
-    millimetres, a rocker is pressed to the end that is nearer, a strut lifts a flap.
+    millimetres, a rocker is pressed to the end that is nearer, a strut lifts a flap. With a ``period`` (rad or m) the
+    way is from the nearest of the places that lie so far apart, from ``none_at`` on: the clicks of a selector.
 
     URDF has no field for it: our engines, ``load.py`` and the MJCF have it, USD only states it."""
 
@@ -40,7 +42,10 @@ class Bias(Frozen):
     none_at: Finite
     least: Annotated[Finite, Field(le=0.0)]
     most: NonNegative
+    period: NonNegative = 0.0
 
     def at(self, position: float) -> float:
         """N·m or N at a position, rad or m."""
-        return min(max(self.slope * (position - self.none_at), self.least), self.most)
+        off = position - self.none_at
+        off = math.remainder(off, self.period) if self.period > 0.0 else off
+        return min(max(self.slope * off, self.least), self.most)

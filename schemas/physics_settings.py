@@ -88,6 +88,9 @@ class PhysicsSettings(Frozen):
     """... where gravity's pull is at most this share of its largest: a handle near its balance, a lid past upright."""
     counterbalance_share: Fraction = 0.9
     """Share of an open door's weight that its springs carry, where such doors have springs: it must stay down."""
+    detent_over_friction: Positive = 2.0
+    """Largest effort of a selector's detents over its dry friction: it snaps to a click from all but the last degrees
+    before the middle, and takes thrice its friction to turn."""
     strut_share: Fraction = 0.95
     """The same of a flap or lid that gravity shuts and that is too heavy for a hand, of its weight all the way."""
     seal_n: Positive = 15.0

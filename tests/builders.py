@@ -67,7 +67,7 @@ class UrdfJoint:
     stiffness: float = 0.0
     reference: float = 0.0
     armature: float = 0.0
-    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    bias: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
 
 
 def box(x: float, y: float, z: float) -> str:
@@ -111,7 +111,7 @@ def _link_text(link: UrdfLink) -> str:
 
 
 def _joint_text(joint: UrdfJoint) -> str:
-    bias = " ".join(f'{name}="{value!r}"' for name, value in zip(BIAS, joint.bias, strict=True) if joint.bias[0])
+    bias = " ".join(f'{name}="{value!r}"' for name, value in zip(BIAS, joint.bias, strict=False) if joint.bias[0])
     return (
         f'<joint name="{joint.name}" type="{joint.type}"><origin xyz="{_words(joint.xyz)}"/>'
         f'<parent link="{joint.parent}"/><child link="{joint.child}"/><axis xyz="{_words(joint.axis)}"/>'

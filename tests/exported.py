@@ -54,6 +54,6 @@ def _joint(joint: UrdfJoint, initial: float) -> JointPhysics:
         spring_reference=joint.reference, lower=joint.lower, upper=joint.upper, limits_source=Source.AUTHORED,
         closed=joint.lower, open=joint.upper, initial_position=initial, position_source=Source.USER,
         effective_inertia=0.0, gravity_load=0.0, holds=False,
-        bias=Bias(kind="seal", **dict(zip(("slope", "none_at", "least", "most"), joint.bias, strict=True)))
+        bias=Bias(kind="seal", **dict(zip(("slope", "none_at", "least", "most", "period"), joint.bias, strict=False)))
         if joint.bias[0] != 0.0 else None,
     )  # fmt: skip

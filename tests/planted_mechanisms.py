@@ -273,7 +273,7 @@ HELD = (
     P("compartment", "", "A car's dashboard with a glove compartment.", "", ("compartment_door", "compartment"),
       drop(0.35, 0.18, 0.3, 0.1), (4, 45), "latched"),
     P("fan_speed", "Fan", "A fan.", "speed_selector", ("a", "j"), turn(0.018, "0 4.7", "0.1 0.15 0.4"), (0.3, 15),
-      "stays"),
+      "clicks"),
     P("open_bin", "TrashCan", "", "", ("top", "joint_0"),
       (shape("0.3 0.3 0.5", xyz="0 0 0.25"), shape("0.01 0.3 0.3", xyz="0 0 0.15"), "revolute", "0.15 0 0.506",
        "0 1 0", "-1.57 0.1"), (0.3, 22.2), shut=-1.57),
@@ -369,7 +369,7 @@ LEFT: dict[str, Callable[[Felt], bool]] = {
     "stays": lambda found: abs(found.from_more - 0.6) < 0.05 and abs(found.from_less - 0.4) < 0.05,
     "returns": lambda found: max(abs(found.from_more), abs(found.from_less)) < 0.1,
     "snaps": lambda found: found.from_more > 0.95 and found.from_less < 0.05,
-    # Let go between two clicks it moves to the nearer, with 10 to 30 of them a turn.
+    # Let go between two clicks it moves to the nearer, with 8 to 24 of them a turn.
     "clicks": lambda found: 0.002 < abs(found.from_more - 0.6) < 0.06 and 0.002 < abs(found.from_less - 0.4) < 0.06,
     "swings": lambda found: 20.0 <= found.swings_deg <= 60.0,
     "latched": lambda found: found.then_n < 0.6 * found.force_n,

@@ -152,6 +152,28 @@ def test_a_rocker_snaps_to_the_end_that_is_nearer(tmp_path: Path, engine: Engine
 
 @every_engine
 @STEPS
+def test_a_selector_clicks(tmp_path: Path, engine: Engine, step: float) -> None:
+    """Detents of 0.02 N·m at every 0.5 rad beside 0.01 N·m of friction: by hand it takes 0.03 N·m to leave
+    one slowly, and 0.01 + 0.75 · 0.02 = 0.025 N·m at once: its draw, over the way to the middle, is three quarters."""
+    knob = UrdfLink("part", 0.02, ORIGIN, ball_inertia(1e-5))
+    terms: dict[str, object] = {"friction": 0.01, "damping": 1e-3, "armature": 2e-4, "lower": -3.0, "upper": 3.0}
+    with held(engine, swing(tmp_path, knob, **terms, bias=(-0.16, 0.2, -0.02, 0.02, 0.5)), step=step) as world:
+        for start, effort, end in ((0.2, 0.023, 0.2), (1.2, -0.023, 1.2), (0.4, 0.0, 0.2), (0.52, 0.0, 0.7)):
+            world.place({"j": start})
+            world.push({"j": effort})
+            world.step(round(0.5 / step))
+            held_at = position(world)
+            world.push({})
+            world.step(round(0.5 / step))
+            assert abs(held_at - end) < 0.25 and position(world) == pytest.approx(end, abs=0.07), (start, effort)
+        world.place({"j": 0.2})
+        world.push({"j": 0.029})
+        world.step(round(1.0 / step))
+        assert position(world) > 0.7, "a little more turns it past one click after another"
+
+
+@every_engine
+@STEPS
 def test_a_seal_holds_a_door_shut_and_lets_go_of_it_for_good(tmp_path: Path, engine: Engine, step: float) -> None:
     door = UrdfLink("part", 10.0, ORIGIN, ball_inertia(1.0))
     terms: dict[str, object] = {"friction": 0.5, "damping": 0.7, "lower": 0.0, "upper": 2.0}

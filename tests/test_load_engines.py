@@ -166,7 +166,7 @@ def test_a_spring_carries_its_part_where_force_and_weight_are_equal(engine: str,
 
 
 @every_engine
-def test_a_rocker_snaps_and_a_seal_lets_go(engine: str, tmp_path: Path) -> None:
+def test_a_rocker_snaps_a_dial_clicks_and_a_seal_lets_go(engine: str, tmp_path: Path) -> None:
     snap = {"kind": "bistable", "slope": 2.0, "none_at": 0.0, "least": -1.0, "most": 1.0}
     said = {
         "child": "lid",
@@ -181,6 +181,13 @@ def test_a_rocker_snaps_and_a_seal_lets_go(engine: str, tmp_path: Path) -> None:
     for effort, end in ((-0.9, 0.5), (-1.2, -0.5), (0.0, -0.5)):
         item.apply_effort({"j": effort})
         assert track(item, "j", 1.0)[-1] == pytest.approx(end, abs=0.02), effort
+    dial = {"kind": "detent", "slope": -16.0, "none_at": 0.1, "least": -1.0, "most": 1.0, "period": 0.25}
+    turned = said | {"friction": 0.2, "initial_position": 0.1, "bias": dial}
+    item = load(written(tmp_path / "dial", BASE + ARM_OUT, {"j": turned}), engine)
+    for effort, end in ((0.85, 0.1), (-0.85, 0.1), (1.1, 0.5)):
+        item.reset()
+        item.apply_effort({"j": effort})
+        assert track(item, "j", 1.0)[-1] == pytest.approx(end, abs=0.1), effort
     seal = {"kind": "seal", "slope": 100.0, "none_at": 0.02, "least": -1.5, "most": 0.0}
     said |= {"lower": 0.0, "upper": 2.0, "bias": seal}
     item = load(written(tmp_path / "fridge", BASE + ARM_OUT, {"j": said}), engine)

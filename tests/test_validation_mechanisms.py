@@ -11,6 +11,7 @@ from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.limits import Range
 from asset2sim.validation.mechanisms import caught_where_it_drops, mechanism_bias
+from asset2sim.validation.positions import Start
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.mechanism import CAUGHT, EffortRange
@@ -128,6 +129,34 @@ def test_other_parts_stay_or_return(
     assert made.holds is holds and (made.stiffness > 0.0) is (category == "Toilet")
 
 
+@pytest.mark.parametrize(
+    ("label", "words", "limit", "clicks"),
+    [
+        ("selector", "A toaster oven.", None, 12),
+        ("program_selector", "A washing machine.", "0 4.7", 9),
+        ("rotary_switch", "A heater.", "0 1.0", 2),
+        ("knob", "A gas cooker.", "0 4.7", 0),
+        ("volume", "An amplifier.", None, 0),
+    ],
+)
+def test_selectors_click_and_other_knobs_do_not(
+    tmp_path: Path, label: str, words: str, limit: str | None, clicks: int
+) -> None:
+    hinge = {"kind": "revolute", "axis": "0 0 1", "limit": limit} if limit else {"kind": "continuous", "axis": "0 0 1"}
+    made = only(described(tmp_path, "thing", "", words, DISC, label, body=BODY, xyz="0 0 0.12", **hinge))
+    assert (made.bias is None) is (clicks == 0) and made.friction > 0.0
+    if made.bias is None:
+        return
+    turn = 2.0 * math.pi if made.lower is None or made.upper is None else made.upper - made.lower
+    assert made.bias.period == pytest.approx(turn / clicks) and made.exerted(made.initial_position) == 0.0
+    drawn = made.exerted(made.initial_position + 0.4 * made.bias.period)
+    assert drawn == pytest.approx(-2.0 * made.friction), "back, with twice its friction"
+    assert made.exerted(made.initial_position + 1.6 * made.bias.period) == pytest.approx(-drawn), "on to the next"
+    assert made.effort_range is not None
+    arm_m = 0.03
+    assert made.effort_range.least_n < (made.friction - drawn) / arm_m < made.effort_range.most_n, "N at its rim"
+
+
 FRIDGE = {"kind": "revolute", "axis": "0 0 1", "limit": "0 2", "xyz": "-0.33 -0.3 0.03"}
 FRIDGE_DOOR = shape("0.05 0.6 1.6", xyz="0 0.3 0")
 
@@ -156,7 +185,8 @@ def test_a_catch_presses_on_a_stop_alone(closed: float, caught: bool) -> None:
     span = Range(door, 0.0, 2.0, closed, 2.0, Source.AUTHORED)
     kind = Handling(ANY, anywhere=False, counterbalanced=False)
     for mechanism in CAUGHT:
-        bias = mechanism_bias(span, replace(kind, mechanism=mechanism, lever=0.4), PhysicsSettings())
+        start = Start(span, closed, Source.RULE, requested=False)
+        bias = mechanism_bias(start, replace(kind, mechanism=mechanism, lever=0.4), 0.0, PhysicsSettings())
         assert (bias is not None) is caught, "what is shut in the middle of its range would run away"
 
 

@@ -170,7 +170,7 @@ def mesh_bytes(root: "etree._Element", folder: Path) -> dict[str, bytes]:
 def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
     """Put the joints' damping, friction, stiffness, spring reference and armature in, and make friction and limits
     stiff. MuJoCo adds armature to the diagonal of the mass matrix, and steps springs explicitly. What a mechanism
-    exerts is an actuator that no control moves."""
+    exerts is an actuator that no control moves, about the first of the clicks of a selector."""
     for joint in spec.joints:
         term = terms[joint.name]
         joint.damping = [term.damping, 0.0, 0.0]
@@ -180,7 +180,7 @@ def give_dynamics(spec: mujoco.MjSpec, terms: dict[str, Dynamics]) -> None:
         joint.armature = term.armature
         joint.solimp_friction = FRICTION_SOLIMP
         joint.solimp_limit = ARMATURE_LIMIT_SOLIMP if term.armature > 0.0 else LIMIT_SOLIMP
-        slope, none_at, least, most = term.bias
+        slope, none_at, least, most, _ = term.bias
         if slope != 0.0:
             exerts = spec.add_actuator(name=bias_name(joint.name), target=joint.name)
             exerts.trntype, exerts.biastype = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtBias.mjBIAS_AFFINE

@@ -3,19 +3,21 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.mujoco_options import body_name
+from asset2sim.assets.mujoco_options import bias_name, body_name
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
+from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.mujoco_spec import collected_warnings, compiled, give_options, object_spec
-from asset2sim.engines.world import DeclaredEngine, nothing_collides, with_followers
+from asset2sim.engines.world import DeclaredEngine, click_near, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
 from asset2sim.physics.kinematics import followed
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
@@ -37,7 +39,7 @@ def open_mujoco(
             spec.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=size, friction=friction)
         give_options(spec, timestep_s, gravity_m_s2)
         model = compiled(spec, urdf)
-        world = MuJoCoWorld(model, plane, tuple(said), parsed(urdf))
+        world = MuJoCoWorld(model, plane, tuple(said), parsed(urdf), read_dynamics(urdf))
         world.place({})
         yield world
 
@@ -48,7 +50,14 @@ class MuJoCoWorld:
     engine = Engine.MUJOCO
     skin_m = 0.0
 
-    def __init__(self, model: mujoco.MjModel, plane: bool, console: tuple[str, ...], robot: "etree._Element") -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        plane: bool,
+        console: tuple[str, ...],
+        robot: "etree._Element",
+        terms: Mapping[str, Dynamics] = MappingProxyType({}),
+    ) -> None:
         self.mimics = read_mimics(robot)
         self.model, self.data = model, mujoco.MjData(model)
         self.plane = plane
@@ -63,6 +72,10 @@ class MuJoCoWorld:
         self.qvel = model.jnt_dofadr[self.joints]
         self.index = {name: i for i, name in enumerate(self.joint_names)}
         self.cloud = shapes_of(model)
+        clicking = [name for name in self.joint_names if name in terms and terms[name].bias[4] > 0.0]
+        self.clicks = np.array([terms[name].bias for name in clicking]).reshape(-1, 5)
+        self.clicked = [model.actuator(bias_name(name)).id for name in clicking]
+        self.turned = self.qpos[[self.index[name] for name in clicking]]
 
     def place(
         self,
@@ -86,7 +99,14 @@ class MuJoCoWorld:
         self.data.qpos[2] = height_m - height
 
     def step(self, count: int = 1) -> None:
-        mujoco.mj_step(self.model, self.data, nstep=count)
+        if not self.clicked:
+            mujoco.mj_step(self.model, self.data, nstep=count)
+            return
+        for _ in range(count):
+            # MuJoCo's actuators have no period: they are moved to the click that is nearest.
+            nearest = click_near(self.clicks, self.data.qpos[self.turned])
+            self.model.actuator_biasprm[self.clicked, 0] = -self.clicks[:, 0] * nearest
+            mujoco.mj_step(self.model, self.data)
 
     def root_pose(self) -> tuple[Array, Array]:
         """See ``World``: the root link's frame."""

@@ -54,7 +54,7 @@ class PyBulletWorld:
         terms = [item.dynamics[name] for name in self.joint_names]
         self.stiffness = np.array([0.0 if term.armature > 0.0 else term.stiffness for term in terms])
         self.reference = np.array([term.spring_reference for term in terms])
-        self.bias = np.array([term.bias for term in terms]).reshape(-1, 4)
+        self.bias = np.array([term.bias for term in terms]).reshape(-1, 5)
         self.efforts = np.zeros(len(self.joints))
         self.springs = ArmatureSprings(item, timestep_s)
         self.geared = np.array([self.joint_names.index(name) for name in self.springs.names], dtype=int)

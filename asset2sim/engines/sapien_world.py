@@ -113,7 +113,7 @@ class SapienWorld:
         terms = [item.dynamics[name] for name in self.joint_names]
         self.stiffness = np.array([term.stiffness for term in terms])
         self.reference = np.array([term.spring_reference for term in terms])
-        self.bias = np.array([term.bias for term in terms]).reshape(-1, 4)
+        self.bias = np.array([term.bias for term in terms]).reshape(-1, 5)
         self.efforts = np.zeros(len(self.joint_names))
         self.coupling = Coupling(item.robot, self.joint_names, not plane, timestep_s)
         self.armature = {name: item.dynamics[name].armature for name in self.joint_names}

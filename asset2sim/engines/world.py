@@ -93,9 +93,17 @@ class Opener(Protocol):
 
 
 def biases(terms: Array, positions: Array) -> Array:
-    """(n,) what mechanisms exert at (n,) positions, N·m or N; ``terms`` (n, 4) are the joints' ``Dynamics.bias``."""
-    exerted: Array = np.clip(terms[:, 0] * (positions - terms[:, 1]), terms[:, 2], terms[:, 3])
+    """(n,) what mechanisms exert at (n,) positions, N·m or N; ``terms`` (n, 5) are the joints' ``Dynamics.bias``."""
+    exerted: Array = np.clip(terms[:, 0] * (positions - click_near(terms, positions)), terms[:, 2], terms[:, 3])
     return exerted
+
+
+def click_near(terms: Array, positions: Array) -> Array:
+    """(n,) where mechanisms exert nothing, nearest to (n,) positions, rad or m: of a selector the nearest click."""
+    none_at, period = terms[:, 1], terms[:, 4]
+    counts = np.round((positions - none_at) / np.where(period > 0.0, period, np.inf))
+    nearest: Array = none_at + np.where(period > 0.0, counts * period, 0.0)
+    return nearest
 
 
 def with_followers(mimics: Mapping[str, Mimic], velocities: Mapping[str, float]) -> dict[str, float]:

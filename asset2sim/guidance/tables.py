@@ -76,7 +76,7 @@ class PartMechanism:
     """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is
     opened in use, from closed: no lid is by 270°. ``kind``: what people call it. ``press_n``: with what its spring
     resists at the start and at the end of its travel, N, at a hinged part's far edge, ``lets_go_n`` with what a catch
-    or gasket does at first; None for that of most."""
+    or gasket does at first; None for that of most. ``click_rad``: the turn from one detent to the next; 0 without."""
 
     role: str
     coast_s: float
@@ -86,6 +86,7 @@ class PartMechanism:
     usual_rad: float
     press_n: tuple[float, float] | None
     lets_go_n: float | None
+    click_rad: float
 
 
 @dataclass(frozen=True)
@@ -319,6 +320,7 @@ def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
             usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
             press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
             lets_go_n=float(row["press_start_n"]) if row["press_start_n"] and not row["press_end_n"] else None,
+            click_rad=math.radians(float(row["click_deg"] or 0.0)),
         )
         for row in csv_rows("mechanisms")
     }

@@ -50,11 +50,13 @@ class Joint:
     bias: dict[str, Any] | None = None
 
     def exerted(self, position: float) -> float:
-        """Effort of its mechanism at a position besides its spring, N·m or N: a gasket, a rocker's snap, a strut."""
+        """Effort of its mechanism at a position besides its spring, N·m or N: a gasket, a rocker's snap, a strut, the
+        clicks of a selector."""
         if self.bias is None:
             return 0.0
-        wanted = self.bias["slope"] * (position - self.bias["none_at"])
-        return float(min(max(wanted, self.bias["least"]), self.bias["most"]))
+        off, period = position - self.bias["none_at"], self.bias.get("period", 0.0)
+        off = math.remainder(off, period) if period > 0.0 else off
+        return float(min(max(self.bias["slope"] * off, self.bias["least"]), self.bias["most"]))
 
     def __str__(self) -> str:
         ends = "endless" if self.lower is None or self.upper is None else f"{self.lower:.4g} to {self.upper:.4g}"

@@ -71,6 +71,8 @@ class Handling:
     lever: float = 1.0
     tips_upward: float = math.inf
     tips_downward: float = math.inf
+    click_rad: float = 0.0
+    """Turn from one detent to the next; 0 without."""
     ground_load: float = 0.0
     """Effort of the ground on the joint where the object stands on its part by a spring, N·m or N."""
 
@@ -121,7 +123,9 @@ def handling(
     usual = mechanism(named, features.category, MOTIONS.get(joint.type, "hinge"))
     kind = named_mechanism(usual.kind, proposal)
     lets_go = usual.lets_go_n if kind == usual.kind else None
-    return Handling(stated, row.anywhere, row.counterbalanced, kind, named in ("door", "lid"), lets_go)
+    click_rad = usual.click_rad if kind == "detent" else 0.0
+    leaf = named in ("door", "lid")
+    return Handling(stated, row.anywhere, row.counterbalanced, kind, leaf, lets_go, click_rad=click_rad)
 
 
 def named_mechanism(usual: MechanismName, proposal: JointProposal | None) -> MechanismName:

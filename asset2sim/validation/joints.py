@@ -169,7 +169,7 @@ def one_joint(
     by, own = Source.USER if by_user else inputs.source, name in inputs.sprung
     terms = felt_terms(proposal, moved, start, handled, holds, by, settings, notes, own)
     stiffness, reference = terms.stiffness, terms.spring_reference
-    bias = held_by.balance.strut or mechanism_bias(start.range, handled, settings)
+    bias = held_by.balance.strut or mechanism_bias(start, handled, held_by.friction, settings)
     if held_by.balance.stiffness > 0.0:
         stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
         rest = reference

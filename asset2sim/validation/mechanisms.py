@@ -1,4 +1,4 @@
-"""Efforts of mechanisms on joints besides springs: gaskets, rockers that snap, struts; and where such joints start."""
+"""Efforts of mechanisms on joints besides springs: gaskets, rockers, clicks, struts; and where such joints start."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -19,6 +19,10 @@ SNAP_FRICTION = 0.1
 """Dry friction of a part that snaps, as a share of its kind's least effort: between its ends it must not stay."""
 OVER_CENTRE = 0.1
 """Most of a door's load once it is open with which gravity may keep it shut for it to fall open: a touch does that."""
+GROOVE = 0.25
+"""Share of the way from one detent to the next over which it comes to draw with all its force."""
+LEAST_CLICK = 1.5
+"""Least force of a detent, over the friction beside it: with less, the part stays between two."""
 WAY_SAMPLES = 17
 """Positions of its range at which the load of a flap is taken."""
 
@@ -64,19 +68,40 @@ def caught_where_it_drops(kind: Handling, span: Range, pull: Pull, settings: Phy
     return replace(kind, mechanism="latch", lets_go_n=0.5 * kind.range.most_n) if falls else kind
 
 
-def mechanism_bias(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
-    """Effort of a part's mechanism on its joint, struts apart; None for most."""
+def mechanism_bias(start: Start, kind: Handling, friction: float, settings: PhysicsSettings) -> Bias | None:
+    """Effort of a part's mechanism on its joint, beside its dry ``friction`` (N·m or N), struts apart; None for
+    most."""
+    span = start.range
     if settings.dynamics is DynamicsRule.PAPER:
         return None
+    if kind.mechanism == "detent" and kind.click_rad > 0.0 and not span.joint.prismatic:
+        return clicks(start, kind, friction, settings)
     if snaps(span, kind):
         return snap(span, kind)
     return catch(span, kind, settings) if kind.mechanism in ("seal", "latch") else None
 
 
+def clicks(start: Start, kind: Handling, friction: float, settings: PhysicsSettings) -> Bias | None:
+    """Detents of a part that turns, evenly over its range, one of them where it starts: each draws the part from
+    halfway to the next, with so much more than its ``friction`` (N·m) that it does not stay between; None where a hand,
+    or the object's stand, does not allow so much."""
+    bearable = min(kind.most_upward, kind.most_downward) - friction
+    force = min(settings.detent_over_friction * friction, bearable)
+    if force < LEAST_CLICK * friction or friction == 0.0:
+        return None
+    turn = 2.0 * math.pi if start.range.lower is None or start.range.upper is None else start.range.span
+    period = turn / max(round(turn / kind.click_rad), 1)
+    slope = -force / (GROOVE * period)
+    return Bias(kind="detent", slope=slope, none_at=start.position, least=-force, most=force, period=period)
+
+
 def bias_armature(bias: Bias | None, least_inertia: float, travel: float, settings: PhysicsSettings) -> float:
-    """The armature (kg·m² or kg) with which a stop holds what a mechanism presses on it, as it does for springs."""
+    """The armature (kg·m² or kg) with which a stop holds what a mechanism presses on it, as it does for springs, and
+    with which detents do not shake at the coarse step."""
     if bias is None:
         return 0.0
+    if bias.period > 0.0:
+        return max(-bias.slope * settings.coarse_timestep_s**2 / settings.max_stiffness_step - least_inertia, 0.0)
     most = max(bias.most, -bias.least)
     return max(most * settings.coarse_timestep_s**2 / (settings.max_press_step * travel) - least_inertia, 0.0)
 

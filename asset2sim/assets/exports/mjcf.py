@@ -207,7 +207,7 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
         attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + mujoco_options.LOCKED_RANGE)))
     if joint.effort is not None and joint.effort > 0.0:
         # MuJoCo counts in what a mechanism exerts: a garage door's springs may exceed what a motor may.
-        _, _, least, most = terms.bias
+        _, _, least, most, _ = terms.bias
         attributes["actuatorfrcrange"] = numbers((min(least, 0.0) - joint.effort, max(most, 0.0) + joint.effort))
     etree.SubElement(element, "joint", attributes)
 
@@ -221,10 +221,11 @@ def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> No
 
 
 def write_biases(actuator: Element, item: ExportObject) -> None:
-    """Efforts of mechanisms on their joints, as actuators that no control moves."""
+    """Efforts of mechanisms on their joints, as actuators that no control moves; MuJoCo has none that is periodic, so
+    that a selector has its friction there and does not click."""
     for joint in item.joints:
-        slope, none_at, least, most = joint.dynamics.bias
-        if slope != 0.0:
+        slope, none_at, least, most, period = joint.dynamics.bias
+        if slope != 0.0 and period == 0.0:
             bias = {
                 "gaintype": "fixed",
                 "gainprm": "0",

@@ -16,7 +16,7 @@ LARGEST = 1e7
 larger ones lose all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
-BIAS = ("bias_slope", "bias_none_at", "bias_least", "bias_most")
+BIAS = ("bias_slope", "bias_none_at", "bias_least", "bias_most", "bias_period")
 """Attributes of a mechanism's effort (``schemas.mechanism.Bias``)."""
 DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference", "armature", "geared_stiffness",
             "geared_reference", *BIAS)  # fmt: skip

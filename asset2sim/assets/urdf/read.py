@@ -152,15 +152,15 @@ def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
 @dataclass(frozen=True)
 class Dynamics:
     """Damping (N·m·s/rad or N·s/m), friction (N·m or N), stiffness (N·m/rad or N/m), the spring's rest position, and
-    armature (kg·m² or kg). ``bias`` is what a mechanism exerts besides: slope, position without any, least and most
-    (``schemas.mechanism.Bias``). URDF has no field for the last four; only our own adapters read these attributes."""
+    armature (kg·m² or kg). ``bias`` is what a mechanism exerts besides: slope, position without any, least, most
+    and period (``schemas.mechanism.Bias``). URDF has no field for the last four; our own adapters read them."""
 
     damping: float
     friction: float
     stiffness: float
     spring_reference: float
     armature: float = 0.0
-    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    bias: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
@@ -174,8 +174,8 @@ def read_dynamics(urdf: Path) -> dict[str, Dynamics]:
         spring = "geared" if "geared_stiffness" in values else "spring"
         keys = ("damping", "friction", f"{spring}_stiffness", f"{spring}_reference", "armature")
         damping, friction, stiffness, reference, armature = (float(values.get(key, 0.0)) for key in keys)
-        slope, none_at, least, most = (float(values.get(key, 0.0)) for key in BIAS)
-        found = Dynamics(damping, friction, stiffness, reference, armature, (slope, none_at, least, most))
+        slope, none_at, least, most, period = (float(values.get(key, 0.0)) for key in BIAS)
+        found = Dynamics(damping, friction, stiffness, reference, armature, (slope, none_at, least, most, period))
         terms[str(joint.get("name"))] = found
     return terms
 
