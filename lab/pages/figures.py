@@ -40,7 +40,10 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             'learn OUT={out}/nine ARGS="--tasks paper9 --methods asset2sim,reference --budget 1.5e5 '
             '--published {shared}/paper_tables --page docs/learn.md"',
         ),
-        "proposers": ("proposers DATA={shared}/partnet_mobility OUT={out}/proposers",),
+        "proposers": (
+            "proposers DATA={shared}/partnet_mobility OUT={out}/proposers "
+            'ARGS="--models prior/noisy,prior/noisy@2,recorded/lab/answers"',
+        ),
         "rules": ("rules DATA={shared}/partnet_mobility OUT={out}/rules",),
         "compare": (
             'compare DATA={shared}/partnet_mobility OUT={out}/compared ARGS="--no-interaction --page docs/measured.md"',

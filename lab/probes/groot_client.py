@@ -83,12 +83,7 @@ class GrootPolicy:
     does. A server that refuses the first flat question is asked with nested ones. Raises PolicyError."""
 
     def __init__(
-        self,
-        host: str,
-        port: int,
-        camera: Camera = "left",
-        settings: ProbeSettings | None = None,
-        token: str = "",
+        self, host: str, port: int, camera: Camera = "left", settings: ProbeSettings | None = None, token: str = ""
     ) -> None:
         self.token, self.nested = token, False
         self.uri, self.camera, self.settings = f"tcp://{host}:{port}", camera, settings or ProbeSettings()
