@@ -172,12 +172,20 @@ def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
     assert {only for _, _, only in asked[:-1]} == {FailureMode.DRIFT}, "of what does not help, nothing else is asked"
 
 
-def test_a_step_that_helps_a_little_is_kept_and_the_next_goes_on_from_it(bench: Bench) -> None:
-    result, asked = seen_as(bench, lambda n, _: swing(0.1 / (n + 1)))
-    assert all(step.accepted for step in result.trace) and len(result.trace) == NO_VIEWS.search.mend_rounds
+def test_remedies_go_on_from_a_step_that_helps_a_little_and_all_checks_run_once_at_the_end(bench: Bench) -> None:
+    result, asked = seen_as(bench, lambda n, _: swing(0.0 if n == 3 else 0.1 / (n + 1)))
+    assert [step.accepted for step in result.trace] == [True, True, True]
+    assert [only for _, _, only in asked] == [FailureMode.DRIFT] * 3 + [None]
     damping = [overlay.joints[0].damping for overlay, _, _ in asked]
-    assert damping == sorted(damping)
+    assert damping == sorted(damping) and result.overlay == asked[-1][0] != bench.calm
     assert result.trace[0].value_before == 0.1 and result.trace[0].value_after == 0.05
+
+
+def test_steps_that_help_and_never_suffice_are_taken_back(bench: Bench) -> None:
+    result, asked = seen_as(bench, lambda n, _: swing(0.1 / (n + 1)))
+    assert result.overlay == bench.calm == asked[-1][0] and result.findings == ()
+    assert len(result.trace) == NO_VIEWS.search.mend_rounds and not any(step.accepted for step in result.trace)
+    assert {only for _, _, only in asked[:-1]} == {FailureMode.DRIFT}
 
 
 def test_what_helps_one_engine_and_breaks_another_is_not_kept(bench: Bench) -> None:

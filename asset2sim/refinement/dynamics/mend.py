@@ -1,7 +1,7 @@
 """Mend failing checks: change the parameters that a check maps to, and keep only what measures better."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from asset2sim.checks.remedy import Case, Remedy
 from asset2sim.checks.verdict import deciding, failures_of
@@ -36,83 +36,117 @@ class Mended:
     findings: tuple[Finding, ...]
 
 
+@dataclass
+class Try:
+    """What mending one asset needs and has so far: ``failed`` before the present target, the trace, and the overlay
+    that is written."""
+
+    features: Features
+    settings: Settings
+    verify: Verify
+    failed: tuple[Failure, ...]
+    written: PhysicsOverlay
+    trace: list[TraceStep] = field(default_factory=list)
+
+    def seen(self, overlay: PhysicsOverlay, engine: Engine, only: FailureMode | None) -> EngineReport:
+        """One engine's report on an overlay that is written for it."""
+        self.written = overlay
+        (report,) = self.verify(overlay, [engine], only)
+        return report
+
+
 def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings: Settings, verify: Verify) -> Mended:
     """Mend failing checks one after the other until none is left, no remedy helps, or the rounds are spent.
 
-    A step is kept only where the failing check improves and no passing check fails, in any engine. The overlay kept is
-    the one left written. Where a failure has no remedy in the dynamics (a jam, penetration, a dead engine), nothing is
-    tried: the caller then tries other collision shapes.
+    What is kept passes the check and fails no other that passed before, in any engine; it is the one left written.
+    Where a failure has no remedy in the dynamics (a jam, penetration, a dead engine), nothing is tried: the caller then
+    tries other collision shapes.
     """
-    trace: list[TraceStep] = []
     findings: list[Finding] = []
-    engines = [report.engine for report in reports]
     given_up: set[tuple[Engine, FailureMode, str]] = set()
-    budget, written = settings.search.mend_rounds, overlay
-    if any(not mendable(item.mode) for item in all_failures(overlay, reports, settings)):
+    done = Try(features, settings, verify, all_failures(overlay, reports, settings), overlay)
+    if any(not mendable(item.mode) for item in done.failed):
         return Mended(overlay, reports, (), ())
-    while budget > 0:
-        failed = all_failures(overlay, reports, settings)
-        target = next((item for item in failed if item.key not in given_up and mendable(item.mode)), None)
+    while len(done.trace) < settings.search.mend_rounds:
+        target = next((item for item in done.failed if item.key not in given_up and mendable(item.mode)), None)
         if target is None:
             break
-        kept = False
-        for remedy, candidate in candidates(features, overlay, reports, target, settings):
-            if budget <= 0:
-                break
-            budget -= 1
-            seen, better = verify_candidate(target, failed, candidate, settings, verify)
-            written = candidate
-            if better:
-                seen = verify_elsewhere(seen, failed, candidate, engines, settings, verify)
-            found = merged(reports, seen)
-            now = all_failures(candidate, found, settings)
-            kept = better and not breaks(failed, now)
-            trace.append(mend_step(target, remedy, reports, now, kept))
-            if kept:
-                why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
-                findings.extend(changes(overlay, candidate, why))
-                overlay, reports = candidate, found
-                break
-        if not kept:
+        found = mended_target(done, target, overlay, reports)
+        if found is None:
             given_up.add(target.key)
-    if written is not overlay:
-        reports = verify(overlay, engines, None)
-    return Mended(overlay, reports, tuple(trace), tuple(findings))
+            continue
+        why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
+        findings.extend(changes(overlay, found[0], why))
+        overlay, reports = found
+        done.failed = all_failures(overlay, reports, settings)
+    if done.written is not overlay:
+        reports = verify(overlay, [report.engine for report in reports], None)
+    return Mended(overlay, reports, tuple(done.trace), tuple(findings))
 
 
-def verify_candidate(
-    target: Failure, failed: Sequence[Failure], candidate: PhysicsOverlay, settings: Settings, verify: Verify
-) -> tuple[Reports, bool]:
-    """The failing engine's report on a candidate, and whether the failing check improves.
+def mended_target(
+    done: Try, target: Failure, overlay: PhysicsOverlay, reports: Reports
+) -> tuple[PhysicsOverlay, Reports] | None:
+    """The first overlay by the remedies for a failing check at which all checks pass that passed before, and that one
+    too, with its reports; None where they are spent.
 
-    The failing check runs first and alone; the others, here and in other engines, run only if it improves and shows no
-    failure (another start that fails, say) that is not among ``failed``.
+    The failing check runs alone, in the engines in which it fails. Where a remedy improves it but it fails still, there
+    or for another joint or start, its remedies go on from that; all checks run, engine after engine, once it passes.
     """
-    seen: Reports = ()
-    for only in (target.mode, None) if settings.engine.interact else (None,):
-        seen = verify(candidate, [target.engine], only)
-        now = failures_of(seen[0], candidate, settings.thresholds)
-        if breaks(failed, now) or not improves(target, now):
-            return seen, False
-    return seen, True
+    concerned = dict.fromkeys((target.engine, *(item.engine for item in done.failed if item.mode is target.mode)))
+    for remedy, candidate in candidates(done.features, overlay, reports, target, done.settings):
+        if len(done.trace) >= done.settings.search.mend_rounds:
+            return None
+        now, alone = failures_alone(done, candidate, target.mode, tuple(concerned))
+        better = not breaks(done.failed, now) and improves(target, now)
+        place = len(done.trace)
+        done.trace.append(mend_step(target, remedy, reports, now, False))
+        found = None
+        left = next((item for item in now if item.mode is target.mode), None)
+        if better and left is None:
+            found = verified(done, candidate, reports, target.engine)
+        elif better and left is not None:
+            found = mended_target(done, left, candidate, kept_at_rest(reports, alone))
+        if found is not None:
+            done.trace[place] = mend_step(target, remedy, reports, now, True)
+            return found
+    return None
 
 
-def verify_elsewhere(
-    seen: Reports,
-    failed: Sequence[Failure],
-    candidate: PhysicsOverlay,
-    engines: Sequence[Engine],
-    settings: Settings,
-    verify: Verify,
-) -> Reports:
-    """The failing engine's report on a candidate and those of the other ``engines``, one after the other until a check
-    fails that is not among ``failed``: the candidate is then refused, whatever the rest would say."""
+def failures_alone(
+    done: Try, candidate: PhysicsOverlay, mode: FailureMode, engines: Sequence[Engine]
+) -> tuple[tuple[Failure, ...], Reports]:
+    """The failures of a candidate where only the check for a failure mode runs, and the reports: in these engines, one
+    after the other until it fails."""
+    only = mode if done.settings.engine.interact else None
+    now: tuple[Failure, ...] = ()
+    reports: Reports = ()
     for engine in engines:
-        if breaks(failed, all_failures(candidate, seen, settings)):
+        reports = (*reports, done.seen(candidate, engine, only))
+        now = all_failures(candidate, reports, done.settings)
+        if any(item.mode is mode for item in now):
             break
-        if engine is not seen[0].engine:
-            seen = (*seen, *verify(candidate, [engine], None))
-    return seen
+    return now, reports
+
+
+def verified(
+    done: Try, candidate: PhysicsOverlay, reports: Reports, first: Engine
+) -> tuple[PhysicsOverlay, Reports] | None:
+    """A candidate with the reports of all checks in every engine; None as soon as one fails that passed before."""
+    for engine in sorted((report.engine for report in reports), key=lambda engine: engine is not first):
+        reports = merged(reports, (done.seen(candidate, engine, None),))
+        seen = next(report for report in reports if report.engine is engine)
+        if breaks(done.failed, all_failures(candidate, (seen,), done.settings)):
+            return None
+    return candidate, reports
+
+
+def kept_at_rest(reports: Reports, alone: Reports) -> Reports:
+    """The reports with those of one check alone in their place, which keep how the object lay at rest before."""
+    rested = {report.engine: report.measurement for report in reports}
+    return merged(reports, [
+        report.model_copy(update={"measurement": report.measurement or rested[report.engine]}) for report in alone
+    ])  # fmt: skip
 
 
 def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:
