@@ -38,8 +38,8 @@ class Mended:
 
 @dataclass
 class Try:
-    """Inputs of mending one asset, and its state: what ``failed`` before the present target, the trace of all tries, and
-    the overlay that is written."""
+    """Inputs of mending one asset, and its state: what ``failed`` before the present target, the trace of all tries,
+    and the overlay that is written."""
 
     features: Features
     settings: Settings
