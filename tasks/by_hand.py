@@ -26,20 +26,21 @@ def measure_used(job: AssetJob, folder: Path | None) -> StageResult:
 
 def used(folder: Path) -> StageResult:
     """The columns of ``used``, and a warning for each joint that a hand did not open and close."""
-    from asset2sim.gym.hand.used import UsedJoint, operated, progress, use  # loads MuJoCo
+    from asset2sim.gym.hand.used import UsedJoint, no_task, progress, use  # loads MuJoCo
 
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
     found = use(folder, overlay, HandSettings())
     failed = [item for item in found if not item.done]
+    asked = [item for item in found if item.fault != "task"]
 
     def said(item: UsedJoint) -> Finding:
         message = f"a hand and '{item.joint}': {item.fault}: {item.reason}"
         return warning(Stage.MEASURE, "not_used", message, joint=item.joint, value=progress(item) / 2.0)
 
     columns: dict[str, float | str | None] = {
-        "used": sum(item.done for item in found) / len(found) if found else None,
-        "used_joints": len(operated(overlay)),
+        "used": sum(item.done for item in asked) / len(asked) if asked else None,
+        "used_joints": sum(not no_task(joint) for joint in overlay.joints),
         "used_by": "; ".join(dict.fromkeys(item.by for item in found if item.done)) or None,
         "used_reason": "; ".join(f"{item.joint}: {item.fault}: {item.reason}" for item in failed) or None,
     }
-    return StageResult(further=columns, findings=tuple(map(said, failed)))
+    return StageResult(further=columns, findings=tuple(said(item) for item in failed if item.fault != "task"))

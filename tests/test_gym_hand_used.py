@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.gym.hand.used import UsedJoint, operated, tried, use
+from asset2sim.gym.contact import pressures
+from asset2sim.gym.hand.gripper import open_world
+from asset2sim.gym.hand.used import UsedJoint, fault_of, no_task, tried, use
 from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.hand_settings import HandSettings
@@ -69,20 +71,35 @@ def test_what_is_planted_is_found_and_whose_fault_it_is(tmp_path: Path, name: st
     assert said in found.reason
 
 
-def test_what_slides_away_or_has_no_hold_is_not_used(tmp_path: Path) -> None:
+def plate(folder: Path, *, proud_m: float, damping: float = 5.0) -> Path:
+    """A block with a plate without a knob on a slide along x, its front so far before the block's."""
+    urdf = robot(
+        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
+        link("plate", shape("0.02 0.16 0.1") + inertial(0.5, 0.1)),
+        joint("slide", "prismatic", "body", "plate", xyz=f"{0.14 + proud_m} 0 0.15", axis="1 0 0", limit="0 0.2"),
+    )
+    known = {"upper": 0.2, "open": 0.2, "friction": 2.0, "damping": damping, "holds": True}
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
+    return refined(folder, urdf, [slide], {"body": 20.0, "plate": 0.5}, fixed=False)
+
+
+def test_what_slides_away_has_no_hold_or_lies_inside_is_not_used(tmp_path: Path) -> None:
     folder = chest(tmp_path / "shoved", kg=5.0, friction=25.0)
     overlay = json.loads((folder / "overlay.json").read_text(encoding="utf-8"))
     overlay["contact_friction"] = 0.05
     (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
     assert "shoved by" in used(folder).reason
-    flush = robot(
-        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
-        link("plate", shape("0.002 0.16 0.1") + inertial(0.5, 0.1)),
-        joint("slide", "prismatic", "body", "plate", xyz="0.1512 0 0.15", axis="1 0 0", limit="0 0.2"),
-    )
-    slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.2, "open": 0.2, "holds": True})
-    found = used(refined(tmp_path / "flush", flush, [slide], {"body": 20.0, "plate": 0.5}, fixed=False))
-    assert (found.done, found.fault) == (False, "hand") and "no hold" in found.reason
+    flush, inside = used(plate(tmp_path / "flush", proud_m=0.0)), used(plate(tmp_path / "inside", proud_m=-0.05))
+    assert (flush.done, flush.fault) == (False, "hand")
+    assert (inside.done, inside.fault) == (False, "object") and "lies inside" in inside.reason
+
+
+def test_a_front_without_a_handle_is_rubbed_along_by_its_edge_and_the_force_is_known(tmp_path: Path) -> None:
+    found = used(plate(tmp_path / "proud", proud_m=0.018))
+    assert found.done and [led.kind for led in found.ways] == ["rub", "press"], found
+    squeezed = HandSettings(grip_n=1.0, most_n=1.5)
+    gentle = fault_of(found.ways[1], make_joint("slide"), True, squeezed)
+    assert gentle == ("hand", f"a finger presses with {found.ways[1].contact_n:.0f} N")
 
 
 def test_a_shallow_dial_without_ends_is_turned_by_its_rim(tmp_path: Path) -> None:
@@ -98,6 +115,17 @@ def test_a_shallow_dial_without_ends_is_turned_by_its_rim(tmp_path: Path) -> Non
     assert found.done and {led.kind for led in found.ways} == {"grasp"}, found
 
 
+def test_the_force_between_two_is_the_weight_that_one_bears(tmp_path: Path) -> None:
+    world = open_world(chest(tmp_path / "chest"), HandSettings())
+    world.reset()
+    for _ in range(world.steps(0.5)):
+        world.step()
+    floor = world.model.geom_bodyid == 0
+    found = list(pressures(world.model, world.data, floor, world.object_geoms))
+    assert sum(force for *_, force in found) == pytest.approx([0.0, 0.0, 20.5 * 9.81], abs=0.5)
+    assert {tool for _, tool, _, _ in found} == {world.model.geom("floor").id}
+
+
 def kind_of(kind: str, **ends: float | None) -> JointPhysics:
     effort = EffortRange(kind=kind, least_n=0.0, most_n=20.0, source="a test")
     return make_joint(kind).model_copy(update={"effort_range": effort, **ends})
@@ -107,9 +135,12 @@ def test_wheels_pedals_and_what_cannot_move_are_no_hands_task(tmp_path: Path) ->
     folder = drawer(tmp_path / "thing")
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
     loose = "part that swings or rolls freely"
-    joints = (kind_of(loose, lower=None, upper=None), kind_of("foot pedal"), kind_of("lid", upper=0.0), kind_of(loose))
-    found = operated(overlay.model_copy(update={"joints": joints}))
-    assert [item.name for item in found] == [loose] and found[0].upper == 1.0
+    joints = (kind_of(loose, lower=None, upper=None), kind_of("foot pedal"), kind_of("lid", open=0.0), kind_of(loose))
+    assert [no_task(item) for item in joints] == [
+        "it rolls or swings freely", "no hand works a foot pedal", "it is open where it is closed", "",
+    ]  # fmt: skip
+    none = use(folder, overlay.model_copy(update={"joints": joints[:3]}), HandSettings())
+    assert [(item.done, item.fault) for item in none] == [(False, "task")] * 3
     many = [make_joint(f"key_{number}") for number in range(50)]
     assert [item.name for item in tried(many, 3)] == ["key_0", "key_24", "key_49"]
 

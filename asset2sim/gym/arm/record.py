@@ -8,6 +8,7 @@ import numpy as np
 
 from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
+from asset2sim.gym.contact import LEAST_N, pressures
 from asset2sim.physics.arrays import Array
 
 SAMPLE_STEPS = 4
@@ -151,17 +152,9 @@ class TrackSamples:
 
 def felt(stage: CompiledScene) -> tuple[float, float, float]:
     """The force between tool and object, N, how deep the tool is in it, m, and 1 where they touch."""
-    contact = stage.data.contact
-    total, depth, touched, force = np.zeros(3), 0.0, 0.0, np.zeros(6)
-    for index in range(int(stage.data.ncon)):
-        first, second = contact.geom[index]
-        mine = stage.tool_geoms[first], stage.tool_geoms[second]
-        theirs = stage.object_geoms[first], stage.object_geoms[second]
-        if not (mine[0] and theirs[1]) and not (mine[1] and theirs[0]):
-            continue
-        mujoco.mj_contactForce(stage.model, stage.data, index, force)
-        sign = -1.0 if mine[1] else 1.0
-        total += sign * (contact.frame[index].reshape(3, 3).T @ force[:3])
-        depth = max(depth, -float(contact.dist[index]))
-        touched = 1.0 if float(np.linalg.norm(force[:3])) > 1e-6 else touched
+    total, depth, touched = np.zeros(3), 0.0, 0.0
+    for number, _, _, force in pressures(stage.model, stage.data, stage.tool_geoms, stage.object_geoms):
+        total += force
+        depth = max(depth, -float(stage.data.contact.dist[number]))
+        touched = 1.0 if float(np.linalg.norm(force)) > LEAST_N else touched
     return float(np.linalg.norm(total)), depth, touched

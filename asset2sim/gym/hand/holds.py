@@ -3,18 +3,20 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from asset2sim.gym.hand.gripper import FINGER, TIP_M, HandWorld
 from asset2sim.gym.hand.surfaces import ROOM_M, surface, through
 from asset2sim.physics.arrays import Array
 
-Kind = Literal["press", "hook", "grasp"]
-LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700}
-"""Holds of each kind for which it is looked whether the hand fits there."""
+Kind = Literal["press", "hook", "grasp", "rub"]
+LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700, "rub": 700}
+"""Holds of each kind for which it is looked whether the hand fits there; to rub, a finger presses on what goes along
+it, an edge or a face, and is looked for where no other fits."""
 SPREAD = 0.3
 """Random share of what makes a hold worth looking at: the best of all are often alike, and all in a corner."""
 ENOUGH, KEPT = 8, 4
@@ -35,6 +37,9 @@ SHARES = (0.15, 0.4, 0.7, 1.0)
 """Shares of the way at which it is looked whether the hand still fits."""
 FACING = 0.6
 """Least cosine between a push and a surface's inner normal: friction of 0.8 holds up to 39°, and the rest is room."""
+ALONG, RUB_M = 0.3, 0.01
+"""Most cosine between the part's way and the normal of what is rubbed, and how far a finger is led into it, m: with
+half of that ahead, friction holds, of 1 and of 0.6."""
 APART_M = 0.02
 """Distance from which on two holds are different, m."""
 
@@ -42,14 +47,15 @@ APART_M = 0.02
 @dataclass(frozen=True, eq=False)
 class Hold:
     """One hold: the hand's (4, 4) pose in the frame of a ``body``, half the opening with which it comes, m, its score,
-    and the share of the way on which the hand has room."""
+    the share of the way on which the hand has room, and the way, m, in which it presses on what it rubs."""
 
     kind: Kind
     body: int
     pose: Array
     half_open_m: float
     score: float
-    room: float = 1.0
+    room: float
+    into: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +137,7 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
         off = np.linalg.norm(points - (body[:3, :3] @ near + body[:3, 3]), axis=1)
         worth = worth - 0.5 * np.minimum(off / max(float(np.ptp(points, axis=0).max()), 1e-3), 1.0)
     most = (world.settings.opening_m - ROOM_M) * world.scale
-    pushed = np.flatnonzero(push > FACING)
+    pushed, along = np.flatnonzero(push > FACING), np.flatnonzero(np.abs(push) < ALONG)
     grasped, widths = through(world, points, normals, way.bodies, most)
     width = np.zeros(len(points))
     width[grasped] = widths
@@ -139,26 +145,12 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
         "press": (pushed, worth[pushed] + 0.3 * push[pushed] + 0.35),
         "hook": (pushed, worth[pushed] + 0.2 * push[pushed]),
         "grasp": (grasped, worth[grasped] + 0.2 * np.abs(push[grasped]) - 0.3 * widths / most + 0.15),
+        "rub": (along, worth[along]),
     }
-    rng, fits = np.random.default_rng(0), []
-    for kind, looked_at in LOOKED_AT.items():
-        chosen, score = scores[kind]
-        turns = 1 if kind == "press" else 2 * TURNS  # with the middle of its pads there, and with their tips
-        chosen, score = np.repeat(chosen, turns), np.repeat(score, turns)
-        turned = np.tile(np.arange(turns), len(chosen) // turns)
-        found = 0
-        for index in np.argsort(-score - SPREAD * rng.random(len(score)))[:looked_at]:
-            place = int(chosen[index])
-            pose, half = at_place(world, kind, points[place], normals[place], int(turned[index]), width[place])
-            local = in_body(world.data, int(bodies[place]), pose)
-            if any(float(np.linalg.norm(local[:3, 3] - other)) < APART_M * world.scale for other in avoid):
-                continue
-            room = room_of(world, way, pose, half)
-            if room is not None:
-                fits.append(Hold(kind, int(bodies[place]), local, half, float(score[index]) + 0.8 * room, room))
-                found += 1
-            if found >= ENOUGH:
-                break
+    rng, fits, found_at = np.random.default_rng(0), list[Hold](), (points, normals, bodies, width)
+    for kind in LOOKED_AT:
+        if kind != "rub" or not fits:
+            fits += fitting(world, way, kind, found_at, scores[kind], avoid, rng)
     kept: list[Hold] = []
     for hold in sorted(fits, key=lambda hold: -hold.score):
         places = [one.pose[:3, 3] - hold.pose[:3, 3] for one in kept]
@@ -167,20 +159,58 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
     return kept
 
 
-def at_place(
-    world: HandWorld, kind: Kind, point: Array, normal: Array, turn: int, width: float
-) -> tuple[Array, float]:
+def fitting(
+    world: HandWorld, way: Way, kind: Kind, found_at: tuple[Array, Array, NDArray[np.int64], Array],
+    scores: tuple[NDArray[Any], Array],
+    avoid: Sequence[Array], rng: np.random.Generator,
+) -> list[Hold]:  # fmt: skip
+    """Some holds of a kind for which the hand has room, of the best by ``scores`` (the numbers of the places, and how
+    good each is); ``found_at`` are all places, normals, bodies, and how thick it is there, m."""
+    (points, normals, bodies, width), (chosen, score), found = found_at, scores, list[Hold]()
+    turns = 1 if kind == "press" else 2 * TURNS  # with the middle of its pads there, and with their tips
+    chosen, score = np.repeat(chosen, turns), np.repeat(score, turns)
+    turned = np.tile(np.arange(turns), len(chosen) // turns)
+    for index in np.argsort(-score - SPREAD * rng.random(len(score)))[: LOOKED_AT[kind]]:
+        place = int(chosen[index])
+        body, normal = int(bodies[place]), normals[place]
+        pose, half = at_place(world, kind, points[place], normal, int(turned[index]), width[place])
+        local = in_body(world.data, body, pose)
+        if any(float(np.linalg.norm(local[:3, 3] - other)) < APART_M * world.scale for other in avoid):
+            continue
+        room = room_of(world, way, pose, half)
+        if room is not None:
+            into = frame(world.data, body)[:3, :3].T @ normal * (-RUB_M if kind == "rub" else 0.0)
+            found.append(Hold(kind, body, local, half, float(score[index]) + 0.8 * room, room, into))
+        if len(found) >= ENOUGH:
+            break
+    return found
+
+
+def is_covered(world: HandWorld, way: Way) -> bool:
+    """Whether no place of a part sees out, each in another direction: it is inside, and no hand gets to it."""
+    points, normals, _ = surface(world, way.bodies)
+    directions = np.random.default_rng(0).normal(size=points.shape)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    directions *= np.sign(np.einsum("ij,ij->i", directions, normals))[:, None]
+    geom = np.array([-1], dtype=np.int32)
+    return all(
+        0.0 <= mujoco.mj_ray(world.model, world.data, place, out, None, 1, world.body, geom) < REACH_M
+        for place, out in zip(points + OFF_M * normals, directions, strict=True)
+    )
+
+
+def at_place(world: HandWorld, kind: Kind, point: Array, normal: Array, turn: int, width: float) -> tuple[Array, float]:
     """(4, 4) pose of the hand at a place of a part, world, and half the opening with which it comes, m: pointing at it,
     or with a finger beside it, or about what is ``width`` thick there. ``turn`` numbers the directions about it from
     which the hand comes, with the middle of its pads, and from ``TURNS`` on with their tips: for what is shallow."""
     scale = world.scale
-    if kind == "press":
+    if kind == "press" or (kind == "rub" and turn == TURNS):
         pose = facing(-normal, np.array([0.0, 0.0, 1.0]))
         pose[:3, 3] = point + normal * (TIP_M * scale + OFF_M)
         return pose, 0.0
     pose = facing(around(normal, 2.0 * math.pi * turn / TURNS), normal)
     point = point - (TIP_M * scale if turn >= TURNS else 0.0) * pose[:3, 2]
-    if kind == "hook":
+    if kind in ("hook", "rub"):
         pose[:3, 3] = point + normal * (2.0 * FINGER[1] * scale + OFF_M)
         return pose, 0.0
     pose[:3, 3] = point - normal * width / 2.0

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from asset2sim.gym.contact import pressures
 from asset2sim.gym.guards import Guards, Rollout, guard
 from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
-from asset2sim.gym.hand.holds import CLEAR_M, Hold, Kind, Way, cross, frame, holds, motion, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Kind, Way, cross, frame, holds, is_covered, motion, way_of
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
@@ -28,6 +29,12 @@ SATURATED = 0.95
 """Share of a hand's force from which a part that does not move is too hard to move."""
 EASY_STEPS = 20
 """Steps without progress after which it does."""
+COAST, SLOW_S = 0.2, 8.0
+"""Share of its way that a part may coast that is pushed and not held, and the longest time that such a way takes, s."""
+PAST = 0.1
+"""Share of its way by which a part without limits is led beyond it, as its friction holds it back."""
+UPRIGHT = 0.7
+"""Least cosine between up and a way that leads straight up: what goes there falls back once it is let go of."""
 GENTLE, HARDER = 0.15, 1.012
 """Share of its force with which a hand begins, and factor by which it grows in each step without progress: to all of it
 in a third of a second."""
@@ -35,13 +42,15 @@ in a third of a second."""
 
 @dataclass(eq=False)
 class Recorder:
-    """Samples of a way: positions, whether the hand touched the part, its work, and how the object stands."""
+    """Samples of a way: positions, whether the hand touched the part, its work, and how the object stands; ``most_n``
+    is the largest force on the object of a finger or of the palm, N."""
 
     world: HandWorld
     joint: JointPhysics
     bodies: frozenset[int]
     root: int
     work_j: float = 0.0
+    most_n: float = 0.0
     count: int = 0
     rows: list[tuple[float, bool, float, float]] = field(default_factory=list)
     roots: list[tuple[Array, Array]] = field(default_factory=list)
@@ -58,8 +67,12 @@ class Recorder:
     def sample(self) -> None:
         """A sample of this moment."""
         world, data = self.world, self.world.data
-        part = min(self.bodies)
-        touched, height = touches(world, self.bodies), float(data.subtree_com[part, 2])
+        height, touched = float(data.subtree_com[min(self.bodies), 2]), False
+        pressed: dict[int, Array] = {}
+        for _, tool, other, force in pressures(world.model, data, world.hand_geoms, world.object_geoms):
+            pressed[tool] = pressed.get(tool, np.zeros(3)) + force
+            touched = touched or int(world.model.geom_bodyid[other]) in self.bodies
+        self.most_n = max([self.most_n, *(float(np.linalg.norm(force)) for force in pressed.values())])
         self.rows.append((world.position(self.joint.name), touched, self.work_j, height))
         self.roots.append((data.xipos[self.root].copy(), data.xmat[self.root].reshape(3, 3)[2].copy()))
         self.work_j = 0.0
@@ -88,7 +101,8 @@ def span(joint: JointPhysics) -> tuple[float, float]:
 class Led:
     """A way that a hand led a part: the share of it gone while the hand had the part, and when the part rested; by
     which kind of hold; the largest share of its force that a hand used which did not slip off; how many ``holds`` were
-    tried, and what the guards found."""
+    tried, and what the guards found; the largest force, N, of a finger or the palm on the object; whether the part is
+    lifted straight ``up``, and whether it is ``covered``, so that no hand gets to it."""
 
     reached: float
     rested: float
@@ -96,7 +110,9 @@ class Led:
     effort: float
     holds: int
     guards: Guards | None
-    finite: bool = True
+    contact_n: float
+    up: bool
+    covered: bool = False
 
 
 def lead(
@@ -105,7 +121,7 @@ def lead(
     """The joint led to its target (rad or m) from where it is, by up to ``tries`` holds one after the other, and left
     there."""
     way = way_of(world, joint.name, target)
-    whole = target - way.start
+    whole, up = target - way.start, way.slides and way.sign * float(way.axis[2]) > UPRIGHT
     root = int(world.model.body(world.prefix + world.about.root).id)
     recorder = Recorder(world, joint, way.bodies, root, states=states)
     recorder.sample()
@@ -124,13 +140,14 @@ def lead(
         if share > reached:
             reached, kind = share, found[0].kind
         if not np.isfinite(world.data.qpos).all():
-            return Led(reached, reached, kind, effort, tried, None, finite=False)
+            return Led(reached, reached, kind, effort, tried, None, recorder.most_n, up)
         if reached >= ARRIVED or abs(world.position(joint.name) - target) < (1.0 - ARRIVED) * abs(whole):
             break
         if displaced(recorder):
             break
     rested = 1.0 - (target - world.position(joint.name)) / whole
-    return Led(reached, rested, kind, effort, tried, recorder.guards(target))
+    covered = not tried and is_covered(world, way)
+    return Led(reached, rested, kind, effort, tried, recorder.guards(target), recorder.most_n, up, covered)
 
 
 def displaced(recorder: Recorder) -> bool:
@@ -155,8 +172,11 @@ def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float
         world.grip = -1.0
         wait(recorder, GRIP_S)
         local = np.linalg.inv(frame(world.data, hold.body)) @ frame(world.data, world.body)
+    elif hold.kind == "rub":
+        local = local.copy()
+        local[:3, 3] += hold.into
     start = recorder.rows[0][0]
-    share, force, slipped = follow(recorder, way, hold.body, local, lambda position: (position - start) / whole)
+    share, force, slipped = follow(recorder, way, hold, local, lambda position: (position - start) / whole)
     wait(recorder, PAUSE_S)
     share = max(share, (world.position(way.joint) - start) / whole)
     world.grip = max(hold.half_open_m, world.settings.opening_m / 2.0 * world.scale if hold.kind == "grasp" else 0.0)
@@ -165,8 +185,10 @@ def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float
         world.target, world.speed = here, np.zeros(6)
         wait(recorder, RELEASE_S)
     else:
-        off, velocity = here.copy(), way_of(world, way.joint, way.target).velocity(here[None, :3, 3])[0]
-        off[:3, 3] -= BACK_M * velocity / max(float(np.linalg.norm(velocity)), 1e-9)
+        off, pressed = here.copy(), way_of(world, way.joint, way.target).velocity(here[None, :3, 3])[0]
+        if hold.kind == "rub":
+            pressed = frame(world.data, hold.body)[:3, :3] @ hold.into
+        off[:3, 3] -= BACK_M * pressed / max(float(np.linalg.norm(pressed)), 1e-9)
         glide(recorder, here, off, settings.speed_m_s)
         here = off
     after = here.copy()
@@ -181,21 +203,26 @@ def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float
 
 
 def follow(
-    recorder: Recorder, way: Way, body: int, local: Array, gone: Callable[[float], float]
+    recorder: Recorder, way: Way, hold: Hold, local: Array, gone: Callable[[float], float]
 ) -> tuple[float, float, bool]:
     """Lead the part along its measured motion until it is there or stalls: the share gone, the largest share of the
     hand's force while it stalled, and whether the hand slipped off."""
-    world, settings = recorder.world, recorder.world.settings
+    world, settings, body = recorder.world, recorder.world.settings, hold.body
     data, number = world.data, world.joint(way.joint)
     lever = 1.0
     if not way.slides:
         lever = max(float(np.linalg.norm(way.velocity((frame(data, body) @ local)[None, :3, 3])[0])), 0.004)
     rate = settings.speed_m_s / lever if way.slides else min(settings.turn_rad_s, settings.speed_m_s / lever)
     rate = max(rate, abs(way.target - way.start) / settings.way_s)
+    if hold.kind != "grasp" and recorder.joint.stiffness == 0.0:
+        rate = min(rate, stopping(world, number, COAST * abs(way.target - way.start), rate))
     ahead = settings.lead_m / lever if way.slides else max(settings.lead_m / lever, 0.05)
+    if hold.kind == "rub":
+        ahead = RUB_M / 2.0 / lever
     reference, best, idle, slipped = world.position(way.joint), gone(world.position(way.joint)), 0, False
     most, effort, dt = abs(way.target - way.start) / rate + 4.0, 0.0, settings.timestep_s
-    end = way.target + way.sign * ahead
+    free = not world.model.jnt_limited[number]
+    end = way.target + way.sign * (min(ahead, PAST * abs(way.target - way.start)) if free else ahead)
     world.force = GENTLE
     for _ in range(world.steps(most)):
         position = world.position(way.joint)
@@ -227,6 +254,14 @@ def follow(
     return max(best, gone(world.position(way.joint))), effort, slipped
 
 
+def stopping(world: HandWorld, number: int, most: float, rate: float) -> float:
+    """The speed from which a part's friction and damping stop it within ``most``, rad or m, and at least that at which
+    the whole way takes ``SLOW_S``."""
+    model, dof = world.model, int(world.model.jnt_dofadr[number])
+    resists = float(model.dof_frictionloss[dof] + model.dof_damping[dof] * rate / 2.0)
+    return max(math.sqrt(2.0 * most * resists / float(model.dof_M0[dof])), most / COAST / SLOW_S)
+
+
 def glide(recorder: Recorder, first: Array, last: Array, speed_m_s: float) -> None:
     """Lead the hand straight from one pose to another."""
     world = recorder.world
@@ -245,14 +280,3 @@ def wait(recorder: Recorder, seconds: float) -> None:
     """Let the hand keep its target for a time."""
     for _ in range(recorder.world.steps(seconds)):
         recorder.step()
-
-
-def touches(world: HandWorld, bodies: frozenset[int]) -> bool:
-    """Whether the hand presses on one of these bodies."""
-    data, count = world.data, world.data.ncon
-    if not count:
-        return False
-    geoms = data.contact.geom[:count]
-    hand, owners = world.hand_geoms[geoms], world.model.geom_bodyid[geoms]
-    part = np.isin(owners, list(bodies))
-    return bool(((hand[:, 0] & part[:, 1]) | (hand[:, 1] & part[:, 0])).any())

@@ -56,15 +56,16 @@ class Worlds:
         return world
 
 
-def operated(overlay: PhysicsOverlay) -> list[JointPhysics]:
-    """The joints that a hand operates: none that roll freely, and none that a foot or a person's weight works."""
-    found = []
-    for joint in overlay.joints:
-        kind = "" if joint.effort_range is None else joint.effort_range.kind
-        endless = joint.lower is None or joint.upper is None
-        if kind not in BY_BODY and not (kind == FREE and endless) and (endless or joint.lower != joint.upper):
-            found.append(joint)
-    return found
+def no_task(joint: JointPhysics) -> str:
+    """Why a joint is nothing that a hand operates: it rolls freely, a foot or a person's weight works it, or its ends
+    are the same; empty where a hand does."""
+    kind = "" if joint.effort_range is None else joint.effort_range.kind
+    endless = joint.lower is None or joint.upper is None
+    if kind in BY_BODY:
+        return f"no hand works a {kind}"
+    if kind == FREE and endless:
+        return "it rolls or swings freely"
+    return "" if endless or joint.closed != joint.open else "it is open where it is closed"
 
 
 def tried(joints: Sequence[JointPhysics], most: int) -> list[JointPhysics]:
@@ -75,9 +76,11 @@ def tried(joints: Sequence[JointPhysics], most: int) -> list[JointPhysics]:
 
 
 def use(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -> list[UsedJoint]:
-    """Every joint that a hand operates, used from the object's initial state."""
-    worlds = Worlds(folder, settings)
-    return [use_joint(worlds, joint, overlay) for joint in tried(operated(overlay), settings.most_joints)]
+    """Every joint that a hand operates, used from the object's initial state, and each other with the task's fault."""
+    worlds, reasons = Worlds(folder, settings), {joint.name: no_task(joint) for joint in overlay.joints}
+    operated = [joint for joint in overlay.joints if not reasons[joint.name]]
+    found = [use_joint(worlds, joint, overlay) for joint in tried(operated, settings.most_joints)]
+    return found + [UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason]
 
 
 def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> UsedJoint:
@@ -124,6 +127,9 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
     ways: list[Led] = []
     aimed = high if joint.stiffness > 0.0 else low + world.settings.opened_share * (high - low)
     first, second = (aimed if end == high else end for end in (first, second))
+    near_rest = abs(here - joint.spring_reference) <= world.settings.closed_share * abs(high - low)
+    if joint.stiffness > 0.0 and near_rest and min(low, high) < joint.spring_reference < max(low, high):
+        second = here  # a button between its ends: pressed, it comes back
     for target in (first, second):
         left = abs(world.position(joint.name) - target)
         if left <= world.settings.closed_share * abs(high - low):
@@ -138,20 +144,24 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
 
 
 def ends(joint: JointPhysics, settings: HandSettings) -> tuple[float, float]:
-    """Where it is shut and open, rad or m: of what has no limits, where it is and a quarter of a turn on."""
+    """Where it is shut and open, rad or m: of what has no limits, or goes on for more than a turn, as screws and reels,
+    where it is and a quarter of a turn on."""
+    first, turned = joint.initial_position, settings.turned_rad
     if joint.lower is None or joint.upper is None:
-        return joint.initial_position, joint.initial_position + settings.turned_rad
+        return first, first + turned
+    if joint.type != "prismatic" and joint.upper - joint.lower > 2.0 * math.pi + 0.01:
+        return first, first + (turned if first + turned <= joint.upper else -turned)
     return joint.closed, joint.open
 
 
 def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) -> tuple[str, str]:
     """Whose fault it is that a way was not done, and why; empty where it was."""
     guards = led.guards
-    if not led.finite or guards is None:
+    if guards is None:
         return "object", "it flew away"
     enough = 1.0 - settings.closed_share if shut else settings.open_share
-    stays = joint.holds and joint.stiffness == 0.0
-    falls = not joint.holds and not guards.moved_untouched  # a bail that was led over its top
+    stays = joint.holds and joint.stiffness == 0.0 and not led.up
+    falls = (shut or not joint.holds) and not guards.moved_untouched  # a bail led over its top, a lid that drops
     done = led.reached >= enough or (falls and led.rested >= enough)
     limits, most = GuardSettings(), 1.0 if done else YIELDS
     went, rests = f"it went {led.reached:.0%} of its way", f"{led.rested:.0%} of its way"
@@ -162,6 +172,8 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
         (guards.lifted_m > most * limits.lift_m, "object", f"it is lifted by {guards.lifted_m * 100.0:.0f} cm"),
         (guards.travelled_m > most * limits.travel_m, "object", f"it is shoved by {guards.travelled_m * 100.0:.0f} cm"),
         (stays and guards.drifted, "object", f"it goes {guards.drift_share:.0%} of its way before it is touched"),
+        (led.contact_n > settings.grip_n + settings.most_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
+        (led.covered and not done, "object", "it lies inside its other parts, where no hand gets to it"),
         (not led.holds and not done, "hand", "no hold was found at which a hand has room"),
         (not done and too_hard, "object", f"it takes more than {hand_force(joint, settings):g} N; {went}"),
         (not done, "hand", f"it slipped off; {went}"),
