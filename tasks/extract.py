@@ -8,6 +8,7 @@ from asset2sim.baselines.declared_method import known_methods
 from asset2sim.guidance.read import read_guidance
 from asset2sim.intake.authored_numbers import stated_findings
 from asset2sim.intake.blocked_joints import find_blocked_joints
+from asset2sim.intake.guessed_ends import with_likelier_ends
 from asset2sim.intake.origin import extract
 from asset2sim.intake.up_axis import find_up
 from asset2sim.models.object_facts import rounded_object_info
@@ -78,4 +79,5 @@ def validate_authored(extraction: Extraction, settings: PhysicsSettings) -> tupl
     To measure an asset as authored use only the findings: its file does not have these corrections.
     """
     corrected, blocked = find_blocked_joints(extraction)
+    corrected = with_likelier_ends(corrected, settings.sure_of_closed)
     return corrected, (*stated_findings(extraction, settings), *blocked)

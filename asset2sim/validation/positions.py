@@ -122,9 +122,10 @@ def note_guessed_ends(
         stated = f"initial_joint_positions.{name}" in asked
         if not plain or stated or joint.openness_confidence >= sure:
             continue
+        other = f"{start.range.open:.4g} open" + (f"; {joint.other_reading}" if joint.other_reading else "")
         message = (
             f"joint '{name}' ({part}): which end is closed is a guess ({joint.openness_confidence:.2g} sure): taken is "
-            f"{start.range.closed:.4g}, and {start.range.open:.4g} open; look, and state its position in overrides.csv "
+            f"{start.range.closed:.4g}, and {other}; look, and state its position in overrides.csv "
             "or in words where that is wrong"
         )
         notes.warn("closed_end_guessed", message, joint=name, value=joint.openness_confidence, limit=sure)

@@ -1,0 +1,114 @@
+"""Which end is closed where shape does not tell: both readings, by what each would mean for the part."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from asset2sim.assets.extract import Extraction
+from asset2sim.assets.urdf.mimic import with_followed_ends
+from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.tables import mechanism
+from asset2sim.intake.blocked_joints import LinkShapes, blocked, moving_pair
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, subtree, tree_of
+from schemas.features import Features, JointFeatures
+
+STEP_SHARE = 0.01
+"""Step from an end, as a share of the range, over which it is seen whether the part sinks."""
+SINKS = 0.1
+"""Descent of a part's middle over its way, from which gravity moves it: steeper than most hinges and slides rub."""
+WHOLE_TURN_RAD = 6.0
+"""Range of a hinge from which both its ends are about one place."""
+EITHER_SIDE = ("handle",)
+"""Parts that lie to either side, so that no end of theirs is closed."""
+CAUGHT = ("door",)
+"""Parts with a catch, which may lead downwards from where they are shut, and which may hang there."""
+
+
+def with_likelier_ends(extraction: Extraction, sure: float) -> Extraction:
+    """The extraction with the closed end, of each main part whose shape tells it with less than the confidence
+    ``sure``, that means less that is odd: overlapping there, falling open, hanging beside the object. What the other
+    would mean stands in the joint's ``other_reading``; the confidence stays that of a guess."""
+    features = extraction.features
+    guessed = [joint for joint in features.movable_joints if is_guessed(joint, features, sure)]
+    if not guessed:
+        return extraction
+    shapes, tree = LinkShapes(extraction), tree_of(features.joints)
+    points = {name: item.points for name, item in extraction.geometry.items()}
+    changed = {joint.name: likelier(joint, features, tree, points, shapes) for joint in guessed}
+    joints = with_followed_ends([changed.get(joint.name, joint) for joint in features.joints])
+    return replace(extraction, features=features.model_copy(update={"joints": tuple(joints)}))
+
+
+def part_of(joint: JointFeatures, features: Features) -> str:
+    """The part that a joint moves, by its label or else its name."""
+    return part_name(features.link(joint.child).label, joint.child, joint.name)
+
+
+def is_guessed(joint: JointFeatures, features: Features, sure: float) -> bool:
+    """Whether a joint opens a main part, and its shape does not tell with that confidence which way."""
+    part = part_of(joint, features)
+    role = mechanism(part, features.category, "slider" if joint.prismatic else "hinge").role
+    tells = joint.type == "continuous" or joint.mimic is not None or joint.openness_confidence >= sure
+    # A nameless slider may be a button, which its spring holds up.
+    named = bool(part) or not joint.prismatic
+    if tells or role != "main" or not named or part in EITHER_SIDE or joint.closed is None or joint.open is None:
+        return False
+    return 0.0 < abs(joint.open - joint.closed) < (math.inf if joint.prismatic else WHOLE_TURN_RAD)
+
+
+def likelier(
+    joint: JointFeatures, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array], shapes: LinkShapes
+) -> JointFeatures:
+    """The joint with its likelier closed end, in doubt the one that it has."""
+    assert joint.closed is not None and joint.open is not None, "movable joints have ends"
+    has, other = joint.closed, joint.open
+    odd_now = odd_if_closed(joint, (has, other), features, tree, points, shapes)
+    odd_then = odd_if_closed(joint, (other, has), features, tree, points, shapes)
+    if len(odd_then) < len(odd_now):
+        has, other, odd_then = other, has, odd_now
+    means = f"it would {' and '.join(odd_then)}" if odd_then else "it would mean nothing that is odd"
+    return joint.model_copy(update={"closed": has, "open": other, "other_reading": f"closed at {other:.4g} {means}"})
+
+
+def odd_if_closed(
+    joint: JointFeatures,
+    ends: tuple[float, float],
+    features: Features,
+    tree: Sequence[TreeJoint],
+    points: Mapping[str, Array],
+    shapes: LinkShapes,
+) -> tuple[str, ...]:
+    """What would be odd of a part that is closed at the first of these ends and open at the second."""
+    node = next(item for item in tree if item.name == joint.name)
+    moved = set(subtree(tree, joint.name))
+    odd = []
+    way = moving_pair(joint.name, features, tree, shapes)
+    if way is not None and blocked(way, ends[0], shapes) and not blocked(way, ends[1], shapes):
+        odd.append(f"overlap '{way.still}' there")
+    if part_of(joint, features) in CAUGHT:
+        return tuple(odd)
+    here, near = (
+        middle(link_to_root(tree, features.root, {joint.name: at}), points, moved)
+        for at in (ends[0], ends[0] + STEP_SHARE * (ends[1] - ends[0]))
+    )
+    if here[2] - near[2] > SINKS * float(np.linalg.norm(near - here)):
+        odd.append("fall open")
+    poses = link_to_root(tree, features.root, {joint.name: ends[0]})
+    still = [apply(poses[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
+    pivot = (poses[joint.parent] @ node.child_to_parent)[:3, 3]
+    if still and not joint.prismatic and here[2] < pivot[2]:
+        body = np.vstack(still)[:, :2]
+        if np.any((here[:2] < body.min(axis=0)) | (here[:2] > body.max(axis=0))):
+            odd.append("hang beside the object")
+    return tuple(odd)
+
+
+def middle(poses: Mapping[str, Array], points: Mapping[str, Array], links: set[str]) -> Array:
+    """(3,) middle of the box about these links in the root's frame, m at the authored scale."""
+    clouds = [apply(poses[name], points[name]) for name in links if len(points.get(name, ()))]
+    cloud = np.vstack(clouds) if clouds else np.zeros((1, 3))
+    found: Array = (cloud.min(axis=0) + cloud.max(axis=0)) / 2.0
+    return found

@@ -1,0 +1,51 @@
+"""Which end is closed where shape does not tell: parts of which gravity, overlaps and places do."""
+
+from pathlib import Path
+
+import pytest
+
+from asset2sim.intake.guessed_ends import with_likelier_ends
+from tests.assets import joint, link, read, robot, shape, written
+
+FRAME = "".join(shape("0.3 0.02 0.6", xyz=f"0 {y} 0.3") for y in (-0.2, 0.2))
+SURE = 0.3
+
+
+def thing(part: str, kind: str, xyz: str, axis: str, limit: str, label: str) -> str:
+    return robot(
+        link("frame", FRAME), link(label, part), joint("j", kind, "frame", label, xyz=xyz, axis=axis, limit=limit)
+    )
+
+
+LIFTED = shape("0.2 0.3 0.01")
+HUNG = shape("0.01 0.3 0.12", xyz="0 0 -0.06")
+
+
+@pytest.mark.parametrize(
+    ("urdf", "closed", "other"),
+    [
+        (thing(LIFTED, "prismatic", "0 0 0.1", "0 0 1", "0 0.01", "lid"), 0.0, "closed at 0.01 it would fall open"),
+        (thing(LIFTED, "prismatic", "0 0 0.1", "0 0 -1", "-0.01 0", "lid"), 0.0, "closed at -0.01 it would fall open"),
+        (thing(LIFTED, "prismatic", "0 0 0.11", "0 0 1", "-0.01 0", "lid"), -0.01, "closed at 0 it would fall open"),
+        (thing(HUNG, "revolute", "0 0 0.36", "0 1 0", "0 1", "flap"), 0.0, "closed at 1 it would fall open"),
+        (thing(shape("0.06 0.3 0.01", xyz="0.03 0 0"), "revolute", "0 0 0.36", "0 1 0", "0 1.57", "flap"),
+         1.57, "closed at 0 it would fall open"),
+    ],
+    ids=["lid", "turned", "drawn lifted", "flap", "drawn raised"],
+)  # fmt: skip
+def test_a_lid_is_closed_where_it_does_not_fall_open(tmp_path: Path, urdf: str, closed: float, other: str) -> None:
+    item = read(written(tmp_path, urdf), "Box")
+    assert item.features.joints[0].openness_confidence < SURE, "its shape does not tell"
+    (found,) = with_likelier_ends(item, SURE).features.joints
+    assert found.closed == pytest.approx(closed) and found.other_reading == other
+    assert found.openness_confidence == item.features.joints[0].openness_confidence, "a guess stays one"
+
+
+def test_what_either_end_means_alike_stays_and_bails_have_no_closed_end(tmp_path: Path) -> None:
+    upright = thing(shape("0.04 0.3 0.5", xyz="0 0 0.3"), "revolute", "0 0 0", "0 0 1", "0 3.1416", "door")
+    bail = thing(HUNG, "revolute", "0 0 0.36", "0 1 0", "0.2 1.2", "handle")
+    for name, urdf, told in (("door", upright, True), ("bail", bail, False)):
+        item = read(written(tmp_path / name, urdf), "Box")
+        (before,), (found,) = item.features.joints, with_likelier_ends(item, SURE).features.joints
+        assert (found.closed, found.open) == (before.closed, before.open)
+        assert ("nothing that is odd" in found.other_reading) is told
