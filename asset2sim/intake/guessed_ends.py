@@ -81,7 +81,7 @@ def odd_if_closed(
     points: Mapping[str, Array],
     shapes: LinkShapes,
 ) -> tuple[str, ...]:
-    """What would be odd of a part that is closed at the first of these ends and open at the second."""
+    """Oddities of a part that would be closed at the first of these ends and open at the second, as verbs."""
     node = next(item for item in tree if item.name == joint.name)
     moved = set(subtree(tree, joint.name))
     odd = []
