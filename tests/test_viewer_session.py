@@ -194,6 +194,25 @@ def test_a_hand_on_a_free_object_drags_all_of_it(tmp_path: Path) -> None:
         assert side.poses()["case"][0, 3] - before > 0.1
 
 
+@BOTH
+def test_what_is_light_is_held_by_the_other_hand(engine: Engine, tmp_path: Path) -> None:
+    """A blade that takes 3 N, in a knife of 0.25 kg which 1 N slides: without the other hand all of it follows."""
+    handle, blade = replace(CASE, mass=0.2, inertia=ball_inertia(1e-3)), replace(DRAWER, mass=0.05)
+    refined(tmp_path, [handle, blade], [SLIDE])
+    knife = replace(refined_subject(tmp_path), held=False)
+    assert knife.in_hand, "by its mass"
+    for subject, opens in ((knife, True), (replace(knife, in_hand=False), False)):
+        with open_live_object(subject, engine, SETTINGS) as side:
+            side.step(60)
+            before, place = side.poses()["case"][0, 3], middle(side)
+            side.grab("drawer", place)
+            for share in np.linspace(0.0, 1.0, 240):
+                side.drag(place + np.array([0.3 * share, 0.0, 0.0]))
+                side.step()
+            moved = abs(side.poses()["case"][0, 3] - before)
+            assert (bool(side.positions()["slide"] > 0.15), bool(moved < 0.02)) == (opens, opens), moved
+
+
 def test_the_raw_object_goes_in_step_and_one_that_is_refused_costs_itself_alone(tmp_path: Path) -> None:
     raw_table = raw_subject(DATA / "Table/table_two_drawers", held=False)
     subjects: dict[str, ViewedObject | str] = {REFINED: chest(tmp_path / "r"), RAW: raw_table}

@@ -41,11 +41,12 @@ class MuJoCoHandle:
         velocity: Array = jacobian @ self.data.qvel
         return velocity
 
-    def pull(self, link: str, point: Array, force: Array) -> None:
+    def pull(self, link: str, point: Array, force: Array, against: str | None = None) -> None:
         self.data.xfrc_applied[:] = 0.0
-        index = self.body[link]
-        self.data.xfrc_applied[index, :3] = force
-        self.data.xfrc_applied[index, 3:] = np.cross(point - self.data.xipos[index], force)
+        for name, sign in ((link, 1.0), *([] if against is None else [(against, -1.0)])):
+            index = self.body[name]
+            self.data.xfrc_applied[index, :3] = sign * force
+            self.data.xfrc_applied[index, 3:] = np.cross(point - self.data.xipos[index], sign * force)
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
         self.model.opt.gravity[:] = gravity

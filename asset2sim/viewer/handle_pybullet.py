@@ -45,10 +45,10 @@ class PyBulletHandle:
         velocity: Array = linear + np.cross(angular, point - center)
         return velocity
 
-    def pull(self, link: str, point: Array, force: Array) -> None:
-        self.client.applyExternalForce(
-            self.body, self.index[link], force.tolist(), point.tolist(), pybullet.WORLD_FRAME
-        )
+    def pull(self, link: str, point: Array, force: Array, against: str | None = None) -> None:
+        for name, sign in ((link, 1.0), *([] if against is None else [(against, -1.0)])):
+            applied = (sign * force).tolist()
+            self.client.applyExternalForce(self.body, self.index[name], applied, point.tolist(), pybullet.WORLD_FRAME)
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
         self.client.setGravity(*gravity)

@@ -31,9 +31,9 @@ class Handle(Protocol):
     def point_velocity(self, link: str, point: Array) -> Array:
         """(3,) velocity of the link's material at the (3,) ``point`` in the world, m/s."""
 
-    def pull(self, link: str, point: Array, force: Array) -> None:
-        """Apply a (3,) ``force`` (N) on a link at a (3,) ``point`` in the world in the next step. Call it again before
-        every step, and with no force to let go."""
+    def pull(self, link: str, point: Array, force: Array, against: str | None = None) -> None:
+        """Apply a (3,) ``force`` (N) on a link at a (3,) ``point`` in the world in the next step, and its reaction on
+        the link ``against``, if one is named. Call it again before every step, and with no force to let go."""
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
         """Set the (3,) gravity, m/s²."""

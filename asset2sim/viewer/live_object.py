@@ -212,8 +212,10 @@ class LiveObject:
         assert held is not None and point is not None, "only what is held is pulled"
         slowing = held.damping_n_s_m * self.handle.point_velocity(held.link, point)
         force = held.stiffness_n_m * (held.target - point) - slowing
+        moved_by = self.subject.moved_by(held.link) if self.subject.in_hand else None
         self.force = force * min(1.0, HAND_MOST_N / max(float(np.linalg.norm(force)), 1e-12))
-        self.handle.pull(held.link, point, self.force)
+        # The other hand, on what bears the part, takes what the part's joint hands on.
+        self.handle.pull(held.link, point, self.force, None if moved_by is None else moved_by.parent)
 
     def _lever(self, joint: Movable, link: str, point: Array) -> float:
         """Distance of a point from a hinge's axis, m."""

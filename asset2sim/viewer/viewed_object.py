@@ -17,6 +17,7 @@ from asset2sim.physics.kinematics import TreeJoint, beyond, parents_first
 from schemas.errors import AssetError
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
+from schemas.support import SupportKind
 from schemas.vocabulary import FailureMode
 
 TURN_RAD = np.pi
@@ -65,8 +66,9 @@ class Movable:
 
 @dataclass(frozen=True)
 class ViewedObject:
-    """A URDF with the state in which it starts: ``held`` says that its root is fixed to the world, ``scale``
-    by what its authored size was multiplied; ``source`` keeps a URDF alive that was made of another format."""
+    """A URDF with the state in which it starts: ``held`` says that its root is fixed to the world, ``in_hand`` that the
+    other hand bears what a part is pulled with; ``scale`` is that of its authored size; ``source`` keeps a URDF alive
+    that was made of another format."""
 
     urdf: Path
     root: str
@@ -75,6 +77,7 @@ class ViewedObject:
     contact_friction: float
     held: bool
     scale: float = 1.0
+    in_hand: bool = False
     source: DescriptionFile | None = field(default=None, repr=False)
 
     @property
@@ -110,7 +113,9 @@ def refined_subject(folder: Path) -> ViewedObject:
         ) from error
     known = {joint.name: joint for joint in overlay.all_joints}
     found = _subject(folder / URDF_NAME, known, contact_friction=overlay.contact_friction, held=overlay.support.fixed)
-    return replace(found, scale=overlay.scale)
+    light = overlay.mass_kg < PhysicsSettings().held_by_hand_kg
+    in_hand = not overlay.support.fixed and (light or overlay.support.kind is SupportKind.HANDHELD)
+    return replace(found, scale=overlay.scale, in_hand=in_hand)
 
 
 def raw_subject(folder: Path, *, held: bool) -> ViewedObject:
