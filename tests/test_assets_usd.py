@@ -1,4 +1,6 @@
+import importlib.util
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -6,13 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lxml import etree
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.exports import require_exports
-from asset2sim.assets.exports.refined_object import USD_NAME
-from asset2sim.assets.exports.usd import GEOMETRY_NAME, export_usd, rotation_from_x
+from asset2sim.assets.exports.mjcf import export_mjcf
+from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME
+from asset2sim.assets.exports.usd import GEOMETRY_NAME, export_usd
+from asset2sim.assets.exports.usd_joints import VARIANTS, rotation_from_x
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.assets.urdf.read import read_dynamics, read_urdf
+from asset2sim.intake.formats.usd import urdf_of_usd
 from schemas.errors import UsageError
 from schemas.vocabulary import Export
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
@@ -70,6 +76,53 @@ def test_a_hinges_terms_are_per_degree(tmp_path: Path) -> None:
     assert {"PhysicsDriveAPI:angular", "PhysicsJointStateAPI:angular", "PhysxJointAxisAPI:angular"} <= {
         *joint.GetPrimTypeInfo().GetAppliedAPISchemas()
     }
+
+
+def test_the_variant_for_mujoco_has_passive_terms_where_the_other_has_a_drive(tmp_path: Path) -> None:
+    seal = (50.0, 0.03, -1.0, 0.0)
+    export_usd(tmp_path, arm(tmp_path, 0.7, lower=-0.5, upper=1.5, damping=0.02, friction=0.3, stiffness=0.9,
+                             reference=0.25, armature=0.03, bias=seal))  # fmt: skip
+    stage = opened(tmp_path)
+    variants = stage.GetDefaultPrim().GetVariantSet(VARIANTS)
+    assert variants.GetVariantSelection() == "physx" and sorted(variants.GetVariantNames()) == ["mujoco", "physx"]
+    joint = prim(stage, "j")
+    assert not [name for name in joint.GetPropertyNames() if name.startswith("mjc:")]
+    assert not any(item.GetTypeName() == "MjcActuator" for item in stage.Traverse())
+    variants.SetVariantSelection("mujoco")
+    joint = prim(stage, "j")
+    assert not [name for name in joint.GetPropertyNames() if name.startswith(("drive:", "state:"))]
+    stated = {"ref": 0.7 / DEGREE, "springref": 0.25 / DEGREE, "stiffness": 0.9, "damping": 0.02, "frictionloss": 0.3,
+              "armature": 0.03, "actuatorfrcrange:min": -101.0, "actuatorfrcrange:max": 100.0}  # fmt: skip
+    assert {name: value(joint, f"mjc:{name}") for name in stated} == pytest.approx(stated)
+    assert value(joint, "newton:armature") == pytest.approx(0.03)
+    assert value(joint, "newton:damping") == pytest.approx(0.02 * DEGREE)
+    assert value(joint, "physics:upperLimit") == pytest.approx(1.5 / DEGREE)
+    assert value(joint, "mjc:solimplimit")[0] == 0.9999 and value(joint, "mjc:solreflimit")[0] == 3.0 / 240.0
+    (actuator,) = (item for item in stage.Traverse() if item.GetTypeName() == "MjcActuator")
+    assert actuator.GetRelationship("mjc:target").GetTargets() == [joint.GetPath()]
+    assert list(value(actuator, "mjc:biasPrm"))[:3] == [-1.5, 50.0, 0.0]
+    assert (value(actuator, "mjc:forceRange:min"), value(actuator, "mjc:forceRange:max")) == (-1.0, 0.0)
+    collision = stage.GetPrimAtPath(prim(stage, "base").GetPath().AppendChild("collision_0"))
+    assert (value(collision, "mjc:condim"), value(collision, "mjc:priority")) == (3, 1)
+    contact = stage.GetPrimAtPath(stage.GetDefaultPrim().GetPath().AppendChild("contact"))
+    assert value(contact, "newton:torsionalFriction") == pytest.approx(value(contact, "mjc:torsionalfriction"))
+
+
+def test_our_reader_takes_the_variant_for_mujoco_as_mujoco_does(tmp_path: Path) -> None:
+    """Zero is where the bodies stand, and no term counts twice."""
+    path = export_usd(tmp_path, arm(tmp_path, 0.7, lower=-0.5, upper=1.5, damping=0.02, friction=0.3, stiffness=0.9,
+                                    reference=0.25, armature=0.03)).path  # fmt: skip
+    stage = opened(tmp_path)
+    stage.GetDefaultPrim().GetVariantSet(VARIANTS).SetVariantSelection("mujoco")
+    stage.Save()
+    back = tmp_path / "back.urdf"
+    back.write_bytes(etree.tostring(urdf_of_usd(path, tmp_path).robot))
+    (joint,) = read_urdf(back).joints
+    assert (joint.limit.lower, joint.limit.upper) == pytest.approx((-1.2, 0.8), abs=1e-6)
+    assert Rotation.from_matrix(joint.origin[:3, :3]).as_rotvec() == pytest.approx([0.0, 0.0, 0.7], abs=1e-6)
+    terms = read_dynamics(back)["j"]
+    assert (terms.damping, terms.friction, terms.stiffness, terms.armature) == pytest.approx((0.02, 0.3, 0.9, 0.03))
+    assert terms.spring_reference == pytest.approx(0.25 - 0.7)
 
 
 def test_armature_is_that_of_the_urdf_in_kilograms_and_metres(tmp_path: Path) -> None:
@@ -277,48 +330,83 @@ def test_without_usd_core_the_user_is_told_what_to_install(monkeypatch: pytest.M
 
 NEWTON = """
 import sys, numpy as np, newton, warp as wp
+from pxr import Usd
 wp.config.quiet = True
+from newton.usd import SchemaResolverMjc, SchemaResolverNewton, SchemaResolverPhysx
+stage = Usd.Stage.Open(sys.argv[1])
+stage.GetDefaultPrim().GetVariantSet("Physics").SetVariantSelection(sys.argv[2])
 builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
 newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
-from newton.usd import SchemaResolverNewton, SchemaResolverPhysx
-builder.add_usd(sys.argv[1], schema_resolvers=[SchemaResolverNewton(), SchemaResolverPhysx()])
+builder.add_usd(stage, schema_resolvers=[SchemaResolverNewton(), SchemaResolverMjc(), SchemaResolverPhysx()])
 model = builder.finalize(device="cpu")
 solver = newton.solvers.SolverMuJoCo(model, use_mujoco_cpu=True)
+"""
+NEWTON_RUN = """
 now, then, control = model.state(), model.state(), model.control()
-qd = now.joint_qd.numpy(); qd[-1] = float(sys.argv[2]); now.joint_qd.assign(qd)
-force = np.zeros_like(qd); force[-1] = float(sys.argv[3]); control.joint_f.assign(force)
+qd = now.joint_qd.numpy(); qd[-1] = float(sys.argv[3]); now.joint_qd.assign(qd)
+force = np.zeros_like(qd); force[-1] = float(sys.argv[4]); control.joint_f.assign(force)
 start = float(now.joint_q.numpy()[-1])
-for _ in range(int(float(sys.argv[4]) / 1e-3)):
+for _ in range(int(float(sys.argv[5]) / 1e-3)):
     now.clear_forces()
     solver.step(now, then, control, None, 1e-3)
     now, then = then, now
 print(start, float(now.joint_q.numpy()[-1]), float(now.joint_qd.numpy()[-1]))
 """
+NEWTON_TERMS = """
+mj = solver.mj_model
+j, d, q = mj.njnt - 1, mj.nv - 1, mj.nq - 1
+zero = mj.qpos0[q]
+print(mj.dof_damping[d], mj.dof_frictionloss[d], mj.dof_armature[d], mj.jnt_stiffness[j], mj.qpos_spring[q] - zero,
+      *(mj.jnt_range[j] - zero), mj.jnt_solimp[j][0], mj.jnt_solref[j][0], *mj.actuator_biasprm[0][:2],
+      mj.actuator_forcerange[0][0], mj.nu)
+"""
 
 
-def in_newton(path: Path, speed: float, torque: float, seconds: float) -> tuple[float, float, float]:
-    """Newton's MuJoCo solver on the CPU without gravity, in a process of its own: the last joint's position before, and
-    its position and speed after."""
-    words = [sys.executable, "-c", NEWTON, str(path), str(speed), str(torque), str(seconds)]
+def in_newton(code: str, path: Path, variant: str, *numbers: float) -> list[float]:
+    """What code prints of a stage in Newton's MuJoCo solver on the CPU without gravity, in a process of its own."""
+    python = os.environ.get("NEWTON_PYTHON", sys.executable)
+    words = [python, "-c", NEWTON + code, str(path), variant, *map(str, numbers)]
     ended = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
     assert ended.returncode == 0, ended.stderr[-2000:]
-    before, after, end = (float(word) for word in ended.stdout.split()[-3:])
-    return before, after, end
+    return [float(word) for word in ended.stdout.splitlines()[-1].split()]
 
 
-def test_newton_measures_the_same_decay_friction_and_state(tmp_path: Path) -> None:
-    pytest.importorskip("newton", reason="Newton is not installed")
-    pytest.importorskip("mujoco_warp", reason="Newton's MuJoCo solver is not installed")
+has_newton = pytest.mark.skipif(
+    "NEWTON_PYTHON" not in os.environ and importlib.util.find_spec("newton") is None,
+    reason="Newton is not installed: name an environment's Python in NEWTON_PYTHON",
+)
+
+
+@pytest.mark.system
+@has_newton
+@pytest.mark.parametrize("variant", ["physx", "mujoco"])
+def test_newton_measures_the_same_decay_friction_and_state(tmp_path: Path, variant: str) -> None:
     for name in ("damped", "dry"):
         (tmp_path / name).mkdir()
     export_usd(tmp_path / "damped", arm(tmp_path / "damped", 0.3, damping=ARM_INERTIA / 0.5))
-    before, _, speed = in_newton(tmp_path / "damped" / USD_NAME, 1.0, 0.0, 0.5)
-    assert before == pytest.approx(0.3)
+    before, _, speed = in_newton(NEWTON_RUN, tmp_path / "damped" / USD_NAME, variant, 1.0, 0.0, 0.5)
+    assert before == pytest.approx(0.3 if variant == "physx" else 0.0)
     # The base is free (10 kg, 1 kg·m²): the arm of 0.5 kg and 0.1 m moves it too, and has less inertia itself for that.
     turning = 4e-4 + 0.1**2 / (1.0 / 0.5 + 1.0 / 10.0)
     effective = 1.0 / (1.0 / turning + 1.0 / 1.0)
     assert speed == pytest.approx(math.exp(-ARM_INERTIA / effective), rel=0.01)
     export_usd(tmp_path / "dry", arm(tmp_path / "dry", friction=0.02))
-    _, held, _ = in_newton(tmp_path / "dry" / USD_NAME, 0.0, 0.019, 0.5)
-    _, moved, _ = in_newton(tmp_path / "dry" / USD_NAME, 0.0, 0.023, 0.5)
+    _, held, _ = in_newton(NEWTON_RUN, tmp_path / "dry" / USD_NAME, variant, 0.0, 0.019, 0.5)
+    _, moved, _ = in_newton(NEWTON_RUN, tmp_path / "dry" / USD_NAME, variant, 0.0, 0.023, 0.5)
     assert abs(held) < 0.02 and moved > 0.05
+
+
+@pytest.mark.system
+@has_newton
+def test_newton_compiles_the_variant_for_mujoco_as_mujoco_does_our_mjcf(tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    overlay = arm(tmp_path, 0.7, lower=-0.5, upper=1.5, damping=0.02, friction=0.3, stiffness=0.9, reference=0.25,
+                  armature=0.03, bias=(50.0, 0.03, -1.0, 0.0))  # fmt: skip
+    export_mjcf(tmp_path, overlay, 1.0 / 240.0)
+    mj = mujoco.MjModel.from_xml_path(str(tmp_path / MJCF_NAME))
+    lower, upper = mj.jnt_range[1] - 0.7
+    ours = [mj.dof_damping[6], mj.dof_frictionloss[6], mj.dof_armature[6], mj.jnt_stiffness[1],
+            mj.qpos_spring[7] - 0.7, lower, upper, mj.jnt_solimp[1][0], mj.jnt_solref[1][0],
+            *mj.actuator_biasprm[0][:2], mj.actuator_forcerange[0][0], 1.0]  # fmt: skip
+    found = in_newton(NEWTON_TERMS, export_usd(tmp_path, overlay).path, "mujoco")
+    assert found == pytest.approx(ours, rel=1e-5, abs=1e-6)

@@ -34,15 +34,15 @@ def write_exports(
         export_mjcf(folder, overlay, timestep_s)
     if Export.SDF in exports:
         export_sdf(folder, overlay)
-    return usd_findings(folder, overlay) if Export.USD in exports else ()
+    return usd_findings(folder, overlay, timestep_s) if Export.USD in exports else ()
 
 
-def usd_findings(folder: Path, overlay: PhysicsOverlay) -> tuple[Finding, ...]:
+def usd_findings(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> tuple[Finding, ...]:
     """Write USD; a finding where collision hulls were made smaller for PhysX: how many, and by how much at most."""
     from asset2sim.assets.exports.usd import export_usd
     from asset2sim.assets.exports.usd_hulls import POLYGON_LIMIT, VERTEX_LIMIT
 
-    export = export_usd(folder, overlay)
+    export = export_usd(folder, overlay, timestep_s)
     if not export.limited:
         return ()
     finding = Finding(

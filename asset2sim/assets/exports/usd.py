@@ -1,4 +1,4 @@
-"""USD export beside the URDF: UsdPhysics bodies, joints with drives, and attributes for PhysX and Newton.
+"""USD export beside the URDF: UsdPhysics bodies and joints, with attributes for PhysX, Newton and MuJoCo.
 
 Written with ``usd-core`` itself, because no converter keeps the dynamics (each tried on a refined box with two lids):
 
@@ -16,7 +16,6 @@ Hulls that are larger than PhysX takes to a GPU are made smaller here, and only 
 its custom data, and the root layer sums them up in its own.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,15 +23,16 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from asset2sim.assets.exports.refined_object import USD_NAME, ExportBody, ExportJoint, read_object, wxyz_of
-from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_shape
+from asset2sim.assets import mujoco_options
+from asset2sim.assets.exports.refined_object import USD_NAME, ExportBody, ExportObject, read_object, wxyz_of
+from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_contact, write_shape
 from asset2sim.assets.exports.usd_hulls import LimitedHull
+from asset2sim.assets.exports.usd_joints import give, write_joints
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
 from asset2sim.assets.exports.visuals import looks_of
-from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
-from schemas.features import Mimic
 from schemas.overlay import PhysicsOverlay
+from schemas.settings import EngineSettings
 
 GEOMETRY_NAME = "mobility_geometry.usdc"
 """The layer that holds the points: binary, so that the other one stays short enough to read."""
@@ -56,9 +56,10 @@ class UsdExport:
         return min((hull.volume_ratio for hull in self.limited), default=1.0)
 
 
-def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
+def export_usd(folder: Path, overlay: PhysicsOverlay, timestep_s: float = EngineSettings().timestep_s) -> UsdExport:
     """Write ``mobility.usda`` and ``mobility_geometry.usdc`` into a refined folder. The default prim is the object, z
-    up, in its initial state, its lowest collision point at z = 0. Raises what ``read_object`` raises."""
+    up, in its initial state, its lowest collision point at z = 0; MuJoCo's constraints are those of the checks at
+    ``timestep_s``. Raises what ``read_object`` raises."""
     item = read_object(folder, overlay)
     path, geometry_path = folder / USD_NAME, folder / GEOMETRY_NAME
     for old in (path, geometry_path):
@@ -72,7 +73,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
     names = PrimPaths(item)
     top = UsdGeom.Xform.Define(stage, names.top)
     stage.SetDefaultPrim(top.GetPrim())
-    material = write_material(stage, item.contact_friction, f"{names.top}/contact")
+    material = write_material(stage, item, f"{names.top}/contact")
     poses = item.poses(item.initial)
     lift = np.eye(4)
     lift[2, 3] = item.height_to_stand(item.initial)
@@ -86,18 +87,13 @@ def export_usd(folder: Path, overlay: PhysicsOverlay) -> UsdExport:
             at = f"{names.links[body.name]}/collision_{index}"
             with Usd.EditContext(stage, geometry):
                 smaller = write_shape(stage, shape, item.folder, at)
+                write_contact(stage.GetPrimAtPath(at), shape, item.rolling_friction_m, timestep_s)
             collide(stage.GetPrimAtPath(at), shape, material)
             if smaller is not None:
                 limited.append(smaller)
                 stage.GetPrimAtPath(at).SetCustomDataByKey(CUSTOM_DATA, hull_data(smaller))
     filter_pairs(stage, item.passing, names.links)
-    UsdGeom.Scope.Define(stage, f"{names.top}/joints")
-    turning = {joint.name: joint.turns for joint in item.joints}
-    for joint in item.joints:
-        prim = write_joint(stage, joint, names)
-        prim.SetDisplayName(joint.name)
-        if joint.moves and joint.tree.mimic is not None:
-            write_mimic(prim, joint.tree.mimic, names, turning[joint.name], turning[joint.tree.mimic.joint])
+    write_joints(stage, item, names, timestep_s)
     if item.fixed:
         write_articulation(hold_root(stage, lift @ poses[item.root], names.links[item.root], names.base))
     with Usd.EditContext(stage, geometry):
@@ -152,13 +148,22 @@ def write_articulation(prim: Usd.Prim) -> None:
     give(prim, "physxArticulation:enabledSelfCollisions", True)
 
 
-def write_material(stage: Usd.Stage, friction: float, path: str) -> str:
-    """The material of every contact: Coulomb friction, no bounce. Its path."""
+def write_material(stage: Usd.Stage, item: ExportObject, path: str) -> str:
+    """The material of every contact: Coulomb friction, resistance to spinning and rolling (m), no bounce. Its path."""
     material = UsdShade.Material.Define(stage, path)
-    api = UsdPhysics.MaterialAPI.Apply(material.GetPrim())
-    api.CreateStaticFrictionAttr(friction)
-    api.CreateDynamicFrictionAttr(friction)
+    prim = material.GetPrim()
+    api = UsdPhysics.MaterialAPI.Apply(prim)
+    api.CreateStaticFrictionAttr(item.contact_friction)
+    api.CreateDynamicFrictionAttr(item.contact_friction)
     api.CreateRestitutionAttr(0.0)
+    spinning, rolling = mujoco_options.TORSION_M, item.rolling_friction_m or mujoco_options.ROLLING_M
+    for schema, names in (
+        ("NewtonMaterialAPI", ("newton:torsionalFriction", "newton:rollingFriction")),
+        ("MjcMaterialAPI", ("mjc:torsionalfriction", "mjc:rollingfriction")),
+    ):
+        prim.AddAppliedSchema(schema)
+        for name, value in zip(names, (spinning, rolling), strict=True):
+            give(prim, name, value)
     return path
 
 
@@ -182,106 +187,3 @@ def write_body(stage: Usd.Stage, body: ExportBody, to_world: Array, path: str) -
     mass.CreateDiagonalInertiaAttr(Gf.Vec3f(*(float(v) for v in moments)))
     mass.CreatePrincipalAxesAttr(Gf.Quatf(w, x, y, z))
     return prim
-
-
-def write_joint(stage: Usd.Stage, joint: ExportJoint, names: PrimPaths) -> Usd.Prim:
-    """One joint: frames whose x axis is the joint's, limits, the drive that is its spring and damper, dry friction, and
-    its initial position."""
-    path = names.joints[joint.name]
-    kind = UsdPhysics.RevoluteJoint if joint.turns else UsdPhysics.PrismaticJoint
-    usd_joint = (kind if joint.moves else UsdPhysics.FixedJoint).Define(stage, path)
-    usd_joint.CreateBody0Rel().SetTargets([names.links[joint.tree.parent]])
-    usd_joint.CreateBody1Rel().SetTargets([names.links[joint.tree.child]])
-    turn = rotation_from_x(joint.tree.axis) if joint.moves else np.eye(3)
-    frame0 = joint.tree.child_to_parent.copy()
-    frame0[:3, :3] = frame0[:3, :3] @ turn
-    usd_joint.CreateLocalPos0Attr(Gf.Vec3f(*(float(v) for v in frame0[:3, 3])))
-    usd_joint.CreateLocalRot0Attr(Gf.Quatf(*wxyz_of(frame0[:3, :3])))
-    usd_joint.CreateLocalPos1Attr(Gf.Vec3f(0.0))
-    usd_joint.CreateLocalRot1Attr(Gf.Quatf(*wxyz_of(turn)))
-    prim = usd_joint.GetPrim()
-    if not joint.moves:
-        return prim
-    usd_joint.CreateAxisAttr(UsdPhysics.Tokens.x)
-    unit = math.degrees(1.0) if joint.turns else 1.0
-    if joint.lower is not None and joint.upper is not None:
-        usd_joint.CreateLowerLimitAttr(joint.lower * unit)
-        usd_joint.CreateUpperLimitAttr(joint.upper * unit)
-    word = "angular" if joint.turns else "linear"
-    terms = joint.dynamics
-    drive = UsdPhysics.DriveAPI.Apply(prim, word)
-    drive.CreateTypeAttr(UsdPhysics.Tokens.force)
-    drive.CreateStiffnessAttr(terms.stiffness / unit)
-    drive.CreateDampingAttr(terms.damping / unit)
-    drive.CreateTargetPositionAttr(terms.spring_reference * unit if terms.stiffness > 0.0 else 0.0)
-    drive.CreateTargetVelocityAttr(0.0)
-    if joint.effort is not None and joint.effort > 0.0:
-        # In N·m also where the rest is per degree.
-        drive.CreateMaxForceAttr(joint.effort)
-    prim.AddAppliedSchema(f"PhysicsJointStateAPI:{word}")
-    give(prim, f"state:{word}:physics:position", joint.initial * unit)
-    give(prim, f"state:{word}:physics:velocity", 0.0)
-    # PhysX from 5.6 on takes dry friction as a torque or force; its older coefficient has no unit and is switched off.
-    prim.AddAppliedSchema("PhysxJointAPI")
-    give(prim, "physxJoint:jointFriction", 0.0)
-    # kg, or kg·m² also where angles are in degrees: PhysX adds it to the joint-space inertia as it is.
-    if terms.armature > 0.0:
-        give(prim, "physxJoint:armature", terms.armature)
-    # PhysX has no such joint term: a user applies a mechanism's effort in each step.
-    for name, value in zip(BIAS, terms.bias, strict=True) if terms.bias[0] != 0.0 else ():
-        give(prim, f"asset2sim:{name}", value)
-    prim.AddAppliedSchema(f"PhysxJointAxisAPI:{word}")
-    give(prim, f"physxJointAxis:{word}:staticFrictionEffort", terms.friction)
-    give(prim, f"physxJointAxis:{word}:dynamicFrictionEffort", terms.friction)
-    # Newton's own name for the same. Its damping is left out: it would be added to the drive's.
-    prim.AddAppliedSchema("NewtonJointAPI")
-    give(prim, "newton:friction", terms.friction)
-    return prim
-
-
-def give(prim: Usd.Prim, name: str, value: float | bool) -> None:
-    """Set an attribute of a schema that usd-core does not know, by name; its type is that of the value."""
-    kind = Sdf.ValueTypeNames.Bool if isinstance(value, bool) else Sdf.ValueTypeNames.Float
-    prim.CreateAttribute(name, kind, custom=False).Set(value)
-
-
-def rotation_from_x(axis: Array) -> Array:
-    """A (3, 3) rotation that takes x to the unit (3,) ``axis``, by the shortest way."""
-    x, y, z = (float(v) for v in axis)
-    if x < -1.0 + 1e-12:
-        return np.diag([-1.0, -1.0, 1.0])
-    cross = np.array([[0.0, -y, -z], [y, 0.0, 0.0], [z, 0.0, 0.0]])
-    return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + x))
-
-
-PHYSX_AXIS = "rotX"
-"""The axis of every joint of ours, in PhysX's words; a slider's mimic has an instance of the same name, since PhysX
-takes the degree of freedom of a one-axis joint whatever the instance is called."""
-
-
-def write_mimic(prim: Usd.Prim, mimic: Mimic, names: PrimPaths, turns: bool, leader_turns: bool) -> None:
-    """Bind a joint's prim to the joint that it follows: UsdPhysics has no schema for it. ``turns`` and ``leader_turns``
-    say which positions are angles, which USD has in degrees.
-
-    ``PhysxMimicJointAPI`` (Isaac Sim) states q + gearing · q_leader + offset = 0, and ``NewtonMimicAPI`` (Newton, and
-    MuJoCo's USD reader) q = coef0 + coef1 · q_leader.
-    """
-    own, leader = (math.degrees(1.0) if angle else 1.0 for angle in (turns, leader_turns))
-    ratio, offset = mimic.multiplier * own / leader, mimic.offset * own
-    for schema, relation in (
-        (f"PhysxMimicJointAPI:{PHYSX_AXIS}", f"physxMimicJoint:{PHYSX_AXIS}:referenceJoint"),
-        ("NewtonMimicAPI", "newton:mimicJoint"),
-    ):
-        prim.AddAppliedSchema(schema)
-        prim.CreateRelationship(relation, custom=False).SetTargets([names.joints[mimic.joint]])
-    for name, value in (
-        (f"physxMimicJoint:{PHYSX_AXIS}:gearing", -ratio),
-        (f"physxMimicJoint:{PHYSX_AXIS}:offset", -offset),
-        ("newton:mimicCoef0", offset),
-        ("newton:mimicCoef1", ratio),
-    ):
-        prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, custom=False).Set(value)
-    token = prim.CreateAttribute(
-        f"physxMimicJoint:{PHYSX_AXIS}:referenceJointAxis", Sdf.ValueTypeNames.Token, custom=False
-    )
-    token.Set(PHYSX_AXIS)

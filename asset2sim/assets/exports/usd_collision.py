@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
+from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.refined_object import ExportShape, wxyz_of
 from asset2sim.assets.exports.usd_hulls import LimitedHull, limited_hull
+from asset2sim.assets.exports.usd_joints import give
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 
@@ -58,6 +60,18 @@ def collide(prim: Usd.Prim, shape: ExportShape, material: str) -> None:
         UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
     bound = UsdShade.Material(prim.GetStage().GetPrimAtPath(material))
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(bound, UsdShade.Tokens.weakerThanDescendants, "physics")
+
+
+def write_contact(prim: Usd.Prim, shape: ExportShape, rolling_m: float, timestep_s: float) -> None:
+    """MuJoCo's terms of one collision shape, as in the MJCF: the object's own friction decides on any floor."""
+    prim.AddAppliedSchema("MjcCollisionAPI")
+    give(prim, "mjc:condim", mujoco_options.ROLLING_DIMENSION if rolling_m > 0.0 else 3)
+    give(prim, "mjc:priority", 1)
+    give(prim, "mjc:solref", mujoco_options.solref(timestep_s))
+    give(prim, "mjc:solimp", mujoco_options.CONTACT_SOLIMP)
+    if shape.kind == "mesh":
+        prim.AddAppliedSchema("MjcMeshCollisionAPI")
+        give(prim, "mjc:inertia", "shell")
 
 
 def place(xform: UsdGeom.Xformable, to_parent: Array) -> None:

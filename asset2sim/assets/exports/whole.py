@@ -82,7 +82,7 @@ def write_whole(
     etree.indent(document, space="  ")
     (folder / MJCF_SCENE).write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
     if has_usd():
-        write_usd(folder, name, parts, items, pairs)
+        write_usd(folder, name, parts, items, pairs, timestep_s)
     rows = [placement(folder, part, item) for part, item in zip(parts, items, strict=True)]
     text = json.dumps({"scene": name, "parts": rows, "do_not_collide": pairs}, indent=1, ensure_ascii=False)
     (folder / PLACEMENT_NAME).write_text(text, encoding="utf-8")
@@ -173,6 +173,7 @@ def write_usd(
     parts: Sequence[PlacedPart],
     items: Sequence[ExportObject],
     passing: Sequence[tuple[str, ...]],
+    timestep_s: float,
 ) -> None:
     """Write each part's own USD, and one that refers to them; pairs of links that are ``passing`` do not collide."""
     from pxr import Usd, UsdGeom, UsdPhysics
@@ -182,7 +183,7 @@ def write_usd(
     from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, paths
 
     for part in parts:
-        export_usd(part.folder, part.overlay)
+        export_usd(part.folder, part.overlay, timestep_s)
     path = folder / USD_SCENE
     path.unlink(missing_ok=True)
     stage = Usd.Stage.CreateNew(str(path))
