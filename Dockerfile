@@ -7,8 +7,8 @@ FROM python:3.11-slim
 # SAPIEN's and USD's libraries name X11's, without a display.
 RUN apt-get update && apt-get install --yes --no-install-recommends libx11-6 && rm -rf /var/lib/apt/lists/*
 RUN useradd --create-home --uid 1000 asset2sim \
-  && mkdir /out /home/asset2sim/.prefect /home/asset2sim/mlflow \
-  && chown asset2sim /out /home/asset2sim/.prefect /home/asset2sim/mlflow
+  && mkdir /out /home/asset2sim/.prefect /home/asset2sim/.cache \
+  && chown asset2sim /out /home/asset2sim/.prefect /home/asset2sim/.cache
 
 WORKDIR /app
 COPY constraints.txt pyproject.toml CHANGELOG.md README.md LICENSE catalog.yaml ./
@@ -21,6 +21,7 @@ RUN pip install --no-cache-dir --constraint constraints.txt '.[pipeline,engines,
 USER asset2sim
 WORKDIR /home/asset2sim
 ENV HOME=/home/asset2sim PREFECT_HOME=/home/asset2sim/.prefect
+# Report, Prefect, MLflow of `ui --host 0.0.0.0`; the viewer.
 EXPOSE 4100 4200 5000 8080
 # Of `ui`: Prefect's page answers. Other commands need none: docker run --no-healthcheck.
 HEALTHCHECK --interval=30s --timeout=5s --start-period=120s \

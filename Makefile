@@ -205,9 +205,9 @@ touched: $(INSTALLED) ## every check once more by the ways in which users get OU
 weights: $(INSTALLED) ## weigh the objects of SHARED (../shared) beside published weights, into docs/masses.md
 	@$(BIN)/python -m lab.weights.compare "$(or $(SHARED),../shared)" docs/masses.md
 
-docs: $(INSTALLED) ## the documentation: its pages from the schemas, then HTML in OUT/docs
+docs: $(INSTALLED) ## the documentation: its pages from the schemas, then HTML in OUT/docs with the report of OUT, if there is one
 	@$(BIN)/python -m lab.pages.reference docs
-	@$(BIN)/python -m sphinx -q -W --keep-going -d "$(OUT)/docs/.doctrees" docs "$(OUT)/docs" && echo "see $(OUT)/docs/index.html"
+	@ASSET2SIM_REPORT="$(OUT)/report" $(BIN)/python -m sphinx -q -W --keep-going -d "$(OUT)/docs/.doctrees" docs "$(OUT)/docs" && echo "see $(OUT)/docs/index.html"
 
 picture: $(INSTALLED) ## draw the README's before-and-after picture from data/raw and data/refined
 	@$(BIN)/python -m lab.pages.picture data/raw data/refined docs/before_after.png \

@@ -19,17 +19,17 @@ from asset2sim.runs.extras import missing_package
 from asset2sim.runs.hand_on_options import OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.options import parse
-from asset2sim.runs.request import RefineRequest, refine_request, settings_for_run, stated_settings
 from flows import PIPELINE
 from schemas.declared import Command
 from schemas.errors import DONE, FAILED, UsageError, exit_code_of
 from schemas.extensions import commands, named
 
 if TYPE_CHECKING:
+    from asset2sim.runs.request import RefineRequest
     from asset2sim.runs.result import RunResult
 
-Refine = Callable[[RefineRequest], "RunResult"]
-Nightly = Callable[[RefineRequest], int]
+Refine = Callable[["RefineRequest"], "RunResult"]
+Nightly = Callable[["RefineRequest"], int]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,6 +61,9 @@ def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -
 
 
 def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
+    # A third of the time of --help, which needs none of it.
+    from asset2sim.runs.request import refine_request, settings_for_run, stated_settings
+
     match options:
         case asked.NightlyOptions():
             return _run_nightly(refine_request(options), nightly)
@@ -107,6 +110,7 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 def _run_added(command: Command, options: Options) -> int:
     """Run an extension's command. Returns the exit code."""
     from asset2sim.models.gateway.environment import quiet_environment
+    from asset2sim.runs.request import settings_for_run, stated_settings
 
     quiet_environment()
     settings = settings_for_run(getattr(options, "settings", None), stated_settings(options))
@@ -115,6 +119,7 @@ def _run_added(command: Command, options: Options) -> int:
 
 def _print(options: Options) -> int:
     """Run a command that only looks and prints. Returns the exit code."""
+    from asset2sim.runs.request import settings_for_run, stated_settings
     from flows import show
 
     match options:
@@ -137,7 +142,7 @@ def _print(options: Options) -> int:
             from flows.serve_pages import serve_pages
 
             ports = options.report_port, options.prefect_port, options.mlflow_port
-            serve_pages(options.out, *ports)
+            serve_pages(options.out, options.host, *ports)
         case OverlaysOptions() | PackOptions():
             from flows.hand_on import hand_on
 
@@ -148,7 +153,7 @@ def _print(options: Options) -> int:
     return DONE
 
 
-def check(request: RefineRequest) -> RefineRequest:
+def check(request: "RefineRequest") -> "RefineRequest":
     """The request with the assets that it asks for. Raises UsageError for one that cannot be met, before anything is
     imported or written for it."""
     from asset2sim.models.gateway.environment import quiet_environment
@@ -159,7 +164,7 @@ def check(request: RefineRequest) -> RefineRequest:
     return request.model_copy(update={"found": found})
 
 
-def _run_refine(request: RefineRequest, refine: Refine) -> int:
+def _run_refine(request: "RefineRequest", refine: Refine) -> int:
     """Run the flow on a request, tell the hook, and print the summary. Returns the exit code."""
     request = check(request)
     if not request.dry_run and find_spec("prefect") is None:
@@ -177,14 +182,14 @@ def _run_refine(request: RefineRequest, refine: Refine) -> int:
     return exit_code(result, request.strict)
 
 
-def _dry_run(request: RefineRequest) -> int:
+def _dry_run(request: "RefineRequest") -> int:
     from flows.dry_run import print_dry_run
 
     print_dry_run(request)
     return DONE
 
 
-def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
+def _refined(request: "RefineRequest", refine: Refine) -> "RunResult":
     """The flow's result. The hook hears of a run that broke down; of a mistake, its user hears here and now."""
     try:
         return refine(request)
@@ -199,7 +204,7 @@ def _refined(request: RefineRequest, refine: Refine) -> "RunResult":
         raise
 
 
-def _run_nightly(request: RefineRequest, nightly: Nightly) -> int:
+def _run_nightly(request: "RefineRequest", nightly: Nightly) -> int:
     """Serve the flow on its schedule until interrupted, or with ``now`` run it at once. Returns the exit code."""
     from flows.schedule import chosen_schedule
 
@@ -215,14 +220,14 @@ def _run_nightly(request: RefineRequest, nightly: Nightly) -> int:
     return DONE
 
 
-def refine(request: RefineRequest) -> "RunResult":
+def refine(request: "RefineRequest") -> "RunResult":
     """Run the flow on a request, with a Prefect server of its own where none is set."""
     with ready(request) as flow:
         return flow(request)
 
 
 @contextmanager
-def ready(request: RefineRequest) -> Iterator[Refine]:
+def ready(request: "RefineRequest") -> Iterator[Refine]:
     """The flow, to be called within the block, with a server and the libraries that the run will need loading."""
     from asset2sim.catalog.mlflow_store import load_mlflow
     from asset2sim.catalog.switch import find_catalog
@@ -249,7 +254,7 @@ def ready(request: RefineRequest) -> Iterator[Refine]:
             )
 
 
-def serve(request: RefineRequest) -> int:
+def serve(request: "RefineRequest") -> int:
     """Serve the nightly until interrupted, or have one night at once. Returns the exit code."""
     from flows.serve_pages import run_programs
     from flows.server.night_secrets import remove_old_secrets, secrets_kept
@@ -270,7 +275,7 @@ def serve(request: RefineRequest) -> int:
     return DONE
 
 
-def _night_now(request: RefineRequest) -> int:
+def _night_now(request: "RefineRequest") -> int:
     from flows.server.server import find_serving, temporary_server
 
     found = find_serving(request.out)

@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.text import Text
 
 from asset2sim.catalog.text import output
-from asset2sim.storage.objects import open_store
+from asset2sim.storage.objects import open_store, working_folder
 from schemas.errors import Asset2SimError, UsageError
 from schemas.location import Location
 from schemas.settings import Settings
@@ -35,65 +35,74 @@ def serve_viewer(
         viewer.wait()
 
 
-def serve_pages(out: Path | str, report_port: int, prefect_port: int, mlflow_port: int) -> None:
-    """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` until interrupted, by Ctrl-C or
-    SIGTERM. Raises UsageError for a port that is in use or twice the same, and for a URL of no store."""
+def serve_pages(out: Path | str, host: str, report_port: int, prefect_port: int, mlflow_port: int) -> None:
+    """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` at an address of this machine until
+    interrupted, by Ctrl-C or SIGTERM. Raises UsageError for an address or port that cannot be used, a port that is
+    twice the same, and a URL of no store."""
     from asset2sim.experiments.interrupt import sigterm_as_interrupt
 
     if (place := Location(out)).is_url:
         open_store(place)
-    ports = {"Prefect": prefect_port, "MLflow": mlflow_port}
-    reported = report_folder(out).is_dir()
-    ports |= {"report": report_port} if reported else {}
+        # Before the first run, MLflow begins its database there.
+        working_folder(out).mkdir(parents=True, exist_ok=True)
+    ports = {"Prefect": prefect_port, "MLflow": mlflow_port, "report": report_port}
     for name, port in ports.items():
-        _check_port(name, port)
+        _check_port(name, host, port)
     for (name, port), (other, same) in combinations(ports.items(), 2):
         if port == same:
             raise UsageError(f"--{name.lower()}-port and --{other.lower()}-port are both {port}; choose two")
     console = output()
     for name, port in ports.items():
-        console.print(f"{name}: http://127.0.0.1:{port}")
-    if not reported:
-        console.print(f"report: none in {report_folder(out)}; asset2sim report --out {out} writes it", soft_wrap=True)
+        console.print(f"{name}: http://{host}:{port}")
+    if not report_folder(out).is_dir():
+        console.print(f"report: none yet; a run or asset2sim report --out {out} writes it", soft_wrap=True)
+    sys.stdout.flush()
+    if host not in LOOPBACK:
+        sys.stderr.write(f"asset2sim: warning: {host} is open to every machine that reaches this one; {UNGUARDED}\n")
+        # Prefect's pages would ask at the address that the server listens on, which another machine has not.
+        os.environ.setdefault("PREFECT_UI_API_URL", "/api")
     with suppress(KeyboardInterrupt), sigterm_as_interrupt():
-        run_programs(commands(out, prefect_port, mlflow_port, report_port), together=False)
+        run_programs(commands(out, prefect_port, mlflow_port, report_port, host), together=False)
 
 
-def _check_port(name: str, port: int) -> None:
+LOOPBACK = ("127.0.0.1", "localhost")
+UNGUARDED = "the pages ask for no password, and who sees them can change runs"
+
+
+def _check_port(name: str, host: str, port: int) -> None:
     try:
-        socket.create_server(("127.0.0.1", port)).close()
+        socket.create_server((host, port)).close()
     except OSError as error:
         raise UsageError(
-            f"port {port} of 127.0.0.1 cannot be used for {name} ({error.strerror or error}); choose another with "
-            f"--{name.lower()}-port"
+            f"port {port} of {host} cannot be used for {name} ({error.strerror or error}); choose another with "
+            f"--{name.lower()}-port or --host"
         ) from error
 
 
 def report_folder(out: Path | str) -> Path:
     """The folder of this machine in which the report of ``out`` lies, where there is one."""
     from asset2sim.report.page_files import FOLDER
-    from asset2sim.storage.objects import working_folder
 
     return working_folder(out) / FOLDER
 
 
 def commands(
-    out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000, report_port: int = 4100
+    out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000, report_port: int = 4100, host: str = LOOPBACK[0]
 ) -> dict[str, list[str]]:
-    """Name → command line of each server; all listen on 127.0.0.1 only. MLflow shows the runs of this machine; the
-    report is served where there is one."""
+    """Name → command line of each server. MLflow shows the runs of this machine; the report is served from the moment
+    on at which there is one."""
     from asset2sim.catalog.mlflow_store import tracking_uri
-    from asset2sim.storage.objects import working_folder
 
     programs, folder = Path(sys.executable).parent, report_folder(out)
-    served = [sys.executable, "-m", "http.server", "--bind", "127.0.0.1", "--directory", str(folder), str(report_port)]
+    # MLflow answers under the names of this machine alone, unless told that others are its own, too.
+    named = () if host in LOOPBACK else ("--allowed-hosts", "*")
+    store = tracking_uri(working_folder(out))
     return {
-        "Prefect": [str(programs / "prefect"), "server", "start", "--host", "127.0.0.1", "--port", str(prefect_port)],
-        "MLflow": [
-            *(str(programs / "mlflow"), "server", "--backend-store-uri", tracking_uri(working_folder(out))),
-            *("--host", "127.0.0.1", "--port", str(mlflow_port)),
-        ],
-    } | ({"report": served} if folder.is_dir() else {})
+        "Prefect": [str(programs / "prefect"), "server", "start", "--host", host, "--port", str(prefect_port)],
+        "MLflow": [str(programs / "mlflow"), "server", "--backend-store-uri", store, "--host", host, "--port",
+                   str(mlflow_port), *named],
+        "report": [sys.executable, "-m", "http.server", "--bind", host, "--directory", str(folder), str(report_port)],
+    }  # fmt: skip
 
 
 STOP_LIMIT_S = 10.0

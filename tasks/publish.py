@@ -49,7 +49,7 @@ def publish_folder(
     if settings.state is StateMode.BAKE:
         overlay, findings = bake(folder / URDF_NAME, overlay, settings)
     # Without the wall time: the same input gives the same bytes.
-    written = [report.model_dump(mode="json", exclude={"seconds", "judged"}) for report in reports]
+    written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
     (folder / MEASUREMENT_NAME).write_text(json.dumps(written, indent=1), encoding="utf-8")
     if recipe is not None:
         (folder / RECIPE_NAME).write_text(recipe.model_dump_json(indent=1), encoding="utf-8")

@@ -43,16 +43,17 @@ def test_when_one_program_ends_the_others_do_with_all_that_they_started(tmp_path
 
 @pytest.mark.system
 def test_the_pages_programs_are_installed_and_listen_for_this_machine_alone(tmp_path: Path) -> None:
-    assert commands(tmp_path).keys() == {"Prefect", "MLflow"}
-    for command in commands(tmp_path).values():
-        assert command[command.index("--host") + 1] == "127.0.0.1"
+    pages = commands(tmp_path)
+    assert pages.keys() == {"Prefect", "MLflow", "report"}
+    assert [word for word in pages.pop("report") if word == "127.0.0.1"]
+    for command in pages.values():
+        assert command[command.index("--host") + 1] == "127.0.0.1" and "--allowed-hosts" not in command
         shown = subprocess.run([command[0], "--help"], capture_output=True, text=True, timeout=120)
         assert shown.returncode == 0
 
 
 UI = """
 import sys
-import flows.serve_pages
 from flows.command import main
 import flows.serve_pages
 flows.serve_pages.STOP_LIMIT_S = 2.0
@@ -72,13 +73,14 @@ def free_port() -> int:
 @pytest.mark.system
 def test_one_page_that_fails_leaves_the_other_and_sigterm_ends_it(tmp_path: Path) -> None:
     mark = f"asset2sim-ui-{tmp_path.name}-{os.getpid()}"
-    ports = ["--prefect-port", str(free_port()), "--mlflow-port", str(free_port())]
+    ports = ["--prefect-port", str(free_port()), "--mlflow-port", str(free_port()), "--report-port", str(free_port())]
     ui = subprocess.Popen(
-        [sys.executable, "-c", UI, "ui", "--out", str(tmp_path), *ports], cwd=ROOT, text=True, stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE, env={**os.environ, "A_TEST": mark},
+        [sys.executable, "-c", UI, "ui", "--out", str(tmp_path), *ports, "--host", "0.0.0.0"], cwd=ROOT, text=True,
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "A_TEST": mark},
     )  # fmt: skip
     assert ui.stderr is not None and ui.stdout is not None
-    assert ui.stdout.readline() == f"Prefect: http://127.0.0.1:{ports[1]}\n"
+    assert ui.stdout.readline() == f"Prefect: http://0.0.0.0:{ports[1]}\n"
+    assert "0.0.0.0 is open to every machine that reaches this one" in ui.stderr.readline()
     assert "Prefect ended with exit code 5" in (line := ui.stderr.readline()) and line.endswith("; MLflow goes on\n")
     assert ui.poll() is None and wait_until(lambda: len(alive(mark)) >= 3, 60.0)
     ui.terminate()
@@ -91,8 +93,8 @@ def test_a_port_in_use_and_a_store_that_there_is_not_are_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
-        assert main(["ui", "--out", str(tmp_path), "--mlflow-port", port, "--prefect-port", str(free_port())]) == 2
+        port, other = str(taken.getsockname()[1]), str(free_port())
+        assert main(["ui", "--out", str(tmp_path), "--mlflow-port", port, "--prefect-port", other]) == 2
     assert f"port {port} of 127.0.0.1 cannot be used for MLflow" in (told := capsys.readouterr()).err
     assert told.out == "" and told.err.count("\n") == 1
     port = str(free_port())

@@ -3,8 +3,10 @@
 import importlib.util
 import json
 import os
+import re
 import subprocess
 import sys
+import textwrap
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import partial
@@ -24,7 +26,7 @@ from asset2sim.catalog.write import write_run
 from asset2sim.intake.origin import extract
 from asset2sim.load import load
 from asset2sim.packs.declared_pack import PackedObject, find_pack, known_packs
-from asset2sim.packs.write import python_names, write_pack
+from asset2sim.packs.write import python_names, verdicts, write_pack
 from flows.command import main
 from schemas.asset import AssetRef
 from schemas.errors import UnknownChoiceError, UsageError
@@ -44,10 +46,9 @@ pytestmark = pytest.mark.system
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run's folder with both objects, verified in one engine."""
     place = tmp_path_factory.mktemp("run")
-    settings = Settings(
-        engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False), views=ViewSettings(width=64, height=64)
-    )
-    fixed = settings.model_copy(update={"support": SupportKind.FIXED})
+    settings = Settings(engine=EngineSettings(verify=(Engine.PYBULLET,)), views=ViewSettings(width=64, height=64))
+    still = settings.engine.model_copy(update={"interact": False})
+    fixed = settings.model_copy(update={"support": SupportKind.FIXED, "engine": still})
     records = [refine_asset(sample(FREE), place, settings, prior), refine_asset(sample(FIXED), place, fixed, prior)]
     now = datetime(2026, 1, 1, tzinfo=UTC)
     run = RunRow(run_id="20260101T000000-1", started_at=now, finished_at=now, dataset="data", settings=settings)
@@ -94,12 +95,24 @@ def test_every_object_of_every_pack_has_its_papers(packs: Packs) -> None:
             with Image.open(item.folder / "preview.png") as picture:
                 assert picture.size == (64, 64) and len(picture.getcolors(4096) or ()) > 5
             receipt = json.loads((item.folder / "receipt.json").read_text(encoding="utf-8"))
-            assert receipt["status"] == "ok" and receipt["engines"]["pybullet"]["drift_m"] < 1e-3
+            seen = receipt["engines"]["pybullet"]
+            assert receipt["status"] == "ok" and seen["drift_m"] < 1e-3
+            assert all(check["passed"] for check in seen["checks"])
+            named = {check["check"] for check in seen["checks"]}
+            assert named == {"rest"} if item.name == FIXED else {"rest", "drop", "jam", "hold", "effort"} < named
             made = json.loads((item.folder / "provenance.json").read_text(encoding="utf-8"))
             assert "mobility.urdf" in made["originals_sha256"] and "numpy" in made["made_with"]
             assert LICENCE in (item.folder / "LICENSE.md").read_text(encoding="utf-8")
     texts = (path.read_bytes() for folder, _ in packs.values() for path in folder.rglob("*") if path.is_file())
     assert not any(str(Path.home()).encode() in text and len(str(Path.home())) > 5 for text in texts)
+
+
+def test_a_receipt_names_the_check_that_failed_and_only_that() -> None:
+    failed = {"test": "hold", "subject": "lid", "passed": False, "value": 0.2, "limit": 0.01, "reason": "it sinks"}
+    passed = {**failed, "test": "drop", "subject": "240 Hz", "passed": True}
+    found = verdicts([passed, failed], [{"mode": "hold", "subject": "lid"}])
+    assert [(seen["check"], seen["passed"]) for seen in found] == [("rest", True), ("drop", True), ("hold", False)]
+    assert not verdicts([passed], [{"mode": "drift", "subject": ""}])[0]["passed"]
 
 
 def test_mujoco_opens_each_scene_and_it_rests(packs: Packs) -> None:
@@ -113,6 +126,30 @@ def test_mujoco_opens_each_scene_and_it_rests(packs: Packs) -> None:
     said = subprocess.run(words, capture_output=True, text=True, check=True, timeout=300).stdout
     moved = {line.split(":")[0]: float(line.split("at most ")[1].split()[0]) for line in said.splitlines()}
     assert moved.keys() == objects.keys() and max(moved.values()) < 0.01
+
+
+ARM = """<mujoco model="arm"><worldbody><body name="finger"><joint name="reach" type="slide" axis="-1 0 0"/>
+<geom type="capsule" fromto="0 0 .1 .1 0 .1" size=".02" mass="1"/></body></worldbody>
+<actuator><position joint="reach" kp="200" dampratio="1" ctrlrange="0 0.9"/></actuator>
+<keyframe><key name="home" qpos="0.1"/></keyframe></mujoco>"""
+"""A robot of one finger, for the page's."""
+
+
+@pytest.mark.parametrize("consumer", ["mujoco", "lerobot"])
+def test_the_steps_of_a_consumers_page_run(packs: Packs, consumer: str, tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium")
+    (tmp_path / "pack").symlink_to(packs[consumer][0])
+    (tmp_path / "arm.xml").write_text(ARM, encoding="utf-8")
+    page = (ROOT / f"docs/consumers/{consumer}.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"^ *```python\n(.*?)^ *```$", page, re.MULTILINE | re.DOTALL)
+    code = textwrap.dedent(code).replace("mujoco_menagerie/franka_emika_panda/panda.xml", "arm.xml")
+    code += "print(abs(data.qpos - model.key('home').qpos)[:3].max())" if consumer == "mujoco" else ""
+    found = {**os.environ, "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, env=found)
+    assert done.returncode == 0, done.stderr
+    # The finger shoves the laptop along, m.
+    assert consumer != "mujoco" or float(done.stdout.split()[-1]) > 0.02, done.stdout
 
 
 def test_robosuite_takes_each_object_into_a_task(packs: Packs) -> None:
@@ -211,6 +248,7 @@ def test_maniskills_module_adds_objects_to_sapiens_scenes(packs: Packs) -> None:
     folder, objects = packs["maniskill"]
     code = f"""
 import sys
+import textwrap
 sys.path.insert(0, {str(folder)!r})
 import sapien
 from types import SimpleNamespace

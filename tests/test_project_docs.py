@@ -2,6 +2,7 @@
 that are made from the schemas are as made."""
 
 import csv
+import os
 import re
 import subprocess
 import sys
@@ -10,12 +11,14 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.known_checks import failure_guide
+from asset2sim.packs.declared_pack import known_packs
 from flows.schedule import nightly_schedule
 from lab.pages import reference
 from lab.pages.blocks import markers, with_block
 from schemas.vocabulary import FailureMode
 from tests.assets import ROOT
 from tests.samples.bad_assets import bad_assets
+from tests.test_project_links import unresolved
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
@@ -76,8 +79,7 @@ def test_every_page_with_figures_of_the_simulated_model_says_that_it_is_one(name
 def test_the_readme_is_short_and_its_links_are_there() -> None:
     assert len(README.split()) < 900
     links = re.findall(r"(?<!!)\[[^\]]+\]\(([^)]+)\)", README)
-    assert {f"docs/{name}" for name in PAGES} - {"docs/index.md", "docs/settings.md"} <= set(links)
-    assert [link for link in links if not (ROOT / link).exists()] == []
+    assert {f"docs/{name}" for name in PAGES} - {"docs/index.md", "docs/settings.md", "docs/gallery.md"} <= set(links)
 
 
 @pytest.mark.parametrize("name", reference.PAGES)
@@ -106,7 +108,12 @@ def test_every_finding_that_stages_make_is_explained() -> None:
 
 
 @pytest.mark.system
-def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
+def test_the_documentation_builds_without_a_warning_with_search_and_the_gallery(tmp_path: Path) -> None:
+    report = tmp_path / "report"
+    (report / "objects" / "a box").mkdir(parents=True)
+    (report / "objects" / "a box" / "index.html").write_text("<p>a page</p>")
+    (report / "objects" / "a box" / "after.webp").write_bytes(b"")
+    (report / "index.html").write_text('<script id="data" type="application/json">{"id":["a box"]}</script>')
     command = [
         sys.executable,
         "-m",
@@ -119,10 +126,21 @@ def test_the_documentation_builds_without_a_warning(tmp_path: Path) -> None:
         "docs",
         str(tmp_path / "html"),
     ]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    shown = {**os.environ, "ASSET2SIM_REPORT": str(report)}
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=shown)
     assert done.returncode == 0, done.stderr
+    site = tmp_path / "html"
     for name in PAGES:
-        assert (tmp_path / "html" / name.replace(".md", ".html")).is_file()
+        assert (site / name.replace(".md", ".html")).is_file()
+    assert (site / "search.html").is_file() and '"gallery"' in (site / "searchindex.js").read_text(encoding="utf-8")
+    gallery = (site / "gallery.html").read_text(encoding="utf-8")
+    assert 'href="report/objects/a%20box/index.html"' in gallery and "report/objects/a%20box/after.webp" in gallery
+    assert list(unresolved(site)) == []
+
+
+def test_every_pack_has_a_page() -> None:
+    pages = "\n".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs/consumers").glob("*.md"))
+    assert [name for name in known_packs() if f"asset2sim pack OUT --for {name} --out" not in pages] == []
 
 
 def test_a_block_replaces_the_old_one_and_nothing_else() -> None:

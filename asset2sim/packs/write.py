@@ -95,16 +95,24 @@ def write_preview(folder: Path, overlay: PhysicsOverlay) -> None:
 
 
 def receipt(folder: Path) -> dict[str, Any]:
-    """Measurements of the object at rest by engine, by the names that ``measurement.json`` has, and its version."""
+    """Of each engine its version, measurements of the object at rest by the names that ``measurement.json`` has, and
+    the verdict of every check on every joint, drop and start; none where the run did not keep them."""
     engines = {}
     for report in json.loads((folder / MEASUREMENT_NAME).read_text(encoding="utf-8")):
         measured = report.get("measurement") or {}
         engines[report["engine"]] = {
             "version": report["engine_version"],
             **{key: measured[key] for key in SHOWN if key in measured},
-            "interaction": report.get("interaction") is not None,
+            "checks": verdicts(**report["judged"]) if report.get("judged") else [],
         }
     return {"engines": engines}
+
+
+def verdicts(checks: Sequence[dict[str, Any]], failures: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The verdict at rest, whose numbers stand beside it, then that of each check on each subject."""
+    failed = {failure["mode"] for failure in failures} - {seen["test"] for seen in checks}
+    found = [{"check": seen["test"], **{key: seen[key] for key in seen if key != "test"}} for seen in checks]
+    return [{"check": "rest", "subject": "object", "passed": not failed}, *found]
 
 
 def made_by(item: PackedObject) -> str:

@@ -71,6 +71,9 @@ class CatalogOptions(Options):
     out: typed.OUT = Field(description="a run's folder or URL")
 
 
+HOST = Field("127.0.0.1", description="the address to serve on; 0.0.0.0 lets any machine that reaches this one in")
+
+
 class ViewOptions(CatalogOptions, FileOptions):
     """Look at refined objects and touch them, beside the raw ones, and review them: a page on this machine."""
 
@@ -78,9 +81,7 @@ class ViewOptions(CatalogOptions, FileOptions):
         None, description="the asset to begin with (default: the first)"
     )
     engine: typed.ENGINE = Field(Engine.PYBULLET, description=f"the engine to begin with: {', '.join(typed.VIEWED)}")
-    host: typed.NAME = Field(
-        "127.0.0.1", description="the address to serve on; others let any machine that reaches it in"
-    )
+    host: typed.NAME = HOST
     port: typed.PORT = Field(8080, description="the port to serve on")
 
 
@@ -94,6 +95,7 @@ class ReportOptions(CatalogOptions, FileOptions):
 class PagesOptions(CatalogOptions):
     """Serve the report and the pages of Prefect and MLflow."""
 
-    report_port: typed.PORT = Field(4100, description="port of 127.0.0.1 for the report")
-    prefect_port: typed.PORT = Field(4200, description="port of 127.0.0.1 for Prefect's pages")
-    mlflow_port: typed.PORT = Field(5000, description="port of 127.0.0.1 for MLflow's pages")
+    host: typed.NAME = HOST
+    report_port: typed.PORT = Field(4100, description="port for the report")
+    prefect_port: typed.PORT = Field(4200, description="port for Prefect's pages")
+    mlflow_port: typed.PORT = Field(5000, description="port for MLflow's pages")
