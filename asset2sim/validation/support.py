@@ -79,12 +79,24 @@ def closed_polygon(
     ends = {
         joint.name: (joint.closed or 0.0) * (scale if joint.prismatic else 1.0) for joint in features.movable_joints
     }
-    poses = link_to_root(tree, features.root, ends)
+    whole, center, mass = placed_cloud(features, points, tree, bodies, ends)
+    return standing_on(whole, center, mass, UP), whole
+
+
+def placed_cloud(
+    features: Features,
+    points: Mapping[str, Array],
+    tree: Sequence[TreeJoint],
+    bodies: Mapping[str, Body],
+    positions: Mapping[str, float],
+) -> tuple[Array, Array, float]:
+    """(n, 3) points and (3,) centre of mass in the root's frame, joints at ``positions`` (rad or m), and the mass, kg;
+    ``points`` and ``bodies`` are in their links' frames, all at the final scale."""
+    poses = link_to_root(tree, features.root, positions)
     clouds = [cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)]
-    whole = np.vstack(clouds) if clouds else np.zeros((1, 3))
     mass = sum(body.mass for body in bodies.values())
     center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
-    return standing_on(whole, np.asarray(center), mass, UP), whole
+    return np.vstack(clouds) if clouds else np.zeros((1, 3)), np.asarray(center), mass
 
 
 def support_of(

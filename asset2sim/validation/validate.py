@@ -25,6 +25,7 @@ from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
+from asset2sim.validation.opened_stand import note_tips_when_open
 from asset2sim.validation.positions import initial_positions, note_guessed_ends
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from asset2sim.validation.suspension import with_suspensions
@@ -172,6 +173,7 @@ def complete(
     if support.kind is SupportKind.FREESTANDING:
         springs = [joint.name for joint in features.joints if joint.stiffness]
         handled = with_suspensions(handled, springs, tree, features.root, bodies, points, positions)
+        note_tips_when_open(features, points, tree, bodies, starts, handled, notes)
     exact = {name for name in starts if f"initial_joint_positions.{name}" in asked}
     starts = at_their_ends(starts, handled, exact | given.placed.keys())
     sprung = frozenset(name for name in starts if Quantity.SPRINGS in given.opinion.kept(name))
