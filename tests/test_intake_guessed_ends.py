@@ -8,7 +8,7 @@ from asset2sim.intake.guessed_ends import with_likelier_ends
 from tests.assets import joint, link, read, robot, shape, written
 
 FRAME = "".join(shape("0.3 0.02 0.6", xyz=f"0 {y} 0.3") for y in (-0.2, 0.2))
-SURE = 0.3
+SURE, FALLS = 0.3, "closed at the other end it would fall open"
 
 
 def thing(part: str, kind: str, xyz: str, axis: str, limit: str, label: str) -> str:
@@ -24,12 +24,12 @@ HUNG = shape("0.01 0.3 0.12", xyz="0 0 -0.06")
 @pytest.mark.parametrize(
     ("urdf", "closed", "other"),
     [
-        (thing(LIFTED, "prismatic", "0 0 0.1", "0 0 1", "0 0.01", "lid"), 0.0, "closed at 0.01 it would fall open"),
-        (thing(LIFTED, "prismatic", "0 0 0.1", "0 0 -1", "-0.01 0", "lid"), 0.0, "closed at -0.01 it would fall open"),
-        (thing(LIFTED, "prismatic", "0 0 0.11", "0 0 1", "-0.01 0", "lid"), -0.01, "closed at 0 it would fall open"),
-        (thing(HUNG, "revolute", "0 0 0.36", "0 1 0", "0 1", "flap"), 0.0, "closed at 1 it would fall open"),
+        (thing(LIFTED, "prismatic", "0 0 0.1", "0 0 1", "0 0.01", "lid"), 0.0, FALLS),
+        (thing(LIFTED, "prismatic", "0 0 0.1", "0 0 -1", "-0.01 0", "lid"), 0.0, FALLS),
+        (thing(LIFTED, "prismatic", "0 0 0.11", "0 0 1", "-0.01 0", "lid"), -0.01, FALLS),
+        (thing(HUNG, "revolute", "0 0 0.36", "0 1 0", "0 1", "flap"), 0.0, FALLS),
         (thing(shape("0.06 0.3 0.01", xyz="0.03 0 0"), "revolute", "0 0 0.36", "0 1 0", "0 1.57", "flap"),
-         1.57, "closed at 0 it would fall open"),
+         1.57, FALLS),
     ],
     ids=["lid", "turned", "drawn lifted", "flap", "drawn raised"],
 )  # fmt: skip

@@ -70,7 +70,7 @@ def likelier(
     if len(odd_then) < len(odd_now):
         has, other, odd_then = other, has, odd_now
     means = f"it would {' and '.join(odd_then)}" if odd_then else "it would mean nothing that is odd"
-    return joint.model_copy(update={"closed": has, "open": other, "other_reading": f"closed at {other:.4g} {means}"})
+    return joint.model_copy(update={"closed": has, "open": other, "other_reading": f"closed at the other end {means}"})
 
 
 def odd_if_closed(
