@@ -52,10 +52,53 @@ class HandSettings(Frozen):
     """Mass up to which the other hand holds an object that moves along, kg: an arm's payload (Franka Research 3)."""
 
 
-SOURCES = ("asset2sim.gym.hand", "asset2sim.gym.arm.scene", "asset2sim.load", "schemas.hand_settings")
+class ContentSettings(Frozen):
+    """Bodies that lie in drawers and boxes and on shelves, and when they stay. What opens them is the hand's."""
+
+    least_m: Positive = 0.02
+    """Smallest body, m: a marble, a screw; a space into which three do not fit is no interior."""
+    least_share: Fraction = 0.05
+    """... over the longest edge of the object, of which it is no more: 1 cm of a box of 20 cm."""
+    most_m: Positive = 0.06
+    """Largest body, m: a tennis ball, a mug's width."""
+    room_share: Fraction = 0.6
+    """Radius of a body over the greatest distance to a face in the interior: room for a hand to set it down."""
+    finger_m: Positive = 0.016
+    """Room beside a body for the finger that sets it down, m, where there is so much: the hand's are as wide."""
+    density_kg_m3: Positive = 700.0
+    """Density of the bodies, kg/m³: wood, fruit; 80 g for the largest ball."""
+    friction: Positive = 0.5
+    """Friction of the bodies: wood or plastic on wood or plastic."""
+    rolling_m: Positive = 5e-4
+    """Rolling friction, m: hard wood on hard wood; the largest ball stays where the floor leans by less than 1°."""
+    gap_m: Positive = 3e-4
+    """Height over the floor at which a body is set down, m."""
+    deep_share: Fraction = 0.1
+    """How deep a body may begin in a collision shape, over its radius: MuJoCo pushes it out of that without a jump."""
+    free_share: Fraction = 0.5
+    """Least share of the room that the mesh leaves which must be free of collision shapes."""
+    wait_s: Positive = 0.3
+    """Time for which bodies rest before, and after each way, s: to fall by 40 cm."""
+    least_way_s: Positive = 0.3
+    """Least time of a way, s: a flick."""
+    most_interiors: int = Field(4, ge=1)
+    """Interiors of one object that are tried, spread over all: drawers of one chest are alike."""
+
+
+SOURCES = (
+    "asset2sim.gym.hand",
+    "asset2sim.assets.meshes.interior",
+    "asset2sim.gym.arm.scene",
+    "asset2sim.load",
+    "schemas.hand_settings",
+)
 HAND_CHECKS = (
     FurtherCheck(
         "used", "a hand opens and closes every part in MuJoCo", "tasks.by_hand:measure_used",
         "schemas.tables_engines:USED", SOURCES,
+    ),
+    FurtherCheck(
+        "contents", "what lies in drawers and boxes stays there as a hand opens and closes them, in MuJoCo",
+        "tasks.by_hand:measure_contents", "schemas.tables_engines:CONTENTS", SOURCES,
     ),
 )  # fmt: skip

@@ -107,3 +107,12 @@ USED: tuple[Column, ...] = (
     ("used_reason", TEXT, "", "Why a joint was not: whose fault, object, hand or task, and what; null for nothing"),
 )
 """Columns of the check ``used`` in the table ``assets``."""
+
+CONTENTS: tuple[Column, ...] = (
+    ("contents", REAL, "1", "Share of the interiors tried in which three bodies stayed; null: not asked for, or none"),
+    ("contents_interiors", COUNT, "1", "Interiors of drawers, boxes and shelves that were tried, at most four"),
+    ("contents_room_l", REAL, "l", "Room in these that the meshes leave free to the smallest body's middle"),
+    ("contents_free", REAL, "1", "Share of that room that is free of collision shapes; null without an interior"),
+    ("contents_reason", TEXT, "", "Why what lay in one did not stay, by link, or that none opens it; null for nothing"),
+)
+"""Columns of the check ``contents`` in the table ``assets``."""

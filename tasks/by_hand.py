@@ -1,34 +1,72 @@
-"""The check ``used`` of what was written, where a run asks for it. It decides nothing: a joint that a hand does not
-open and close is a finding."""
+"""The checks ``used``, ``contents`` and ``lifted`` of what was written, where a run asks for them. They decide nothing:
+what does not go is a finding."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from asset2sim.engines.child import in_child
 from schemas.finding import Finding, warning
-from schemas.hand_settings import HandSettings
+from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Engine, Stage
 from tasks.progress import AssetJob, StageResult
 
 
-def measure_used(job: AssetJob, folder: Path | None) -> StageResult:
-    """How a hand opened and closed the parts of the object in ``folder``, in a child that may crash or hang; nothing
-    where nothing was written. A child that died is the column ``used_reason``."""
+def measured(job: AssetJob, folder: Path | None, check: Callable[[Path], StageResult], code: str) -> StageResult:
+    """A check of the object in ``folder``, in a child that may crash or hang; nothing where nothing was written. A
+    child that died is the check's column of reasons and a finding of this code."""
     if folder is None:
         return StageResult()
-    outcome = in_child(Engine.MUJOCO, partial(used, folder), time_limit_s=job.settings.engine.time_limit_s)
+    outcome = in_child(Engine.MUJOCO, partial(check, folder), time_limit_s=job.settings.engine.time_limit_s)
     if outcome.value is not None:
         return outcome.value
-    died = warning(Stage.MEASURE, "not_used", f"a hand and it: {outcome.problem}")
-    return StageResult(further={"used_reason": outcome.problem}, findings=(died,))
+    died = warning(Stage.MEASURE, code, f"a hand and it: {outcome.problem}")
+    return StageResult(further={f"{check.__name__}_reason": outcome.problem}, findings=(died,))
+
+
+def measure_used(job: AssetJob, folder: Path | None) -> StageResult:
+    """How a hand opened and closed the parts of the object in ``folder``."""
+    return measured(job, folder, used, "not_used")
+
+
+def measure_contents(job: AssetJob, folder: Path | None) -> StageResult:
+    """What stayed in the interiors of the object in ``folder``, and how much of them is free of collision shapes."""
+    return measured(job, folder, contents, "contents_leave")
+
+
+def overlay_of(folder: Path) -> PhysicsOverlay:
+    """The overlay of a refined folder."""
+    return PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+
+
+def contents(folder: Path) -> StageResult:
+    """The columns of ``contents``, and a warning for each interior in which not all stayed."""
+    from asset2sim.gym.hand.contents import keep  # loads MuJoCo
+
+    found = keep(folder, overlay_of(folder), HandSettings(), ContentSettings())
+    tried = [item for item in found if not item.shut]
+    room_m3 = sum(item.room_m3 for item in found)
+    columns: dict[str, float | str | None] = {
+        "contents": sum(not item.reason for item in tried) / len(tried) if tried else None,
+        "contents_interiors": len(tried),
+        "contents_room_l": 1e3 * room_m3,
+        "contents_free": sum(item.free * item.room_m3 for item in found) / room_m3 if found else None,
+        "contents_reason": "; ".join(f"{item.link}: {item.reason}" for item in found if item.reason) or None,
+    }
+    said = [
+        warning(Stage.MEASURE, "contents_leave", f"what lies in '{item.link}': {item.reason}", link=item.link)
+        for item in tried
+        if item.reason
+    ]
+    return StageResult(further=columns, findings=tuple(said))
 
 
 def used(folder: Path) -> StageResult:
     """The columns of ``used``, and a warning for each joint that a hand did not open and close."""
     from asset2sim.gym.hand.used import UsedJoint, no_task, progress, use  # loads MuJoCo
 
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = overlay_of(folder)
     found = use(folder, overlay, HandSettings())
     failed = [item for item in found if not item.done]
     asked = [item for item in found if item.fault != "task"]

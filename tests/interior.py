@@ -10,10 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pybullet
-from numpy.typing import NDArray
-from scipy import ndimage
 
-from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, MOST_CELLS, OUTER_CELLS, samples
+from asset2sim.assets.meshes.interior import interiors as compartments
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.assets.urdf.references import find_mesh
@@ -28,10 +26,6 @@ BALL_RADIUS_M = 0.01
 """Radius of the ball, m: 2 cm across, a marble."""
 BALL_MASS_KG = 0.01
 """Mass of the ball, kg: 2.4 g/cm³, glass."""
-SIDES = 5
-"""How many of the six axis directions must meet the link's own faces; downwards must be one of them."""
-ROOM = 2.0
-"""Least free volume for the ball's centre, over the ball's volume: less is, for example, a gap behind a handle."""
 OVERLAP_M = 1e-3
 """How deep the ball may start in a collision shape, m: PyBullet's margin around meshes."""
 FALL_S = 2.0
@@ -85,53 +79,9 @@ def interiors(folder: Path, labels: Sequence[str] = (), radius: float = BALL_RAD
 
 
 def cavity(own: Array, others: Array, radius: float) -> Array | None:
-    """The (3,) point of a link's interior that is furthest from all faces, or None where no ball fits into one.
-
-    ``own`` are the link's (k, 3, 3) faces, ``others`` those of all other links; gravity is along -z. In an interior,
-    a ball that came from outside (other links removed) touches nothing (other links present) and has the link's faces
-    below it and on ``SIDES`` of six sides; points with most sides come first.
-    """
-    low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)
-    if float(np.sort(high - low)[0]) < radius:
-        return None
-    cell = radius / CELLS_A_RADIUS
-    size = high - low + 2.0 * (radius + OUTER_CELLS * cell)
-    cell *= max(1.0, float((size / cell).prod() / MOST_CELLS) ** (1.0 / 3.0))
-    margin = radius + OUTER_CELLS * cell
-    corner, shape = low - margin, np.ceil((high - low + 2.0 * margin) / cell).astype(int) + 1
-    walls = occupied(own, corner, cell, shape)
-    free = ndimage.distance_transform_edt(~walls) * cell >= radius + cell / 2.0
-    label, _ = ndimage.label(free)
-    reached = label == label[0, 0, 0]
-    clearance = ndimage.distance_transform_edt(~(walls | occupied(others, corner, cell, shape))) * cell
-    around = sides_met(walls)
-    inside = reached & (clearance >= radius + cell) & around[4] & (around.sum(axis=0) >= SIDES)
-    if float(inside.sum()) * cell**3 < ROOM * 4.0 / 3.0 * np.pi * radius**3:
-        return None
-    most = around.sum(axis=0) * inside
-    best = np.where(most == most.max(), clearance, -1.0)
-    index = np.array(np.unravel_index(int(best.argmax()), best.shape))
-    point: Array = corner + (index + 0.5) * cell
-    return point
-
-
-def occupied(faces: Array, corner: Array, cell: float, shape: Array) -> NDArray[np.bool_]:
-    """Boolean grid of the cells that (k, 3, 3) faces pass through."""
-    taken = np.zeros(shape, dtype=bool)
-    if len(faces):
-        index = np.floor((samples(faces, cell / 2.0) - corner) / cell).astype(int)
-        index = index[np.all((index >= 0) & (index < shape), axis=1)]
-        taken[index[:, 0], index[:, 1], index[:, 2]] = True
-    return taken
-
-
-def sides_met(walls: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(6, x, y, z): whether a wall lies towards -x, +x, -y, +y, -z and +z of each cell."""
-    met = []
-    for axis in range(3):
-        met.append(np.logical_or.accumulate(walls, axis=axis))
-        met.append(np.flip(np.logical_or.accumulate(np.flip(walls, axis), axis=axis), axis))
-    return np.array(met)
+    """The (3,) point of a link's interior that is furthest from all faces, or None where no ball fits into one."""
+    found = compartments(own, others, radius)
+    return found[0].points[int(found[0].clearance_m.argmax())] if found else None
 
 
 def dropped(

@@ -1,0 +1,263 @@
+"""The check ``contents``: three bodies lie in each drawer and box and on each shelf while its parts open and close."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import ConvexHull, KDTree, QhullError
+
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.meshes.interior import Interior, interiors
+from asset2sim.assets.surfaces.scene import load_scene
+from asset2sim.gym.hand.content_world import (
+    BODIES,
+    CONTENT,
+    HALF_HIGH,
+    PARKED_M,
+    ContentWorld,
+    moving,
+    open_and_close,
+    open_contents,
+)
+from asset2sim.gym.hand.holds import below, frame
+from asset2sim.gym.hand.surfaces import triangles_of
+from asset2sim.gym.hand.used import operated
+from asset2sim.physics.arrays import Array
+from schemas.errors import AssetError
+from schemas.hand_settings import ContentSettings, HandSettings
+from schemas.overlay import JointPhysics, PhysicsOverlay
+
+APART, SMALLER = 2.1, 0.8
+"""Least distance between two bodies, over their radius, and the factor by which they are made smaller to fit."""
+FLOOR_CELLS, LOOKED_AT, SEEN_FROM = 2.5, 64, 24
+"""Cells between what lies on the floor and the floor; places at which it is looked whether a body may lie there, and
+from which it is looked what is around."""
+SUNK = 0.3
+"""How far a body may lie below the floor that is seen, over its radius."""
+MOST_POINTS = 1500
+"""Places of an interior at which it is looked whether a collision shape is there."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """One interior: its link, the room that the mesh leaves to the smallest body, m³, the share of that which is
+    ``free`` of collision shapes, the bodies' size, m, the joints that were opened and closed, and why what lay in it
+    did not stay. ``shut``: no hand opens it when it is empty either."""
+
+    link: str
+    room_m3: float
+    free: float
+    size_m: float
+    joints: tuple[str, ...] = ()
+    reason: str = ""
+    shut: bool = False
+
+
+def keep(
+    folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: ContentSettings,
+    states: dict[str, list[Array]] | None = None,
+) -> list[Kept]:  # fmt: skip
+    """What stayed in every interior of a refined object, or of ``most_interiors`` of them, spread over all; ``states``
+    gets those of a film, by link. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
+    world = open_contents(folder, overlay, hand, settings)
+    about = world.loaded.about
+    closed = about.followed({joint.name: joint.closed for joint in about.joints if joint.mimic is None})
+    found = found_in(folder, world, closed)
+    if len(found) > settings.most_interiors:
+        found = [found[round(place)] for place in np.linspace(0, len(found) - 1, settings.most_interiors)]
+    kept = []
+    for link, inside in found:
+        if states is not None:
+            world.states = states.setdefault(link, [])
+        kept += kept_in(world, link, inside, closed)
+    return kept
+
+
+def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> list[tuple[str, Interior]]:
+    """The interiors of every link but those that hinges move, in the world with the joints closed."""
+    try:
+        scene = load_scene(folder / URDF_NAME, closed)
+    except AssetError:  # nothing to draw: nothing is known to be hollow
+        return []
+    faces: dict[str, list[Array]] = {}
+    for surface, link in zip(scene.surfaces, scene.links, strict=True):
+        faces.setdefault(link, []).append(np.asarray(surface.vertices, dtype=float)[surface.faces])
+    seen = {link: np.vstack(parts) for link, parts in faces.items()}
+    size = float(np.ptp(np.vstack(list(seen.values())).reshape(-1, 3), axis=0).max())
+    radius = min(world.settings.least_m, world.settings.least_share * size) / 2.0
+    movers = {
+        link: [joint for joint in world.loaded.about.joints if joint.name in moving(world, link)] for link in seen
+    }
+    slid = {link for link, joints in movers.items() if any(joint.type == "prismatic" for joint in joints)}
+    shift = frame(world.data, world.model.body(world.loaded.prefix + world.loaded.about.root).id)[:3, 3]
+    found = []
+    for link, own in seen.items():
+        if any(joint.type != "prismatic" for joint in movers[link]):
+            continue
+        nothing = np.zeros((0, 3, 3))
+        others = np.vstack([nothing, *(part for name, part in seen.items() if name != link)])
+        fixed = np.vstack([nothing, *(part for name, part in seen.items() if name != link and name in slid)])
+        here = interiors(own, others, radius, None if link in slid else fixed)
+        if not here and link in slid:
+            here = interiors(own, others, radius, walls_of_all=True)
+        found += [(link, replace(inside, points=inside.points + shift)) for inside in here]
+    return found
+
+
+def spots(inside: Interior, settings: ContentSettings) -> tuple[float, Array]:
+    """The radius of three bodies, m, and (n, 3) places on the floor where one is clear of all faces, of which three are
+    far enough apart; none where even the smallest do not fit."""
+    radius = min(settings.most_m / 2.0, settings.room_share * float(inside.clearance_m.max()))
+    while radius >= inside.radius_m:
+        low = inside.height_m <= radius + FLOOR_CELLS * inside.cell_m
+        fits = inside.points[(inside.clearance_m >= radius) & low]
+        if len(fits):
+            fits = away(fits, inside.cell_m, settings.finger_m)
+            fits = fits[np.random.default_rng(0).permutation(len(fits))[:LOOKED_AT]]
+            if apart(fits, radius) is not None:
+                return radius, fits
+        radius *= SMALLER
+    return 0.0, np.zeros((0, 3))
+
+
+def apart(places: Array, radius: float) -> Array | None:
+    """Three of these places as far apart as may be, the first in the middle; None where bodies of this radius touch."""
+    if not len(places):
+        return None
+    chosen = [int(np.linalg.norm(places - np.median(places, axis=0), axis=1).argmin())]
+    for _ in range(len(BODIES) - 1):
+        off = np.linalg.norm(places[:, None] - places[chosen], axis=2).min(axis=1)
+        if off.max() < APART * radius:
+            return None
+        chosen.append(int(off.argmax()))
+    return places[chosen]
+
+
+def away(places: Array, cell_m: float, margin: float) -> Array:
+    """Of these (n, 3) places, those that are this far from the edge of all, m, seen from above; or the half that is
+    furthest from it."""
+    index = np.round(places[:, :2] / cell_m).astype(int)
+    index -= index.min(axis=0) - 1
+    flat = np.zeros(index.max(axis=0) + 2, dtype=bool)
+    flat[tuple(index.T)] = True
+    off = ndimage.distance_transform_edt(flat)[tuple(index.T)] * cell_m
+    kept: Array = places[off >= min(margin, float(np.median(off)))]
+    return kept
+
+
+def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[str, float]) -> list[Kept]:
+    """What stayed in one interior; nothing where three bodies do not fit into it."""
+    radius, fits = spots(inside, world.settings)
+    if not len(fits):
+        return []
+    world.reset(closed, radius)
+    kept = Kept(link, inside.volume_m3, free_share(world, inside.points), 2.0 * radius)
+    body = int(world.model.body(world.loaded.prefix + link).id)
+    joints = enclosing(world, body, inside.points)
+    kept = replace(kept, joints=tuple(joint.name for joint in joints))
+    places = apart(np.array([at for at in fits if is_free(world, at, radius)]), radius)
+    if places is None or kept.free < world.settings.free_share:
+        return [replace(kept, reason=f"collision shapes fill it: {kept.free:.0%} of its room is free of them")]
+    for name, at in zip(BODIES, places, strict=True):
+        world.put(name, on_floor(world, name, at, radius))
+    mujoco.mj_forward(world.model, world.data)
+    turned, origin = world.data.xmat[body].reshape(3, 3), world.data.xpos[body]
+    low = inside.height_m <= inside.radius_m + (FLOOR_CELLS + 1.0) * inside.cell_m
+    room = KDTree((inside.points - origin) @ turned)
+    floor = KDTree((inside.points - inside.height_m[:, None] * [0.0, 0.0, 1.0] - origin)[low] @ turned)
+
+    def left(when: str) -> str:
+        """Why what lay there is not there any more: ``floor`` is what is seen below the interior's ``room``."""
+        for name in BODIES:
+            at = in_link(world, name, body)
+            if not np.isfinite(at).all():
+                return f"it flies away {when}"
+            down = turned.T @ np.array([0.0, 0.0, HALF_HIGH[name] * radius])
+            off, nearest = floor.query(at - down)
+            sunk = float((floor.data[nearest] - at + down) @ down) / float(np.linalg.norm(down))
+            if sunk > SUNK * radius + 2.0 * inside.cell_m and off < 2.0 * sunk:
+                return f"the {name} falls through {when}"
+            if room.query(at)[0] > radius + 2.0 * inside.cell_m:
+                return f"the {name} rolls, falls or is thrown out {when}"
+        return ""
+
+    reason, stuck = open_and_close(world, joints, left)
+    if stuck and not reason:
+        world.reset(closed, radius)
+        _, empty = open_and_close(world, joints, lambda when: "")
+        said = f"'{empty or stuck}' {'does not open and close when empty either' if empty else 'is jammed by it'}"
+        return [replace(kept, reason=said, shut=bool(empty))]
+    return [replace(kept, reason=reason)]
+
+
+def in_link(world: ContentWorld, name: str, body: int) -> Array:
+    """(3,) middle of a body in the frame of a link's."""
+    off: Array = (world.data.body(CONTENT + name).xpos - world.data.xpos[body]) @ world.data.xmat[body].reshape(3, 3)
+    return off
+
+
+def enclosing(world: ContentWorld, body: int, places: Array) -> list[JointPhysics]:
+    """The joints that a hand operates to get into an interior of this body: those of the parts that are above, below
+    and beside these places in it, hinges first, and its own."""
+    model, known = world.model, {joint.name: joint for joint in operated(world.overlay)}
+    own = moving(world, model.body(body).name.removeprefix(world.loaded.prefix))
+    geom, met = np.array([-1], dtype=np.int32), list[str]()
+    for at in places[np.linspace(0, len(places) - 1, SEEN_FROM).astype(int)]:
+        for way in np.vstack([np.eye(3), -np.eye(3)]):
+            if mujoco.mj_ray(model, world.data, at, way, None, 1, -1, geom) >= 0.0:
+                name = model.body(int(model.geom_bodyid[geom[0]])).name
+                if name.startswith(world.loaded.prefix):
+                    met += moving(world, name.removeprefix(world.loaded.prefix))
+    found = [known[name] for name in dict.fromkeys((*met, *own)) if name in known]
+    found = [joint for joint in found if joint.lower is not None and joint.upper is not None]
+    if any(known[name].type == "prismatic" for name in own if name in known):  # the drawer beside it stays shut
+        found = [joint for joint in found if joint.name in own or joint.type != "prismatic"]
+    return sorted(found, key=lambda joint: joint.type == "prismatic")
+
+
+def on_floor(world: ContentWorld, name: str, at: Array, radius: float) -> Array:
+    """Where a body rests that is put down at a place that is clear of all faces: on the collision shape that is below
+    it or, by at most its radius, above; there where none is."""
+    geom = np.array([-1], dtype=np.int32)
+    source = at + np.array([0.0, 0.0, radius])
+    gap = mujoco.mj_ray(world.model, world.data, source, np.array([0.0, 0.0, -1.0]), None, 1, -1, geom)
+    if not 0.0 <= gap <= 3.0 * radius:
+        return at
+    found: Array = source + np.array([0.0, 0.0, HALF_HIGH[name] * radius + world.settings.gap_m - gap])
+    return found
+
+
+def is_free(world: ContentWorld, at: Array, radius: float) -> bool:
+    """Whether the ball that is put down there is no deeper in a collision shape than is allowed. It is away again
+    afterwards."""
+    model, data, ball = world.model, world.data, next(iter(BODIES))
+    world.put(ball, on_floor(world, ball, at, radius))
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+    geom = int(model.geom(CONTENT + ball).id)
+    mine = (data.contact.geom[: data.ncon] == geom).any(axis=1)
+    free = not (data.contact.dist[: data.ncon][mine] < -world.settings.deep_share * radius).any()
+    world.put(ball, np.array([PARKED_M, 0.0, radius]))
+    mujoco.mj_kinematics(model, data)
+    return free
+
+
+def free_share(world: ContentWorld, points: Array) -> float:
+    """Share of these places, world, that lie in no collision shape of the object."""
+    points = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
+    taken = np.zeros(len(points), dtype=bool)
+    model, root = world.model, int(world.model.body(world.loaded.prefix + world.loaded.about.root).id)
+    bodies = below(model, root)
+    for geom in range(model.ngeom):
+        if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]:
+            turn = world.data.geom_xmat[geom].reshape(3, 3)
+            try:
+                planes = ConvexHull(triangles_of(model, geom).reshape(-1, 3)).equations
+            except QhullError:  # flat
+                continue
+            near = (points - world.data.geom_xpos[geom]) @ turn
+            taken |= (near @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1)
+    return float(1.0 - taken.mean())

@@ -1,0 +1,103 @@
+"""The check ``contents``: what lies in a drawer or a box stays there, and what must not be taken for that, planted."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.hand.contents import Kept, keep
+from schemas.asset import AssetRef
+from schemas.hand_settings import ContentSettings, HandSettings
+from schemas.settings import Settings
+from tasks.by_hand import contents, measure_contents, overlay_of
+from tasks.progress import AssetJob
+from tests.assets import joint, link, prior, robot, shape
+from tests.factories import make_joint
+from tests.refined_things import inertial, refined
+
+pytestmark = pytest.mark.system
+BOTH = "visual collision"
+
+
+def tray(floor: str = BOTH, walls: str = BOTH, lean: str = "0 0 0") -> str:
+    """A tray of 30 x 24 x 10 cm inside, open above, 5 mm thick; what is seen of it and what collides can differ."""
+    sides = [shape("0.3 0.005 0.1", walls, f"0 {y} 0.05") for y in (-0.12, 0.12)]
+    sides += [shape("0.005 0.24 0.1", walls, f"{x} 0 0.05") for x in (-0.15, 0.15)]
+    return shape("0.3 0.24 0.005", floor).replace('rpy="0 0 0"', f'rpy="{lean}"') + "".join(sides)
+
+
+def chest(folder: Path, inside: str, **terms: Any) -> Path:
+    """A shell with a drawer along x in it, of these shapes."""
+    shell = shape("0.34 0.3 0.01", xyz="0 0 0.005") + shape("0.34 0.3 0.01", xyz="0 0 0.16")
+    shell += "".join(shape("0.34 0.01 0.16", xyz=f"0 {y} 0.08") for y in (-0.145, 0.145))
+    urdf = robot(
+        link("body", shell + inertial(8.0, 0.3)),
+        link("drawer", inside + inertial(0.8, 0.2)),
+        joint("slide", "prismatic", "body", "drawer", xyz="0 0 0.03", axis="1 0 0", limit="0 0.25"),
+    )
+    known = {"upper": 0.25, "open": 0.25, "friction": 3.0, "damping": 5.0, "holds": True, "effective_inertia": 0.8}
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known | terms)
+    return refined(folder, urdf, [slide], {"body": 8.0, "drawer": 0.8}, fixed=False)
+
+
+def box(folder: Path, below: str = "") -> Path:
+    """A box on the floor with a lid on a hinge along y at its back, under which ``below`` is fixed."""
+    lid = shape("0.3 0.24 0.005", xyz="0.15 0 0") + below
+    urdf = robot(
+        link("body", tray() + inertial(1.0, 0.2)),
+        link("lid", lid + inertial(0.2, 0.2)),
+        joint("hinge", "revolute", "body", "lid", xyz="-0.15 0 0.106", axis="0 -1 0", limit="0 1.9"),
+    )
+    known = {"upper": 1.9, "open": 1.9, "friction": 0.4, "damping": 0.05, "holds": True, "effective_inertia": 0.006}
+    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=known)
+    return refined(folder, urdf, [hinge], {"body": 1.0, "lid": 0.2}, fixed=False)
+
+
+def kept(folder: Path) -> list[Kept]:
+    return keep(folder, overlay_of(folder), HandSettings(), ContentSettings())
+
+
+def test_what_lies_in_a_drawer_and_in_a_box_stays(tmp_path: Path) -> None:
+    (drawer,) = [item for item in kept(chest(tmp_path / "chest", tray())) if item.link == "drawer"]
+    assert (drawer.reason, drawer.joints, drawer.free) == ("", ("slide",), 1.0)
+    # Balls of 2 cm lie from 1.5 cm off each face: the mesh leaves 26.5 x 20.5 x 8.75 cm to their middles, to a cell.
+    assert drawer.room_m3 == pytest.approx(0.265 * 0.205 * 0.0875, rel=0.15) and 0.03 < drawer.size_m <= 0.06
+    (inside,) = kept(box(tmp_path / "box"))
+    assert (inside.link, inside.reason, inside.joints) == ("body", "", ("hinge",))
+
+
+ARM = shape("0.26 0.2 0.005", "collision", "0.15 0 -0.09") + shape("0.005 0.2 0.1", "collision", "0.02 0 -0.045")
+"""A plate that lies under the contents and goes up with the lid."""
+PLANTED = {
+    "no floor": (tray(floor="visual"), "falls through at rest"),
+    "filled": (tray(walls="visual", floor="visual") + shape("0.3 0.24 0.1", "collision", "0 0 0.05"), "fill it"),
+    "no front": (tray(walls="visual"), "out on opening"),
+}
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_drawer_without_what_it_shows_is_found(name: str, tmp_path: Path) -> None:
+    inside, said = PLANTED[name]
+    (drawer,) = [item for item in kept(chest(tmp_path / "chest", inside)) if item.link == "drawer"]
+    assert said in drawer.reason and not drawer.shut, drawer
+    assert drawer.free < 0.1 if name == "filled" else drawer.free == 1.0
+
+
+def test_a_lid_that_throws_what_lies_below_and_one_that_is_stuck_are_told_apart(tmp_path: Path) -> None:
+    (thrown,) = kept(box(tmp_path / "thrower", ARM))
+    assert "out on opening" in thrown.reason or "jammed" in thrown.reason
+    (stuck,) = [item for item in kept(chest(tmp_path / "stuck", tray(), friction=400.0)) if item.link == "drawer"]
+    assert stuck.shut and "when empty either" in stuck.reason
+
+
+def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
+    job = AssetJob(AssetRef(asset_id="thing", path="thing"), Path("out"), Settings(checks=("contents",)), prior)
+    bad = measure_contents(job, chest(tmp_path / "bad", PLANTED["no floor"][0]))
+    (finding,) = [item for item in bad.findings if item.link == "drawer"]
+    assert finding.code == "contents_leave" and bad.further["contents_free"] == 1.0
+    assert float(bad.further["contents"] or 0.0) < 1.0 and "drawer: the" in str(bad.further["contents_reason"])
+    assert measure_contents(job, None).further == {}
+    solid = robot(link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)))
+    none = contents(refined(tmp_path / "solid", solid, [], {"body": 20.0})).further
+    assert none["contents"] is None and (none["contents_interiors"], none["contents_room_l"]) == (0, 0.0)
