@@ -24,7 +24,7 @@ from asset2sim.gym.hand.content_world import (
 )
 from asset2sim.gym.hand.holds import below, frame
 from asset2sim.gym.hand.surfaces import triangles_of
-from asset2sim.gym.hand.used import operated
+from asset2sim.gym.hand.used import no_task
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.hand_settings import ContentSettings, HandSettings
@@ -202,7 +202,7 @@ def in_link(world: ContentWorld, name: str, body: int) -> Array:
 def enclosing(world: ContentWorld, body: int, places: Array) -> list[JointPhysics]:
     """The joints that a hand operates to get into an interior of this body: those of the parts that are above, below
     and beside these places in it, hinges first, and its own."""
-    model, known = world.model, {joint.name: joint for joint in operated(world.overlay)}
+    model, known = world.model, {joint.name: joint for joint in world.overlay.joints if not no_task(joint)}
     own = moving(world, model.body(body).name.removeprefix(world.loaded.prefix))
     geom, met = np.array([-1], dtype=np.int32), list[str]()
     for at in places[np.linspace(0, len(places) - 1, SEEN_FROM).astype(int)]:
