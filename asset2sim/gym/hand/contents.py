@@ -60,7 +60,7 @@ def keep(
     folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: ContentSettings,
     states: dict[str, list[Array]] | None = None,
 ) -> list[Kept]:  # fmt: skip
-    """What stayed in every interior of a refined object, or of ``most_interiors`` of them, spread over all; ``states``
+    """The record of every interior of a refined object, or of ``most_interiors`` of them, spread over all; ``states``
     gets those of a film, by link. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
     world = open_contents(folder, overlay, hand, settings)
     about = world.loaded.about
@@ -149,7 +149,7 @@ def away(places: Array, cell_m: float, margin: float) -> Array:
 
 
 def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[str, float]) -> list[Kept]:
-    """What stayed in one interior; nothing where three bodies do not fit into it."""
+    """The record of one interior; nothing where three bodies do not fit into it."""
     radius, fits = spots(inside, world.settings)
     if not len(fits):
         return []
