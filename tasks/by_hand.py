@@ -31,7 +31,7 @@ def measure_used(job: AssetJob, folder: Path | None) -> StageResult:
 
 
 def measure_contents(job: AssetJob, folder: Path | None) -> StageResult:
-    """The bodies that stayed in the interiors of the object in ``folder``, and how much of them is free of collision shapes."""
+    """The bodies that stayed in the interiors of the object in ``folder``, and the share of these that is free."""
     return measured(job, folder, contents, "contents_leave")
 
 
