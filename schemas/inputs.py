@@ -36,6 +36,8 @@ class InputSettings(Frozen):
     """Whether a file of several objects is cut into them, each an asset of its own."""
     packages: tuple[Package, ...] = ()
     """Folders outside it that are read all the same, as NAME=PATH: ``package://NAME/...`` means a file below PATH."""
+    macro: str = ""
+    """The macro that is read of xacro files that only define macros, its arguments at their defaults."""
     max_mesh_mb: Positive = 256.0
     """Largest mesh file that is read, MB: an OBJ of this size holds four million triangles, and reading it takes ten
     times its size in memory."""

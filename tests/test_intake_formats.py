@@ -14,6 +14,7 @@ from asset2sim.intake.origin import extract
 from asset2sim.runs.plan.asset_files import asset_files
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
+from schemas.inputs import InputSettings
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, FailureMode, Method, UpAxis
 from tasks.pipeline import refine_asset
@@ -165,6 +166,31 @@ def test_macros_that_need_an_argument_or_a_choice_are_listed(tmp_path: Path, par
     error = refused(tmp_path)
     assert error.code == "xacro_macros" and f"cabinet ({params})" in str(error) and "<xacro:cabinet" in str(error)
     assert ("shelf (depth)" in str(error)) == bool(more)
+
+
+def test_a_macro_is_chosen_of_several_by_its_name(tmp_path: Path) -> None:
+    """Also of those that an included file defines, or another uses; their arguments at their defaults."""
+    shelf = '<xacro:macro name="shelf" params="depth height:=1"><xacro:board name="s"/></xacro:macro>'
+    (tmp_path / "cabinet.xacro").write_text(MACRO.replace("PARAMS", "prefix *origin reach:=1.5").replace("MORE", shelf))
+    file = tmp_path / "all.xacro"
+    file.write_text(
+        '<robot name="all" xmlns:xacro="http://www.ros.org/x"><xacro:include filename="cabinet.xacro"/></robot>'
+    )
+
+    def chosen(macro: str) -> Extraction:
+        ref = AssetRef(asset_id="a", path=str(file), root=str(tmp_path))
+        return extract(ref, inputs=InputSettings(macro=macro))
+
+    assert chosen("cabinet").features.joint("hinge").upper == 1.5
+    assert [link.name for link in chosen("board").features.links] == ["object"]
+    for macro, said in {
+        "": "cabinet .*; shelf .*--macro",
+        "cupboard": "'cupboard'.*cabinet",
+        "shelf": "for depth:",
+    }.items():
+        with pytest.raises(AssetError, match=said) as raised:
+            chosen(macro)
+        assert raised.value.code == "xacro_macros" and "all.xacro" in str(raised.value)
 
 
 def test_a_package_is_found_by_folder_manifest_or_place(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The nudge: a joint is set in motion and left alone; it must come to rest, and nothing may explode."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from asset2sim.checks.declared_check import DeclaredCheck
@@ -69,9 +70,11 @@ def patience(joint: JointPhysics, inertia: float, pull: float, settings: EngineS
 def nudged(
     world: World, item: Mechanism, joints: Sequence[JointPhysics], given: dict[str, float], settings: EngineSettings
 ) -> dict[str, Nudge]:
-    """Joint → its record, of independent joints nudged together; a link's peak counts for the joint that moves it."""
+    """Joint → its record, of joints nudged together; a link's peak counts for the joint that moves it. Those of a chain
+    share the speed of one, so that its end goes no faster."""
     world.place(item.start)
-    speeds = {joint.name: nudge_speed(joint, settings) for joint in joints}
+    sharing = max(Counter(link for joint in joints for link in item.moved[joint.name]).values(), default=1)
+    speeds = {joint.name: nudge_speed(joint, settings) / sharing for joint in joints}
     world.kick(speeds)
     seconds = max((given[joint.name] for joint in joints), default=0.0)
     seen = watch(world, seconds, settings)

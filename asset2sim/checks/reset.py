@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -37,7 +38,7 @@ FURTHEST = 2.0
 ROCKING_MARGIN = 1.2
 """Time that is given to what rocks, over that of a body of even density."""
 LONGEST_S = 20.0
-"""Longest time that is given to it, s: a clock case of two metres rocks for fifteen."""
+"""Longest time that is given to it, s: a clock case of two metres rocks for fifteen; a hose of four swings on."""
 MANY_JOINTS = 50
 """Joints beyond which only half of the perturbed starts are run: a contact costs engines in proportion to the joints,
 and a step on a keyboard of 115 takes 30 ms. So it is with chains, which have 8 and more."""
@@ -117,22 +118,29 @@ def held_starts(settings: EngineSettings) -> list[float]:
 
 def held_start(item: Mechanism, share: float) -> dict[str, float]:
     """Joint → where a perturbed start puts it, rad or m: every joint moved by ``share`` of its range, every second one
-    the other way, within its limits."""
-    start = dict(item.start)
+    the other way, within its limits; those of a chain share the way of one, so that its end moves no further."""
+    start, chained = dict(item.start), in_chains(item.tree)
     for place, joint in enumerate(item.joints):
         lower, upper = span_of(joint)
-        moved = start[joint.name] + share * (1.0 if place % 2 == 0 else -1.0) * (upper - lower)
+        shared = share / len(chained) if joint.name in chained else share
+        moved = start[joint.name] + shared * (1.0 if place % 2 == 0 else -1.0) * (upper - lower)
         start[joint.name] = moved if joint.lower is None else min(max(moved, lower), upper)
     return start
 
 
 def held_reset(world: World, item: Mechanism, share: float, settings: EngineSettings, limits: Thresholds) -> Reset:
-    """Start as ``held_start`` has it, the root held, and watch until it is still, at most ``fall_s``. A joint that must
+    """Start as ``held_start`` has it, the root held, and watch until it is still, at most ``fall_s``, or as long as a
+    chain swings. A joint that must
     hold may stay where it starts or go back to where the object begins, no further: not to where it would fall
     undisturbed."""
     start = held_start(item, share)
     world.place(start)
     seen = watch(world, settings.fall_s, settings, calm=harmless(world, item, settings, limits))
+    left = LONGEST_S if in_chains(item.tree) else 0.0
+    while (left := left - seen.seconds) > 0.0 and seen.finite and seen.final > limits.final_speed_m_s:
+        # The end of a chain swings by turns that count as still in each of its joints.
+        later = watch(world, left, settings)
+        seen = replace(later, peaks=np.maximum(seen.peaks, later.peaks))
     motion, name = moved_share(item, world, item.start, limits, start) if seen.finite else (1.0, None)
     return Reset(
         offset_m=(0.0, 0.0, 0.0),

@@ -59,22 +59,21 @@ class ArmatureSprings:
         parents = [client.getJointInfo(body, index)[16] for index in range(count)]
         dynamics = [client.getDynamicsInfo(body, index) for index in range(count)]
         gravity = client.getPhysicsEngineParameters()["gravityAccelerationZ"]
-        for i, joint in enumerate(self.joints):
-            info = client.getJointInfo(body, joint)
-            axis, origin = Rotation.from_quat(states[joint][5]).apply(info[13]), np.array(states[joint][4])
-            moved, pull, links = 0.0, 0.0, {joint}
-            for link in range(count):  # children have larger indices than their parents
-                if link != joint and parents[link] not in links:
-                    continue
-                links.add(link)
-                mass, lever = dynamics[link][0], np.array(states[link][0]) - origin
-                along = axis if info[2] == pybullet.JOINT_PRISMATIC else np.cross(axis, lever)
-                moved += mass * float(along @ along)
-                pull += mass * gravity * float(along[2])
-                if info[2] != pybullet.JOINT_PRISMATIC:
-                    turned = Rotation.from_quat(states[link][1]).inv().apply(axis)
-                    moved += float(turned**2 @ np.array(dynamics[link][2]))
-            self.moved[i], self.pull[i] = moved, pull
+        centers, origins = (np.array([state[i] for state in states]) for i in (0, 4))
+        inertial, frames = (Rotation.from_quat([state[i] for state in states]) for i in (1, 5))
+        infos = [client.getJointInfo(body, joint) for joint in self.joints]
+        axes = frames[self.joints].apply([info[13] for info in infos])
+        slides = np.array([info[2] == pybullet.JOINT_PRISMATIC for info in infos])
+        moves = np.zeros((len(self.joints), count))  # 1 where the joint moves the link
+        for link, parent in enumerate(parents):  # children have larger indices than their parents
+            moves[:, link] = (np.array(self.joints) == link) | ((moves[:, parent] > 0.0) if parent >= 0 else False)
+        levers = centers - origins[self.joints][:, None]
+        along = np.where(slides[:, None, None], axes[:, None], np.cross(axes[:, None], levers))
+        masses, moments = np.array([item[0] for item in dynamics]), np.array([item[2] for item in dynamics])
+        turned = np.einsum("ja,lab->jlb", axes, inertial.as_matrix())
+        spun = np.where(slides[:, None], 0.0, (turned**2 * moments).sum(axis=2))
+        self.moved = (moves * (masses * (along**2).sum(axis=2) + spun)).sum(axis=1)
+        self.pull = (moves * masses * along[:, :, 2]).sum(axis=1) * gravity
 
     def drive(self, efforts: Array) -> None:
         """Aim the motors for the next step, (n,) ``efforts`` being pushed on the joints by the world."""

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.extract import DescriptionFile, Extraction, folder_of, read_asset
 from asset2sim.assets.urdf.edit import serialised, turn_root
-from asset2sim.assets.urdf.read import PARTNET_TURN
+from asset2sim.assets.urdf.read import PARTNET_TURN, element_joint
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
 from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
@@ -27,6 +27,13 @@ from schemas.inputs import InputSettings
 from schemas.vocabulary import Stage, UpAxis
 
 INPUTS = InputSettings()
+HINGES = ("revolute", "continuous")
+IN_ONE_POINT_M = 1e-6
+"""Distance of two hinges' origins, m, below which they are one: converters write zeros."""
+MOST_IN_ONE_POINT = 3
+"""Hinges of a ball joint."""
+ALONG = 0.98
+"""Cosine of the angle between two axes, 11°, above which they are one pin."""
 BESIDE = ("semantics.txt", "meta.json")
 """Files that say something of the asset to whoever reads the URDF beside them."""
 
@@ -65,8 +72,11 @@ def open_origin(
     place = Path(work.name)
     converted = without_robots(FORMATS[file.suffix].converter(file, place, reach))
     robot = converted.robot
+    crossed = crossing(robot)
+    for first, second in crossed:
+        add(robot, "disable_collisions", link1=first, link2=second, reason="Adjacent")
     confined = confine(robot, file, replace(reach, work=(place.resolve(),)), place)
-    as_it_is = not converted.notes and not confined.moved and is_utf8(robot) and part is None
+    as_it_is = not converted.notes and not confined.moved and is_utf8(robot) and part is None and not crossed
     if file.suffix == ".urdf" and up is UpAxis.Z and as_it_is:
         return DescriptionFile(file, file, (file,))
     rename(robot, confined)
@@ -115,6 +125,27 @@ def one_object(file: Path, converted: Converted, part: str | None) -> "etree._El
     if chosen is None:
         raise unconvertible(file, "no_such_part", f"it has no part '{part}' any more; refine it again")
     return cut_out(converted, chosen)
+
+
+def crossing(robot: "etree._Element") -> list[tuple[str, str]]:
+    """Pairs of links that two hinges one after the other join in one point, as those of a universal joint, a ball or a
+    hose's segments: they touch there as a link and its parent do, whose contacts engines leave out."""
+    try:
+        turns = [joint for joint in map(element_joint, robot.findall("joint")) if joint.type in HINGES]
+    except ValueError:
+        return []  # reading it says what is wrong
+    above, found = {joint.child: joint for joint in turns}, list[tuple[str, str]]()
+    for joint in turns:
+        below = joint
+        for _ in range(MOST_IN_ONE_POINT - 1):
+            upper = above.get(below.parent)
+            if upper is None or np.linalg.norm(below.child_to_parent[:3, 3]) > IN_ONE_POINT_M:
+                break
+            if abs(float(below.child_to_parent[:3, :3] @ below.axis @ upper.axis)) > ALONG:
+                break  # leaves on one pin push each other
+            found.append((upper.parent, joint.child))
+            below = upper
+    return found
 
 
 def extract(

@@ -180,7 +180,9 @@ def allowed_folders_of_run(run: Row) -> AllowedFolders:
     except (KeyError, TypeError, ValueError):
         inputs = InputSettings()
     packages = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return AllowedFolders((root_of(Location(_here(run["dataset"]))),), packages, inputs.allow_outside)
+    return AllowedFolders(
+        (root_of(Location(_here(run["dataset"]))),), packages, inputs.allow_outside, macro=inputs.macro
+    )
 
 
 def _here(place: str) -> Path:

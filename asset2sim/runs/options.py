@@ -109,6 +109,9 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     package: typed.Listed[typed.PACKAGES] = Field(
         (), description="a folder outside data that is read as package://NAME/…, repeatable"
     )
+    macro: typed.NAME = Field(
+        "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
+    )
     keep: typed.Listed[typed.KEEP] = Field(
         (Keep.PLAUSIBLE.value,),
         description=f"authored numbers that stay where no words ask otherwise: {', '.join(KEEP_WORDS)}",
@@ -271,6 +274,9 @@ class ConvertOptions(FileOptions):
     up: typed.AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files")
     package: typed.Listed[typed.PACKAGES] = Field(
         (), description="a folder outside data that is read as package://NAME/…, repeatable"
+    )
+    macro: typed.NAME = Field(
+        "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
     )
     workers: typed.N | None = Field(None, description="objects converted at once (default: all cores)")
 

@@ -28,6 +28,7 @@ SETS: Mapping[str, str] = {
     "keep": "inputs.keep",
     "split": "inputs.split",
     "package": "inputs.packages",
+    "macro": "inputs.macro",
     "export": "exports",
     "to": "exports",
     "model": "model.model",

@@ -155,7 +155,7 @@ def one_joint(
     """One joint's physics, and where a spring brings it (rad or m)."""
     start, handled = inputs.starts[name], inputs.handled[name]
     proposal = inputs.proposals.get(name) or omitted(name, notes)
-    holds = must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
+    holds = not start.hangs and must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
     by_user = f"{name}.dynamics" in inputs.asked
     handled = (
         as_the_user_states(handled)
@@ -288,6 +288,9 @@ def held_where_left(
     stays = holds or (start.asked is not None and abs(pull.force) <= settings.free_hold_share * largest)
     if settings.dynamics is DynamicsRule.PAPER or (sprung and not holds):
         return Holding()
+    if start.hangs:
+        bump = settings.free_bump_share * largest
+        return Holding(bump, bump)
     if snaps(start.range, kind):
         return Holding(SNAP_FRICTION * kind.least_effort, SNAP_FRICTION * kind.least_effort)
     lifted = None if sprung else strut(start, pull, kind, holds or stays, settings)

@@ -1,12 +1,18 @@
 """Initial joint positions: the requested state, and where every other joint starts."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+import numpy as np
+from scipy.optimize import minimize
+
 from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import mechanism
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from asset2sim.validation.limits import Range
 from schemas.features import Features
 from schemas.finding import Notes
@@ -15,6 +21,8 @@ from schemas.vocabulary import Source
 
 ROUNDING_SHARE = 1e-3
 """How far outside its limits, as a share of the range, a position may lie by rounding: prompts round numbers."""
+OFF_BALANCE = 1e-3
+"""Shift of a chain, rad or m, before gravity lays it: one that stands upright would stay so."""
 WIDEN_SHARE = 0.1
 """How far outside its limits, as a share of the range, a requested position may lie and widen them."""
 
@@ -22,13 +30,15 @@ WIDEN_SHARE = 0.1
 @dataclass(frozen=True)
 class Start:
     """Start position of one joint, rad or m at the final scale; ``asked``: the position that the proposal states, None
-    where it states none; ``requested``: it does as the user asked."""
+    where it states none; ``requested``: it does as the user asked; ``hangs``: as gravity leaves a chain, which no
+    friction holds up."""
 
     range: Range
     position: float
     source: Source
     requested: bool
     asked: float | None = None
+    hangs: bool = False
 
 
 def initial_positions(
@@ -64,6 +74,33 @@ def initial_positions(
             sure = span.joint.openness_confidence >= settings.sure_of_closed
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)
     return starts
+
+
+def hanging(
+    starts: Mapping[str, Start], tree: Sequence[TreeJoint], root: str, bodies: Mapping[str, Body]
+) -> dict[str, Start]:
+    """The starts of a held object, with the joints of chains for which nothing states one where gravity leaves them: a
+    hose hangs from its hydrant, and does not stand out from it by friction."""
+    names = [name for name in in_chains(tree) if name in starts and starts[name].source is Source.RULE]
+    if not names:
+        return dict(starts)
+    others = {name: start.position for name, start in starts.items()}
+    weights = {name: body.mass * GRAVITY_M_S2 for name, body in bodies.items()}
+
+    def energy(at: Array) -> tuple[float, Array]:
+        """Of gravity, J, and its slope."""
+        positions = others | dict(zip(names, at.tolist(), strict=True))
+        space, poses = joint_space(tree, root, bodies, positions), link_to_root(tree, root, positions)
+        heights = {name: float(poses[name][2, :3] @ body.com + poses[name][2, 3]) for name, body in bodies.items()}
+        pulls = dict(zip(space.names, space.gravity.tolist(), strict=True))
+        return sum(weights[name] * heights[name] for name in bodies), -np.array([pulls[name] for name in names])
+
+    spans = [starts[name].range for name in names]
+    first = [span.clamp(starts[name].position + OFF_BALANCE) for name, span in zip(names, spans, strict=True)]
+    bounds = [(span.lower, span.upper) for span in spans]
+    found = minimize(energy, first, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-12, "gtol": 1e-6})
+    hung = dict(zip(names, found.x.tolist(), strict=True))
+    return {**starts, **{name: replace(starts[name], position=at, hangs=True) for name, at in hung.items()}}
 
 
 def turned(span: Range, position: float) -> float:

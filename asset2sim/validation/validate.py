@@ -26,7 +26,7 @@ from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armat
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
-from asset2sim.validation.positions import initial_positions, note_guessed_ends
+from asset2sim.validation.positions import hanging, initial_positions, note_guessed_ends
 from asset2sim.validation.support import closed_polygon, is_hung, support_of
 from asset2sim.validation.suspension import with_suspensions
 from asset2sim.validation.trust import (
@@ -167,6 +167,9 @@ def complete(
         standing = closed_polygon(features, points, tree, bodies, scale)
         hung, hangs = is_hung(extraction), hangs_on_wall(extraction, given.guidance.category)
         support = support_of(features, overlay, source, given.guidance, *standing, hung=hung, hangs=hangs)
+    if support.fixed:
+        starts = hanging(starts, tree, features.root, bodies)
+        positions = {name: start.position for name, start in starts.items()}
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
     )

@@ -32,12 +32,14 @@ OUTSIDE_REMEDY = "bring it into the dataset, name its folder by --package NAME=P
 @dataclass(frozen=True)
 class AllowedFolders:
     """The folders (links followed) below which an asset's files may lie, and those of named packages; ``anywhere``
-    stands for all folders. ``work``: a temporary folder of ours, which no message names."""
+    stands for all folders. ``work``: a temporary folder of ours, which no message names. ``macro``: the one that is
+    read of a xacro file that only defines macros."""
 
     roots: tuple[Path, ...] = ()
     packages: Mapping[str, Path] = field(default_factory=dict)
     anywhere: bool = False
     work: tuple[Path, ...] = ()
+    macro: str = ""
 
     def allows(self, path: Path) -> bool:
         """Whether a path, links followed, lies below one of the folders."""
@@ -59,7 +61,7 @@ def allowed_folders(ref: AssetRef, inputs: InputSettings) -> AllowedFolders:
     root = Location(ref.root or ref.path).folder.resolve()
     root = root if ref.root or not is_file(root) else root.parent
     folders = {name: Path(place).resolve() for name, place in inputs.package_folders.items()}
-    return AllowedFolders((root,), _models_beside(root) | folders, inputs.allow_outside)
+    return AllowedFolders((root,), _models_beside(root) | folders, inputs.allow_outside, macro=inputs.macro)
 
 
 def _models_beside(folder: Path) -> dict[str, Path]:

@@ -22,6 +22,8 @@ HANGS_ON = "world"
 GUESSED = {"parent": HANGS_ON, "parent_link": HANGS_ON, "name": "object",
            **dict.fromkeys(("prefix", "ns", "namespace", "tf_prefix"), "")}  # fmt: skip
 """Arguments of macros without a default that can be guessed: what an object hangs on, how its names begin."""
+POSES = ("*origin", "*pose")
+"""Blocks of macros that say where an object hangs."""
 
 
 def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
@@ -31,7 +33,7 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
     with _packages_beside(file, substitution_args, reach), _only_within(reach, xacro):
         try:
             document = xacro.process_file(str(file.resolve()))
-            made = instance_of(file, xacro) if not document.getElementsByTagName("link") else None
+            made = instance_of(file, xacro, reach.macro) if not document.getElementsByTagName("link") else None
             document = document if made is None else made[0]
         except AssetError:
             raise
@@ -43,39 +45,34 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
     return Converted(robot, includes, notes)
 
 
-def instance_of(file: Path, module: Any) -> tuple[Any, str] | None:
-    """The document of a xacro file that only defines a macro, with the one instance of it whose arguments can be
-    guessed, and a note; None where it defines none. Raises AssetError (unreadable_asset), which lists the macros, where
-    there are several that no other uses, or arguments that cannot be guessed."""
-    root = etree.parse(str(file)).getroot()
-    macros = {str(item.get("name")): item for item in root.iter(etree.Element) if is_named(item, "macro")}
-    used = {str(etree.QName(item).localname) for item in root.iter(etree.Element)}
-    whole = [name for name in macros if name.removeprefix("xacro:") not in used]
+def instance_of(file: Path, module: Any, chosen: str = "") -> tuple[Any, str] | None:
+    """The document of a xacro file that only defines macros, with one instance: of the ``chosen`` one, else of the one
+    that no other uses, its arguments at their defaults or guessed; and a note. None where it defines none. Raises
+    AssetError (unreadable_asset), which lists the macros, where there are several, and names the arguments that have
+    no default."""
+    roots = [etree.parse(name).getroot() for name in dict.fromkeys((str(file), *module.all_includes))]
+    found = [item for root in roots for item in root.iter(etree.Element)]
+    macros = {str(item.get("name")).removeprefix("xacro:"): item for item in found if is_named(item, "macro")}
+    used = {str(etree.QName(item).localname) for item in found}
+    whole = [name for name in macros if name not in used or name == chosen]
     if not whole:
         return None
     listed = "; ".join(f"{name} ({macros[name].get('params') or 'no arguments'})" for name in whole)
-    values: dict[str, str] = {}
-    blocks = list[str]()
-    for word in re.findall(r"[^\s:=]+(?::?=(?:'[^']*'|\S*))?", str(macros[whole[0]].get("params", ""))):
-        name, default = re.split(r":?=", word, maxsplit=1) if "=" in word else (word, None)
-        if name.startswith("*"):
-            blocks.append(name)
-        elif default is None and name not in GUESSED:
-            blocks.append("?")
-        elif default is None:
-            values[name] = GUESSED[name]
-    if len(whole) > 1 or any(block not in ("*origin", "*pose") for block in blocks):
-        name = whole[0].removeprefix("xacro:")
-        problem = (
-            f"it has no link, only macros: {listed}; add an instance of one, as <xacro:{name} …/>, or name its URDF"
-        )
-        raise unconvertible(file, "xacro_macros", problem)
+    remedy = "add an instance of one, as <xacro:{} …/>, or name its URDF"
+    if (chosen and chosen not in macros) or (not chosen and len(whole) > 1):
+        problem = f"it has no link, only macros{f', and none of them is {chosen!r}' if chosen else ''}: {listed}"
+        raise unconvertible(file, "xacro_macros", f"{problem}; name one by --macro, or {remedy.format(whole[0])}")
+    name = chosen or whole[0]
+    values, blocks, unknown = arguments_of(str(macros[name].get("params", "")))
+    if unknown:
+        problem = f"its macro {name} ({macros[name].get('params')}) has no default for {', '.join(unknown)}"
+        raise unconvertible(file, "xacro_macros", f"{problem}: give it one, as NAME:=VALUE, or {remedy.format(name)}")
     module.init_stacks(str(file.resolve()))
     document = module.parse(None, str(file.resolve()))
-    instance = document.createElement(f"xacro:{whole[0].removeprefix('xacro:')}")
-    for name, value in values.items():
-        instance.setAttribute(name, value)
-    for _ in blocks:
+    instance = document.createElement(f"xacro:{name}")
+    for argument, value in values.items():
+        instance.setAttribute(argument, value)
+    for _ in range(blocks):
         instance.appendChild(document.createElement("origin"))
     document.documentElement.appendChild(instance)
     module.process_doc(document)
@@ -84,6 +81,20 @@ def instance_of(file: Path, module: Any) -> tuple[Any, str] | None:
         link.setAttribute("name", HANGS_ON)
         document.documentElement.appendChild(link)
     return document, f"it only defines the macro {listed}, of which one instance is made"
+
+
+def arguments_of(params: str) -> tuple[dict[str, str], int, list[str]]:
+    """The guessed values of a macro's arguments without a default, the number of its blocks that are poses, and the
+    arguments that cannot be guessed."""
+    values, blocks, unknown = dict[str, str](), 0, list[str]()
+    for word in re.findall(r"[^\s:=]+(?::?=(?:'[^']*'|\S*))?", params):
+        if word in POSES:
+            blocks += 1
+        elif word.startswith("*") or ("=" not in word and word not in GUESSED):
+            unknown.append(word)
+        elif "=" not in word:
+            values[word] = GUESSED[word]
+    return values, blocks, unknown
 
 
 def is_named(element: Any, name: str) -> bool:
