@@ -35,7 +35,8 @@ class Bias(Frozen):
     millimetres, a rocker is pressed to the end that is nearer, a strut lifts a flap. With a ``period`` (rad or m) the
     way is from the nearest of the places that lie so far apart, from ``none_at`` on: the clicks of a selector.
 
-    URDF has no field for it: our engines, ``load.py`` and the MJCF have it, USD only states it."""
+    URDF has no field for it: our engines, ``load.py``, the MJCF and USD's variant for MuJoCo have it; for PhysX USD
+    only states it."""
 
     kind: MechanismName
     slope: Finite

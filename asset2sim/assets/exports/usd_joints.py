@@ -140,9 +140,9 @@ def write_passive(prim: Usd.Prim, joint: ExportJoint, timestep_s: float) -> None
 
 
 def write_mechanism(stage: Usd.Stage, joint: ExportJoint, prim: Usd.Prim, names: PrimPaths) -> None:
-    """A mechanism's effort on its joint (a seal, a catch) as an actuator that no control moves."""
-    slope, none_at, least, most = joint.dynamics.bias
-    if slope == 0.0:
+    """A mechanism's effort on its joint (a seal, a catch) as an actuator that no control moves, as in the MJCF."""
+    slope, none_at, least, most, period = joint.dynamics.bias
+    if slope == 0.0 or period > 0.0:
         return
     actuator = stage.DefinePrim(f"{names.top}/mechanisms/{prim.GetName()}", "MjcActuator")
     actuator.CreateRelationship("mjc:target", custom=False).SetTargets([names.joints[joint.name]])
