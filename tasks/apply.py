@@ -6,6 +6,7 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import URDF_NAME, Folder, write_folder
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE
+from asset2sim.checks.known_reports import REPORT_CACHE, KnownReports
 from asset2sim.refinement.refine import RefinementJob, ShapedFolder, shape_folder
 from schemas.authored import wanted
 from schemas.overlay import Overlay, PhysicsOverlay
@@ -46,6 +47,9 @@ def apply_overlay(
     if wanted(extraction.features.keep, Quantity.SHAPES) is Keep.ALL:
         collision = settings.collision.model_copy(update={"mode": CollisionMode.KEEP})
         settings = settings.model_copy(update={"collision": collision})
-    refinement = RefinementJob(extraction, proposal, overlay, job.source, folder, cache, settings, guidance)
+    known = KnownReports(job.out / REPORT_CACHE / f"{job.ref.asset_id}.npz")
+    refinement = RefinementJob(
+        extraction, proposal, overlay, job.source, folder, cache, settings, guidance=guidance, known=known
+    )
     shaped = shape_folder(refinement)
     return Applied(urdf=folder / URDF_NAME, folder=shaped.folder, to_refine=(refinement, shaped))

@@ -3,8 +3,6 @@
 import hashlib
 import os
 import shutil
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from time import perf_counter
 
@@ -17,6 +15,7 @@ from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.baselines.declared_method import known_methods
+from asset2sim.engines.registry import versions_of
 from asset2sim.intake.blocked_joints import find_blocked_joints
 from asset2sim.intake.origin import extract
 from asset2sim.refinement.collision.shapes import collision_shapes
@@ -52,16 +51,9 @@ def recipe_of(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, fo
     )
 
 
-@cache
 def made_with() -> dict[str, str]:
     """Version of each installed package that decides what is written."""
-    found = {}
-    for name in ("asset2sim", *DECIDING_PACKAGES):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
+    return versions_of(("asset2sim", *DECIDING_PACKAGES))
 
 
 def _originals(extraction: Extraction) -> list[Path]:

@@ -13,7 +13,6 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ import pytest
 
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.catalog.read import read_table
+from asset2sim.engines import registry
 from asset2sim.runs.plan import content_hash as code
 from asset2sim.runs.plan import records, state
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
@@ -235,7 +235,7 @@ def test_an_engine_that_is_not_asked_for_has_no_say(monkeypatch: pytest.MonkeyPa
     one = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,))})
     before = key(), key(settings=one)
     versions = dict.fromkeys((*DECIDING_PACKAGES, *Engine), "1.0")
-    monkeypatch.setattr(metadata, "version", versions.__getitem__)
+    monkeypatch.setattr(registry, "version_of", versions.__getitem__)
     monkeypatch.setattr(code, "installed", lambda: tuple(Engine))
     stated = key(), key(settings=one)
     assert stated[0] != before[0] and stated[1] != before[1]

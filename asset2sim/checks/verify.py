@@ -1,9 +1,7 @@
 """Verify one written asset: the paper's checks and interaction, engine after engine in a process that can be killed."""
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +9,6 @@ import numpy as np
 
 from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.folder import Folder
 from asset2sim.assets.urdf.collision_points import know_points
 from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.known_checks import run_for
@@ -144,49 +141,6 @@ def report_of(
         seconds=measured.seconds + touched.seconds,
     )
     return report.model_copy(update={"judged": judged(report, overlay, settings.thresholds)})
-
-
-@dataclass
-class Known:
-    """Reports of one asset by digest of what was written, engine, and the failure that was checked (None: all), and the
-    wall time that engines took for all of them, s."""
-
-    reports: dict[tuple[str, Engine, FailureMode | None], EngineReport] = field(default_factory=dict)
-    seconds: float = 0.0
-
-
-def verify_cached(
-    known: Known,
-    engines: Sequence[Engine],
-    folder: Folder,
-    overlay: PhysicsOverlay,
-    cause: CauseOf,
-    settings: Settings,
-    only: FailureMode | None = None,
-) -> tuple[EngineReport, ...]:
-    """As ``verify``, but reports that are in ``known`` are taken from there, and new ones are added to it.
-
-    Shapes and states are tried and reverted, so the same files come up repeatedly. An engine with a problem is run
-    again: the machine may have been at fault.
-    """
-    written = digest(folder, overlay)
-    found = {engine: report for engine in engines if (report := known.reports.get((written, engine, only)))}
-    for report in verify([item for item in engines if item not in found], folder.urdf, overlay, cause, settings, only):
-        found[report.engine] = report
-        known.seconds += report.seconds
-        if report.problem is None:
-            known.reports[written, report.engine, only] = report
-    return tuple(found[engine] for engine in engines)
-
-
-def digest(folder: Folder, overlay: PhysicsOverlay) -> str:
-    """SHA-256 over what an engine is given: the URDF, the collision meshes made for it, and the overlay."""
-    whole = hashlib.sha256(overlay.model_dump_json().encode())
-    whole.update(folder.urdf.read_bytes())
-    for files in folder.collision.values():
-        for file in files:
-            whole.update(hashlib.sha256((folder.path / file).read_bytes()).digest())
-    return whole.hexdigest()
 
 
 def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> CauseOf:

@@ -1,9 +1,10 @@
 """Which engines are installed, and one way to open a world in any of them."""
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterable
+from contextlib import AbstractContextManager, suppress
 from functools import cache
 from importlib import import_module
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
@@ -61,10 +62,22 @@ def installed() -> tuple[Engine, ...]:
     return tuple(engine for engine in known_engines() if find_spec(package_of(engine)) is not None)
 
 
-@cache
 def engine_version(engine: Engine) -> str:
-    """The version of an installed engine; looked up once a process, since it takes up to 20 ms."""
-    return (further()[engine].version if engine in further() else "") or version(package_of(engine))
+    """The version of an installed engine."""
+    return (further()[engine].version if engine in further() else "") or version_of(package_of(engine)) or ""
+
+
+@cache
+def version_of(package: str) -> str | None:
+    """The version of an installed package, None where it is not; looked up once a process, in 3 to 20 ms."""
+    with suppress(PackageNotFoundError):
+        return version(package)
+    return None
+
+
+def versions_of(packages: Iterable[str]) -> dict[str, str]:
+    """Package → version, of those that are installed."""
+    return {name: found for name in packages if (found := version_of(name)) is not None}
 
 
 def require(engine: Engine) -> None:

@@ -8,8 +8,9 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.assets.hulls import Hulls, obj_text
 from asset2sim.checks.deaths import corners_of, fatal_parts
+from asset2sim.checks.known_reports import KnownReports, verify_known
 from asset2sim.checks.verdict import overall_verdict
-from asset2sim.checks.verify import Known, cause_for, engines_of, verify_cached
+from asset2sim.checks.verify import engines_of
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.collision.shapes import collision_shapes
@@ -52,7 +53,7 @@ class RefinementJob:
     settings: Settings
     guidance: str | None = None
     """The user's words, for questions to a model."""
-    known: Known = field(default_factory=Known)
+    known: KnownReports = field(default_factory=KnownReports)
     """Engine reports on the asset so far, for all shapes and states tried."""
 
 
@@ -104,6 +105,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
     best = without_fatal_shapes(chosen, with_lasting_state(chosen, best, questions))
     told = (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings)
+    job.known.keep()
     return RefinementResult(
         with_shapes_by_rule(best.mended.overlay, told),
         best.state.folder,
@@ -274,13 +276,13 @@ def verify_and_mend(
     that other shapes showed: where one is seen here too, no other check runs, and it is the verdict.
     """
     extraction, settings = job.extraction, job.settings
-    cause, engines = cause_for(extraction, overlay), engines_of(settings.engine)
+    engines = engines_of(settings.engine)
 
     def again(
         changed: PhysicsOverlay, wanted: Sequence[Engine], only: FailureMode | None = None
     ) -> tuple[EngineReport, ...]:
         write_urdf(extraction, changed, folder, settings.physics)
-        return verify_cached(job.known, wanted, folder, changed, cause, settings, only)
+        return verify_known(job.known, wanted, folder, changed, extraction, settings, only)
 
     for doubt in doubts:
         reports = again(overlay, engines, doubt)

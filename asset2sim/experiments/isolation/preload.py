@@ -9,9 +9,11 @@ import importlib
 import logging
 import os
 
+from asset2sim.checks.known_reports import sources
 from asset2sim.engines.console import silenced
-from asset2sim.engines.registry import installed, modules_of
+from asset2sim.engines.registry import installed, modules_of, versions_of
 from asset2sim.experiments.isolation.children import PIPELINE_VARIABLE
+from schemas.vocabulary import DECIDING_PACKAGES
 
 MODULES = (
     *("numpy", "scipy.spatial", "trimesh", "yourdfpy"),
@@ -34,5 +36,8 @@ def import_quietly(names: tuple[str, ...]) -> None:
 
 
 import_quietly((*MODULES, *filter(None, [os.environ.get(PIPELINE_VARIABLE)])))
+# A child would look each up anew, in 50 ms together.
+versions_of(("asset2sim", *DECIDING_PACKAGES, *installed()))
+sources()
 # What is loaded is there to stay: no child's garbage collector looks at it, 4 % of its time, or unshares its memory.
 gc.freeze()

@@ -7,11 +7,10 @@ import json
 import os
 from collections.abc import Mapping
 from contextlib import suppress
-from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
-from asset2sim.engines.registry import installed
+from asset2sim.engines.registry import installed, versions_of
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
 from schemas.asset import AssetRef
 from schemas.declared import CHECK, ENGINE, METHOD, extensions, outside_code
@@ -131,11 +130,7 @@ def _spell(part: object, words: list[str]) -> None:
 def package_versions(settings: EngineSettings) -> dict[str, str]:
     """Package → installed version: ``DECIDING_PACKAGES``, PyBullet, which refines, and the engines that verify."""
     engines = settings.verify if settings.verify is not None else installed()
-    found = {}
-    for name in (*DECIDING_PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})):
-        with suppress(metadata.PackageNotFoundError):
-            found[name] = metadata.version(name)
-    return found
+    return versions_of((*DECIDING_PACKAGES, *sorted({Engine.PYBULLET.value, *(engine.value for engine in engines)})))
 
 
 IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
