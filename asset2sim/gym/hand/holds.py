@@ -16,7 +16,7 @@ from asset2sim.physics.arrays import Array
 Kind = Literal["press", "hook", "grasp", "rub"]
 LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700, "rub": 700}
 """Holds of each kind for which it is looked whether the hand fits there; to rub, a finger presses on what goes along
-it, an edge or a face, and is looked for where no other fits."""
+it, an edge or a face, and is looked for where no other fits or one has failed."""
 SPREAD = 0.3
 """Random share of what makes a hold worth looking at: the best of all are often alike, and all in a corner."""
 ENOUGH, KEPT = 8, 4
@@ -149,7 +149,7 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
     }
     rng, fits, found_at = np.random.default_rng(0), list[Hold](), (points, normals, bodies, width)
     for kind in LOOKED_AT:
-        if kind != "rub" or not fits:
+        if kind != "rub" or avoid or not fits:
             fits += fitting(world, way, kind, found_at, scores[kind], avoid, rng)
     kept: list[Hold] = []
     for hold in sorted(fits, key=lambda hold: -hold.score):
