@@ -17,6 +17,7 @@ from gymnasium.utils.env_checker import check_env
 
 from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, planned_action, replay
 from asset2sim.gym.arm.franka import franka_spec
+from asset2sim.gym.arm.paths import vertices
 from asset2sim.gym.arm.record import powers, record
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
@@ -367,6 +368,18 @@ def test_joints_start_where_a_state_says_anew_at_each_reset(thing: Path) -> None
     with pytest.raises(LoadError, match='no state "ajar"'):
         env.reset(options={"state": "ajar"})
     assert env.stage.base[2, 3] == 0.0, "a base that is given stays"
+
+
+def test_what_goes_below_its_object_lifts_it_in_the_state_where_it_does(tmp_path: Path) -> None:
+    env = opened(slider(tmp_path / "thing", upper=0.2, axis="0 0 -1", fixed=False), base=BASE, settings=SHORT)
+    heights = []
+    for state in ("closed", {"slide": 0.5}, "open"):
+        env.reset(options={"state": state})
+        heights.append(float(env.stage.data.xpos[env.root, 2]))
+        lowest = vertices(env.stage, frozenset({env.root, env.subject.body}))[:, 2].min()
+        assert lowest == pytest.approx(0.0, abs=1e-6)
+    # The front's lower edge is 4 cm above the body's, and goes 0, 10 and 20 cm down.
+    assert np.array(heights) - heights[0] == pytest.approx([0.0, 0.06, 0.16], abs=1e-6)
 
 
 def thrown(env: ObjectEnv, data: Any) -> None:
