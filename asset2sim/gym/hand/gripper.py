@@ -4,6 +4,7 @@ Its frame is between the pads: z to where the fingers point, y along which they 
 """
 
 import copy
+import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -26,6 +27,9 @@ HAND_KG, HAND_INERTIA = 1.0, 0.02
 """Mass and inertia (kg·m²) of the hand with what moves along of its arm."""
 SPRING_N_M, TURN_SPRING = 4000.0, 150.0
 """Its stiffness, N/m and N·m/rad: a centimetre behind, it pulls with nearly all its force."""
+LINEAR_DAMPING = 2.0 * math.sqrt(SPRING_N_M * HAND_KG)
+TURN_DAMPING = 2.0 * math.sqrt(TURN_SPRING * HAND_INERTIA)
+"""Critical damping of both, N·s/m and N·m·s/rad."""
 FINGER_KG, FINGER_DAMPING = 0.1, 250.0
 """Mass of a finger, kg, and damping, N·s/m: it closes at 0.3 m/s."""
 HELD_M = 0.3
@@ -131,16 +135,16 @@ class HandWorld:
         turned = data.xmat[self.body].reshape(3, 3)
         linear, angular = data.qvel[self.dof : self.dof + 3], turned @ data.qvel[self.dof + 3 : self.dof + 6]
         force = SPRING_N_M * (self.target[:3, 3] - data.xpos[self.body])
-        force += 2.0 * np.sqrt(SPRING_N_M * HAND_KG) * (self.speed[:3] - linear)
+        force += LINEAR_DAMPING * (self.speed[:3] - linear)
         torque = TURN_SPRING * rotation_vector(self.target[:3, :3] @ turned.T)
-        torque += 2.0 * np.sqrt(TURN_SPRING * HAND_INERTIA) * (self.speed[3:] - angular)
+        torque += TURN_DAMPING * (self.speed[3:] - angular)
         force, torque = capped(force, self.force * self.most_n), capped(torque, settings.torque_n_m)
         data.xfrc_applied[self.body, :3], data.xfrc_applied[self.body, 3:] = force, torque
         for joint, place, dof in self.biased:
             data.qfrc_applied[dof] = joint.exerted(float(data.qpos[place]))
         for place, dof in zip(self.fingers, self.finger_dofs, strict=True):
             most = settings.grip_n * (1.0 if self.scale == 1.0 else self.scale)
-            data.qfrc_applied[dof] = most * float(np.clip((self.grip - data.qpos[place]) / 0.002, -1.0, 1.0))
+            data.qfrc_applied[dof] = most * min(max((self.grip - float(data.qpos[place])) / 0.002, -1.0), 1.0)
         mujoco.mj_step(self.model, data)
         self.watch()
         return float(force @ linear + torque @ angular)
@@ -191,7 +195,7 @@ def open_world(
 
 def capped(vector: Array, most: float) -> Array:
     """A vector, shortened to a length."""
-    length = float(np.linalg.norm(vector))
+    length = math.sqrt(vector @ vector)
     return vector if length <= most else vector * (most / length)
 
 

@@ -35,6 +35,7 @@ PAST = 0.1
 """Share of its way by which a part without limits is led beyond it, as its friction holds it back."""
 UPRIGHT = 0.7
 """Least cosine between up and a way that leads straight up: what goes there falls back once it is let go of."""
+GUARDS = GuardSettings()
 GENTLE, HARDER = 0.15, 1.012
 """Share of its force with which a hand begins, and factor by which it grows in each step without progress: to all of it
 in a third of a second."""
@@ -87,7 +88,7 @@ class Recorder:
         lower, upper = span(joint)
         spring = joint.stiffness, joint.spring_reference
         rollout = Rollout(positions, touched, work, heights, centers, ups, lower, upper, target, *spring)
-        return guard(rollout, GuardSettings())
+        return guard(rollout, GUARDS)
 
 
 def span(joint: JointPhysics) -> tuple[float, float]:
@@ -152,9 +153,9 @@ def lead(
 
 def displaced(recorder: Recorder) -> bool:
     """Whether the object lies or stands elsewhere by now."""
-    (center, up), (first, upright), limits = recorder.roots[-1], recorder.roots[0], GuardSettings()
-    tilted = float(up @ upright) < math.cos(limits.tilt_rad)
-    return tilted or float(np.linalg.norm(center - first)) > limits.travel_m
+    (center, up), (first, upright), limits = recorder.roots[-1], recorder.roots[0], GUARDS
+    tilted, off = float(up @ upright) < math.cos(limits.tilt_rad), center - first
+    return tilted or math.sqrt(off @ off) > limits.travel_m
 
 
 def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float, float, bool]:
@@ -228,8 +229,8 @@ def follow(
         position = world.position(way.joint)
         reference = way.sign * min(way.sign * reference + rate * dt, way.sign * position + ahead, way.sign * end)
         axis, anchor = data.xaxis[number], data.xanchor[number]
-        moved = motion(way.slides, axis, anchor, reference - position)
-        world.target = moved @ frame(data, body) @ local
+        held = frame(data, body) @ local
+        world.target = motion(way.slides, axis, anchor, reference - position) @ held
         spin = way.sign * rate * axis
         going = spin if way.slides else cross(spin, world.target[:3, 3] - anchor)
         moving = way.sign * (reference - position) < 0.9 * ahead
@@ -242,12 +243,13 @@ def follow(
             idle += 1
             if idle > EASY_STEPS and best < ARRIVED:
                 world.force = min(world.force * HARDER, 1.0)
-            effort = max(effort, float(np.linalg.norm(data.xfrc_applied[world.body, :3])) / world.most_n)
+            pulls = data.xfrc_applied[world.body, :3]
+            effort = max(effort, math.sqrt(pulls @ pulls) / world.most_n)
         stalled = idle > world.steps(settings.stalled_s) + EASY_STEPS and world.force >= 1.0
         if not math.isfinite(share) or stalled or (share >= ARRIVED and idle > EASY_STEPS) or displaced(recorder):
             break
         off = data.xpos[world.body] - (frame(data, body) @ local)[:3, 3]
-        if float(np.linalg.norm(off)) > 0.05 * world.scale + settings.lead_m:
+        if math.sqrt(off @ off) > 0.05 * world.scale + settings.lead_m:
             slipped = True
             break
     world.speed, world.force = np.zeros(6), 1.0
