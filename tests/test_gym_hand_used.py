@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.contact import pressures
 from asset2sim.gym.hand.gripper import open_world
-from asset2sim.gym.hand.used import UsedJoint, fault_of, no_task, tried, use
+from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, no_task, tried, use, use_joint
 from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.hand_settings import HandSettings
@@ -100,6 +100,30 @@ def test_a_front_without_a_handle_is_rubbed_along_by_its_edge_and_the_force_is_k
     squeezed = HandSettings(grip_n=1.0, most_n=1.5)
     gentle = fault_of(found.ways[1], make_joint("slide"), True, squeezed)
     assert gentle == ("hand", f"a finger presses with {found.ways[1].contact_n:.0f} N")
+
+
+def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> None:
+    walls = "".join(
+        shape(size, xyz=at)
+        for size, at in (
+            ("0.3 0.3 0.02", "0 0 0.01"), ("0.3 0.3 0.02", "0 0 0.29"), ("0.02 0.3 0.3", "-0.14 0 0.15"),
+            ("0.3 0.02 0.3", "0 -0.14 0.15"), ("0.3 0.02 0.3", "0 0.14 0.15"),
+        )
+    )  # fmt: skip
+    urdf = robot(
+        link("body", walls + inertial(20.0, 0.3)),
+        link("door", shape("0.02 0.3 0.3", xyz="0.01 0.15 0.15") + inertial(1.0, 0.3)),
+        link("shelf", shape("0.2 0.2 0.02") + shape("0.02 0.2 0.06", xyz="0.1 0 0") + inertial(0.5, 0.1)),
+        joint("hinge", "revolute", "body", "door", xyz="0.15 -0.15 0", axis="0 0 -1", limit="0 1.57"),
+        joint("slide", "prismatic", "body", "shelf", xyz="0 0 0.15", axis="1 0 0", limit="0 0.15"),
+    )
+    known = {"friction": 0.3, "damping": 0.3, "holds": True}
+    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update={"upper": 1.57, "open": 1.57, **known})
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.15, "open": 0.15, **known})
+    folder = refined(tmp_path / "cupboard", urdf, [hinge, slide], {"body": 20.0, "door": 1.0, "shelf": 0.5}, fixed=True)
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    found = use_joint(Worlds(folder, HandSettings()), overlay.joints[1], overlay)
+    assert found.done and found.by.endswith("other parts open"), found
 
 
 def test_a_shallow_dial_without_ends_is_turned_by_its_rim(tmp_path: Path) -> None:

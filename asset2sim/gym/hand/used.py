@@ -98,7 +98,7 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
     tries += [(braced or steadied, scale, opened) for scale in (1.0, settings.tip_scale) if opened]
     best: UsedJoint | None = None
     for held, scale, others in tries:
-        if others and best is not None and best.fault == "object":
+        if others and best is not None and best.fault == "object" and not best.ways[-1].covered:
             break
         world = worlds.get(scale, held)
         world.reset(world.about.followed(others) if others else None)
