@@ -1,41 +1,49 @@
-"""A refined object in a ManiSkill task. ManiSkill's scenes hold SAPIEN scenes, which ``load`` takes: friction, springs
-and the initial state are set as in SAPIEN. On the CPU: its GPU scenes take objects through its own builders.
+"""A ManiSkill task with one object of a pack (``asset2sim pack OUT --for maniskill --out PACK``): a Panda beside it
+does nothing for a second, and the object's joints stay where they start. On the CPU: ManiSkill's GPU scenes take
+objects through its own builders.
 
-    python examples/maniskill_task.py data/refined/assets/laptop_silver
+    python examples/maniskill_task.py PACK NAME
 """
 
 import sys
 
 import gymnasium
+import numpy as np
 from mani_skill.envs.sapien_env import BaseEnv
+from mani_skill.utils.building.ground import build_ground
 from mani_skill.utils.registration import register_env
 
-from asset2sim.load import load
+pack, name = sys.argv[1:]
+sys.path.insert(0, pack)
+
+import refined_objects  # noqa: E402
 
 
 @register_env("RefinedObject-v1", max_episode_steps=200)
 class RefinedObject(BaseEnv):
-    """An empty task with one refined object on the ground, half a metre in front of the robot."""
+    """An empty task with one refined object on the ground, a metre and a half in front of the robot."""
 
     def _load_scene(self, options: dict[str, object]) -> None:
-        from mani_skill.utils.building.ground import build_ground
-
         build_ground(self.scene)
-        self.items = [
-            load(sys.argv[1], engine="sapien", into=scene, position=(0.5, 0.0)) for scene in self.scene.sub_scenes
-        ]
+        self.items = refined_objects.add(self.scene, name, position=(1.5, 0.0))
 
     def _initialize_episode(self, env_idx: object, options: dict[str, object]) -> None:
-        for item in self.items:
-            initial = {joint.name: joint.initial_position for joint in item.about.joints}
-            item.articulation.set_qpos([initial[joint.name] for joint in item.articulation.active_joints])
+        refined_objects.reset(self.items)
 
     def evaluate(self) -> dict[str, object]:
         """Nothing is asked of it."""
         return {}
 
+    def _get_obs_extra(self, info: object) -> dict[str, object]:
+        return {}
 
-if __name__ == "__main__":
-    env = gymnasium.make("RefinedObject-v1", num_envs=1, sim_backend="cpu", robot_uids="panda")
-    env.reset()
-    print(env.unwrapped.items[0].positions())
+
+env = gymnasium.make("RefinedObject-v1", num_envs=1, sim_backend="cpu", render_backend="none", robot_uids="panda",
+                     obs_mode="state_dict", reward_mode="none")  # fmt: skip
+env.reset(seed=0)
+(item,) = env.unwrapped.items
+start = item.positions()
+for _ in range(env.unwrapped.control_freq):
+    env.step(np.zeros(env.action_space.shape))
+moved = [position - start[joint] for joint, position in item.positions().items()]
+print(f"{name}: joints moved by at most {np.abs(moved).max():.2g} rad or m in a second")

@@ -25,5 +25,5 @@ simulation = MjSim.from_xml_string(task.get_xml())
 item.reset(simulation)
 for _ in range(round(1.0 / simulation.model.opt.timestep)):
     simulation.step()
-moved = [simulation.data.get_joint_qpos(item.naming_prefix + joint) - at for joint, at in STATES[name].items()]
+moved = [position - STATES[name][joint] for joint, position in item.positions(simulation).items()]
 print(f"{name}: joints moved by at most {np.abs(moved).max():.2g} rad or m in a second")

@@ -1,8 +1,5 @@
-import importlib.util
 import math
-import os
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +19,7 @@ from asset2sim.intake.formats.usd import urdf_of_usd
 from schemas.errors import UsageError
 from schemas.vocabulary import Export
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
+from tests.consumers import python_with
 from tests.exported import ARM_INERTIA, BASE, FRICTION, arm, refined
 
 pxr = pytest.importorskip("pxr", reason="usd-core is not installed")
@@ -364,21 +362,13 @@ print(mj.dof_damping[d], mj.dof_frictionloss[d], mj.dof_armature[d], mj.jnt_stif
 
 def in_newton(code: str, path: Path, variant: str, *numbers: float) -> list[float]:
     """What code prints of a stage in Newton's MuJoCo solver on the CPU without gravity, in a process of its own."""
-    python = os.environ.get("NEWTON_PYTHON", sys.executable)
-    words = [python, "-c", NEWTON + code, str(path), variant, *map(str, numbers)]
+    words = [python_with("newton"), "-c", NEWTON + code, str(path), variant, *map(str, numbers)]
     ended = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
     assert ended.returncode == 0, ended.stderr[-2000:]
     return [float(word) for word in ended.stdout.splitlines()[-1].split()]
 
 
-has_newton = pytest.mark.skipif(
-    "NEWTON_PYTHON" not in os.environ and importlib.util.find_spec("newton") is None,
-    reason="Newton is not installed: name an environment's Python in NEWTON_PYTHON",
-)
-
-
 @pytest.mark.system
-@has_newton
 @pytest.mark.parametrize("variant", ["physx", "mujoco"])
 def test_newton_measures_the_same_decay_friction_and_state(tmp_path: Path, variant: str) -> None:
     for name in ("damped", "dry"):
@@ -397,7 +387,6 @@ def test_newton_measures_the_same_decay_friction_and_state(tmp_path: Path, varia
 
 
 @pytest.mark.system
-@has_newton
 def test_newton_compiles_the_variant_for_mujoco_as_mujoco_does_our_mjcf(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     overlay = arm(tmp_path, 0.7, lower=-0.5, upper=1.5, damping=0.02, friction=0.3, stiffness=0.9, reference=0.25,

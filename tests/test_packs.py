@@ -35,6 +35,7 @@ from schemas.support import SupportKind
 from schemas.vocabulary import Engine
 from tasks.pipeline import refine_asset
 from tests.assets import ROOT, prior, sample
+from tests.consumers import python_with, served_as_hub
 
 FREE, FIXED = "laptop_silver", "storage_sideboard"
 """A freestanding object and one that is fixed to a wall."""
@@ -152,16 +153,79 @@ def test_the_steps_of_a_consumers_page_run(packs: Packs, consumer: str, tmp_path
     assert consumer != "mujoco" or float(done.stdout.split()[-1]) > 0.02, done.stdout
 
 
-def test_robosuite_takes_each_object_into_a_task(packs: Packs) -> None:
-    """In an environment of its own, which pins NumPy below 2: the variable ROBOSUITE_PYTHON names its Python."""
-    python = os.environ.get("ROBOSUITE_PYTHON")
-    if python is None:
-        pytest.skip("robosuite pins another NumPy: name an environment's Python in ROBOSUITE_PYTHON")
-    folder, objects = packs["robosuite"]
-    for name in objects:
-        words = [python, str(ROOT / "examples" / "robosuite_task.py"), str(folder), name]
-        said = subprocess.run(words, capture_output=True, text=True, check=True, timeout=300).stdout
-        assert float(said.split("at most ")[1].split()[0]) < 0.01
+def example(module: str, name: str, *words: str, **more: str) -> str:
+    """What an example prints in the environment that has its consumer."""
+    asked = [python_with(module), str(ROOT / "examples" / f"{name}.py"), *words]
+    ended = subprocess.run(asked, capture_output=True, text=True, timeout=300, env={**os.environ, **more})
+    assert ended.returncode == 0, ended.stderr[-2000:]
+    return ended.stdout
+
+
+@pytest.mark.parametrize(("pack", "module", "name"), [
+    ("robosuite", "robosuite", "robosuite_task"), ("maniskill", "mani_skill", "maniskill_task"),
+    ("isaaclab", "isaaclab", "isaaclab_scene"),
+])  # fmt: skip
+def test_each_object_rests_in_a_task_of_its_consumer(packs: Packs, pack: str, module: str, name: str) -> None:
+    folder, objects = packs[pack]
+    for item in objects:
+        assert float(example(module, name, str(folder), item).split("at most ")[1].split()[0]) < 0.01
+
+
+def test_the_hubs_dataset_is_read_by_datasets(packs: Packs, tmp_path: Path) -> None:
+    folder, objects = packs["huggingface"]
+    said = example("datasets", "huggingface_dataset", str(folder), HF_HOME=str(tmp_path), HF_HUB_OFFLINE="1")
+    stated = {f"{item.name}: {item.about.mass_kg:.3g} kg, {len(item.about.joints)} joints, 64 x 64 pixels"
+              for item in objects.values()}  # fmt: skip
+    assert {*said.splitlines()} == stated
+
+
+def test_libsdformat_opens_gazebos_models(packs: Packs) -> None:
+    folder, objects = packs["gazebo"]
+    lines = dict(line.split(": ") for line in example("pydrake", "gazebo_model", str(folder)).splitlines())
+    for name, item in objects.items():
+        mass, _, freedoms = lines[name].split(", ")
+        assert float(mass.split()[0]) == pytest.approx(item.about.mass_kg, rel=1e-5)
+        assert int(freedoms.split()[0]) == len(item.about.joints) + (0 if item.fixed else 6)
+
+
+def test_catkin_pkg_finds_nothing_wrong_in_the_ros_package(packs: Packs) -> None:
+    folder, objects = packs["ros2"]
+    first, *lines = example("catkin_pkg", "ros2_package", str(folder)).splitlines()
+    assert first == "refined_objects: format 3, built by ament_cmake, warnings: []"
+    assert {*lines} == {f"{name}: {len(item.about.joints)} joints on {'world' if item.fixed else item.about.root}"
+                        for name, item in objects.items()}  # fmt: skip
+
+
+def on_the_hub(address: str, home: Path) -> dict[str, str]:
+    """Variables by which huggingface_hub asks a hub on this machine, and keeps what it gets in a folder."""
+    return {"HF_ENDPOINT": address, "HF_HOME": str(home), "HF_HUB_DISABLE_XET": "1", "HF_HUB_DISABLE_TELEMETRY": "1"}
+
+
+def test_the_environment_fetches_its_object_where_lerobot_downloads_it_alone(packs: Packs, tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium")
+    pytest.importorskip("huggingface_hub")
+    folder, objects = packs["lerobot"]
+    code = """
+import importlib.util, sys
+from huggingface_hub import hf_hub_download
+spec = importlib.util.spec_from_file_location("env", hf_hub_download("user/name", "env.py"))
+module = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(module)
+print(*sorted(path.name for path in module.object_folder(sys.argv[1]).iterdir()))
+"""
+    with served_as_hub(folder) as (address, asked):
+        words = [sys.executable, "-c", code, FIXED]
+        more = {**os.environ, **on_the_hub(address, tmp_path)}
+        ended = subprocess.run(words, capture_output=True, text=True, timeout=300, env=more)
+    assert ended.returncode == 0, ended.stderr[-2000:]
+    assert set(ended.stdout.splitlines()[-1].split()) == {path.name for path in objects[FIXED].folder.iterdir()}
+    assert {name.split("/")[1] for name in asked if "/" in name} == {FIXED}
+
+
+def test_lerobot_makes_the_environment_of_the_hub(packs: Packs, tmp_path: Path) -> None:
+    with served_as_hub(packs["lerobot"][0]) as (address, _):
+        said = example("lerobot", "lerobot_env", "user/name", **on_the_hub(address, tmp_path))
+    assert said.splitlines()[-1].startswith("2 copies of 7 actions, ten steps: reward ")
 
 
 @pytest.mark.parametrize("pack", ["gazebo", "ros2"])
@@ -195,18 +259,6 @@ def test_the_worlds_of_gazebo_hold_every_model_at_its_height(packs: Packs) -> No
     for name, item in objects.items():
         own = etree.parse(str(item.folder / "model.sdf")).getroot().findtext("model/pose")
         assert float(str(found[f"model://{name}"]).split()[2]) == pytest.approx(float(str(own).split()[2]), abs=1e-5)
-
-
-def test_libsdformat_opens_gazebos_models(packs: Packs) -> None:
-    pytest.importorskip("pydrake", reason="no libsdformat: pip install 'asset2sim[load-drake]'")
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import MultibodyPlant
-
-    for item in packs["gazebo"][1].values():
-        plant = MultibodyPlant(0.001)
-        (model,) = Parser(plant).AddModels(str(item.folder / "model.sdf"))
-        plant.Finalize()
-        assert plant.num_velocities(model) == len(item.about.joints) + (0 if item.fixed else 6)
 
 
 def test_ros_finds_what_its_urdf_names_in_the_package(packs: Packs) -> None:
@@ -276,7 +328,7 @@ def test_lerobots_make_env_is_reset_and_stepped(packs: Packs) -> None:
     seen, reward, *_ = env.step(env.action_space.sample())
     assert len(seen) == 2 and np.isfinite(reward).all()
     env.close()
-    assert (folder / "requirements.txt").read_text(encoding="utf-8").startswith("asset2sim[gym]==")
+    assert (folder / "requirements.txt").read_text(encoding="utf-8").startswith("asset2sim[bullet,gym]==")
 
 
 def test_the_hubs_table_has_pictures_and_its_card_is_read(packs: Packs) -> None:

@@ -20,7 +20,8 @@ PACKS = (
         "its initial state; put the folder where your project imports from.",
         opens="./isaaclab.sh -p YOUR_SCRIPT.py  # from refined_objects import CONFIGS",
         exports=(Export.USD,),
-        opened_by="usd-core (every prim and reference resolved); the module is compiled, not run in Isaac Lab",
+        opened_by="usd-core (every prim and reference resolved); Newton where it is installed; the module is compiled, "
+        "not run in Isaac Lab",
     ),
     Pack(
         name="lerobot",
@@ -29,7 +30,7 @@ PACKS = (
         "pins what it runs on. Pin the commit where you use it.",
         opens="pip install -r requirements.txt && python -c 'import env; print(env.make_env(2).reset()[0].shape)'",
         exports=(Export.MJCF,),
-        opened_by="Gymnasium: `make_env` called as LeRobot calls it, reset and stepped; not LeRobot itself",
+        opened_by="Gymnasium: `make_env` called as LeRobot calls it, reset and stepped; LeRobot where it is installed",
     ),
     Pack(
         name="maniskill",
@@ -37,7 +38,7 @@ PACKS = (
         contents="`refined_objects.py`: `add(self.scene, name)` in a task's `_load_scene`, `reset(items)` in its "
         "`_initialize_episode`. For the CPU backend.",
         opens="python -c 'import refined_objects; print(refined_objects.NAMES)'",
-        opened_by="SAPIEN 3, whose scenes ManiSkill's hold; a stand-in of their `sub_scenes`, not ManiSkill itself",
+        opened_by="SAPIEN 3, whose scenes ManiSkill's hold; ManiSkill where it is installed",
     ),
     Pack(
         name="mujoco",

@@ -47,7 +47,10 @@ def franka_tree(gripper: Gripper = PANDA) -> ET.Element:
     folder = Path(spec.origin or "").parent / "franka_panda" if spec else Path()
     file = folder / "panda.urdf"
     if not file.is_file():
-        raise UsageError("the arm's model is missing: pybullet_data/franka_panda/panda.urdf; install pybullet again")
+        raise UsageError(
+            "the arm's model is missing, which PyBullet brings (pybullet_data/franka_panda): pip install "
+            "'asset2sim[bullet]' on Python 3.11; on a later one `pip install pybullet` compiles it"
+        )
     tree = ET.parse(file).getroot()
     for mesh in tree.iter("mesh"):
         mesh.set("filename", str(folder / str(mesh.get("filename")).removeprefix("package://")))
