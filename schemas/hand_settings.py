@@ -85,6 +85,26 @@ class ContentSettings(Frozen):
     """Interiors of one object that are tried, spread over all: drawers of one chest are alike."""
 
 
+class LiftSettings(Frozen):
+    """What a hand carries, and when it is carried well."""
+
+    carried_m: Positive = 0.5
+    """Longest edge of what one hand carries, m, unless it is a thing of the hand: a bucket, a bag, a laptop; and it
+    weighs no more than ``steadied_kg``."""
+    high_m: Positive = 0.1
+    """How high it is lifted, m: over what stands beside it on a table."""
+    risen_share: Fraction = 0.8
+    """Share of that by which it must rise: the hand's springs give 8 mm under 3 kg."""
+    speed_m_s: Positive = 0.15
+    """Speed of the lift, m/s: with care, for what is not to spill."""
+    yaws: int = Field(4, ge=1)
+    """Ways in which it is turned; the first that fails ends it, since a hand that floats comes from anywhere."""
+    grasps: int = Field(3, ge=1)
+    """Grasps that are tried at each."""
+    tilt_rad: Positive = 0.79
+    """Most turn in the hand, rad: what hangs from an edge; beyond 45° it hangs or spills."""
+
+
 SOURCES = (
     "asset2sim.gym.hand",
     "asset2sim.assets.meshes.interior",
@@ -100,5 +120,9 @@ HAND_CHECKS = (
     FurtherCheck(
         "contents", "what lies in drawers and boxes stays there as a hand opens and closes them, in MuJoCo",
         "tasks.by_hand:measure_contents", "schemas.tables_engines:CONTENTS", SOURCES,
+    ),
+    FurtherCheck(
+        "lifted", "a hand lifts what it carries and sets it down, its joints as they were, in MuJoCo",
+        "tasks.by_hand:measure_lifted", "schemas.tables_engines:LIFTED", SOURCES,
     ),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asset2sim.engines.child import in_child
 from schemas.finding import Finding, warning
-from schemas.hand_settings import ContentSettings, HandSettings
+from schemas.hand_settings import ContentSettings, HandSettings, LiftSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Engine, Stage
 from tasks.progress import AssetJob, StageResult
@@ -35,6 +35,11 @@ def measure_contents(job: AssetJob, folder: Path | None) -> StageResult:
     return measured(job, folder, contents, "contents_leave")
 
 
+def measure_lifted(job: AssetJob, folder: Path | None) -> StageResult:
+    """How a hand lifted the object in ``folder`` and set it down."""
+    return measured(job, folder, lifted, "not_lifted")
+
+
 def overlay_of(folder: Path) -> PhysicsOverlay:
     """The overlay of a refined folder."""
     return PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
@@ -60,6 +65,18 @@ def contents(folder: Path) -> StageResult:
         if item.reason
     ]
     return StageResult(further=columns, findings=tuple(said))
+
+
+def lifted(folder: Path) -> StageResult:
+    """The columns of ``lifted``, and a warning where what a hand carries was not lifted at every yaw."""
+    from asset2sim.gym.hand.lifted import lift  # loads MuJoCo
+
+    found = lift(folder, overlay_of(folder), HandSettings(), LiftSettings())
+    columns: dict[str, float | str | None] = {
+        "lifted": found.share, "lifted_by": found.by or None, "lifted_reason": found.reason or None
+    }  # fmt: skip
+    said = [warning(Stage.MEASURE, "not_lifted", f"a hand that lifts it: {found.reason}", value=found.share)]
+    return StageResult(further=columns, findings=tuple(said if found.reason else ()))
 
 
 def used(folder: Path) -> StageResult:

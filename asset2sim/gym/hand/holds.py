@@ -229,7 +229,9 @@ def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> floa
             return None
     if not has_arm_room(world, there):
         return None
-    place, free = int(world.model.jnt_qposadr[world.joint(way.joint)]), 0.0
+    number, free = world.joint(way.joint), 0.0
+    place = int(world.model.jnt_qposadr[number])
+    place += 2 if world.model.jnt_type[number] == mujoco.mjtJoint.mjJNT_FREE else 0  # the whole object goes upwards
     for share in SHARES:
         by = share * (way.target - way.start)
         data.qpos[place] = way.start + by

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -39,6 +40,15 @@ GUARDS = GuardSettings()
 GENTLE, HARDER = 0.15, 1.012
 """Share of its force with which a hand begins, and factor by which it grows in each step without progress: to all of it
 in a third of a second."""
+
+
+class Stepped(Protocol):
+    """A world that is led step by step, and what is seen of it."""
+
+    world: HandWorld
+
+    def step(self) -> None:
+        """A step of the world."""
 
 
 @dataclass(eq=False)
@@ -264,7 +274,7 @@ def stopping(world: HandWorld, number: int, most: float, rate: float) -> float:
     return max(math.sqrt(2.0 * most * resists / float(model.dof_M0[dof])), most / COAST / SLOW_S)
 
 
-def glide(recorder: Recorder, first: Array, last: Array, speed_m_s: float) -> None:
+def glide(recorder: Stepped, first: Array, last: Array, speed_m_s: float) -> None:
     """Lead the hand straight from one pose to another."""
     world = recorder.world
     path = last[:3, 3] - first[:3, 3]
@@ -278,7 +288,7 @@ def glide(recorder: Recorder, first: Array, last: Array, speed_m_s: float) -> No
     world.speed = np.zeros(6)
 
 
-def wait(recorder: Recorder, seconds: float) -> None:
+def wait(recorder: Stepped, seconds: float) -> None:
     """Let the hand keep its target for a time."""
     for _ in range(recorder.world.steps(seconds)):
         recorder.step()

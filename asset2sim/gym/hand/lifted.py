@@ -1,0 +1,216 @@
+"""The check ``lifted``: what a hand carries is grasped, lifted and set down, and its joints stay as they should."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from asset2sim.gym.arm.scene import yaw_tilt
+from asset2sim.gym.hand.gripper import HandWorld, open_world
+from asset2sim.gym.hand.holds import APART_M, CLEAR_M, Hold, Way, below, fitting, frame
+from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, glide, wait
+from asset2sim.gym.hand.surfaces import ROOM_M, surface, through
+from asset2sim.physics.arrays import Array
+from schemas.hand_settings import HandSettings, LiftSettings
+from schemas.learning_settings import GuardSettings
+from schemas.overlay import PhysicsOverlay
+from schemas.support import SupportKind
+
+EVERY = 10
+"""Steps between two looks at the joints."""
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """Whether an object is one that a hand carries, the share of the yaws at which it was lifted and set down, by what,
+    and whose fault it is and why where it failed."""
+
+    carried: bool
+    share: float | None = None
+    by: str = ""
+    reason: str = ""
+
+
+@dataclass(eq=False)
+class Watch:
+    """A world of which is seen, with every step, how far joints that should stay have moved, over their ranges."""
+
+    world: HandWorld
+    kept: dict[str, tuple[float, float]]
+    """Joint → where it was and its range, rad or m."""
+    states: list[Array] | None = None
+    count: int = 0
+    moved: dict[str, float] = field(default_factory=dict)
+
+    def step(self) -> None:
+        """A step of the world, and now and then a look."""
+        self.world.step()
+        self.count += 1
+        if self.count % EVERY == 0:
+            for name, (start, span) in self.kept.items():
+                off = abs(self.world.position(name) - start) / span
+                self.moved[name] = max(self.moved.get(name, 0.0), off)
+            if self.states is not None:
+                self.states.append(self.world.data.qpos.copy())
+
+
+def lift(
+    folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: LiftSettings,
+    states: list[Array] | None = None,
+) -> Lifted:  # fmt: skip
+    """The object lifted and set down at each yaw, by the best of some grasps. Raises LoadError as ``load`` does,
+    ValueError where MuJoCo refuses the model."""
+    if overlay.support.fixed:
+        return Lifted(False)
+    reason = ""
+    for scale, tool in ((1.0, "gripper"), (hand.tip_scale, "fingertips")):
+        world = open_world(folder, hand, scale)
+        world.reset()
+        world.model.geom_friction[world.hand_geoms, 0] = min(hand.pad_friction, overlay.contact_friction)
+        root = int(world.model.body(world.prefix + world.about.root).id)
+        points, _, _ = surface(world, below(world.model, root))
+        size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+        heavy = overlay.mass_kg > hand.steadied_kg
+        if overlay.support.kind is not SupportKind.HANDHELD and (heavy or size > settings.carried_m):
+            return Lifted(False)
+        share, said = at_yaws(world, overlay, grasps_of(world, root, settings), settings, states)
+        if share:
+            return Lifted(True, share, tool, said)
+        reason = reason or said
+    return Lifted(True, 0.0, "", reason)
+
+
+def at_yaws(
+    world: HandWorld, overlay: PhysicsOverlay, grasps: list[Hold], settings: LiftSettings, states: list[Array] | None
+) -> tuple[float, str]:
+    """The share of the yaws at which one of the grasps did, the one that did at the last first, and why the best did
+    not where none did; the first yaw that fails ends it."""
+    if not grasps:
+        wide = world.settings.opening_m * world.scale * 100.0
+        return 0.0, f"hand: no grasp of at most {wide:.1f} cm was found at which a hand has room"
+    for number in range(settings.yaws):
+        reasons = []
+        for grasp in grasps:
+            yaw = 2.0 * math.pi * number / settings.yaws
+            reasons.append(carried(world, overlay, grasp, yaw, settings, states))
+            if not reasons[-1]:
+                grasps = [grasp, *(other for other in grasps if other is not grasp)]
+                break
+        else:
+            return number / settings.yaws, reasons[0]
+    return 1.0, ""
+
+
+def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]:
+    """The best grasps of the whole object, near its centre of mass or over it, each at another place."""
+    bodies = below(world.model, root)
+    mujoco.mj_forward(world.model, world.data)
+    points, normals, owners = surface(world, bodies)
+    if not len(points):
+        return []
+    most = (world.settings.opening_m - ROOM_M) * world.scale
+    chosen, widths = through(world, points, normals, bodies, most)
+    width = np.zeros(len(points))
+    width[chosen] = widths
+    size = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    off = points[chosen] - world.data.subtree_com[root]
+    score = 0.2 * off[:, 2] / size - np.linalg.norm(off[:, :2], axis=1) / size - 0.2 * widths / most
+    joint = int(world.model.body_jntadr[root])
+    start = float(world.data.qpos[world.model.jnt_qposadr[joint] + 2])
+    name = world.model.joint(joint).name.removeprefix(world.prefix)
+    up = Way(name, True, np.array([0.0, 0.0, 1.0]), np.zeros(3), start, start + settings.high_m, bodies)
+    loose = world.model.body_weldid[owners[chosen]] != world.model.body_weldid[root]
+    places, rng, found = (points, normals, owners, width), np.random.default_rng(0), list[Hold]()
+    for part in (~loose, loose):  # by a part that a joint moves where the body has no such place
+        found = found or fitting(world, up, "grasp", places, (chosen[part], score[part]), [], rng)
+    kept: list[Hold] = []
+    for hold in sorted(found, key=lambda hold: -hold.score):
+        apart = [np.linalg.norm(one.pose[:3, 3] - hold.pose[:3, 3]) >= APART_M * world.scale for one in kept]
+        if len(kept) < settings.grasps and all(apart):
+            kept.append(hold)
+    return kept
+
+
+def carried(
+    world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings,
+    states: list[Array] | None,
+) -> str:  # fmt: skip
+    """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; empty where it
+    was."""
+    world.reset()
+    root = int(world.model.body(world.prefix + world.about.root).id)
+    turn(world, root, yaw)
+    kept = {
+        joint.name: (world.position(joint.name), joint.upper - joint.lower)
+        for joint in overlay.joints
+        if (joint.holds or joint.stiffness > 0.0) and joint.lower is not None and joint.upper is not None
+        if joint.upper > joint.lower
+    }
+    watch = Watch(world, kept, states)
+    wait(watch, REST_S)
+    center, up = world.data.subtree_com[root].copy(), world.data.xmat[root].reshape(3, 3)[:, 2].copy()
+    pose = frame(world.data, grasp.body) @ grasp.pose
+    before = pose.copy()
+    before[:3, 3] -= CLEAR_M * world.scale * pose[:3, 2]
+    world.put(world.data, before, grasp.half_open_m)
+    world.grip = grasp.half_open_m
+    glide(watch, before, pose, world.settings.speed_m_s)
+    world.grip = -1.0
+    wait(watch, GRIP_S)
+    high = pose.copy()
+    high[2, 3] += settings.high_m
+    glide(watch, pose, high, settings.speed_m_s)
+    wait(watch, REST_S)
+    risen = float(world.data.subtree_com[root, 2] - center[2])
+    tilted = tilt(world, root, up)
+    glide(watch, high, pose, settings.speed_m_s)
+    wait(watch, PAUSE_S)
+    world.grip = min(grasp.half_open_m + ROOM_M, world.settings.opening_m / 2.0 * world.scale)
+    wait(watch, RELEASE_S)
+    glide(watch, pose, before, world.settings.speed_m_s)
+    world.target[2, 3] += 1.0
+    wait(watch, REST_S)
+    return reason_of(world, overlay, root, (risen, tilted, tilt(world, root, up)), watch, center, settings)
+
+
+def reason_of(
+    world: HandWorld, overlay: PhysicsOverlay, root: int, seen: tuple[float, float, float], watch: Watch,
+    center: Array, settings: LiftSettings,
+) -> str:  # fmt: skip
+    """Whose fault it is and what was not as it should be, empty where nothing: ``seen`` are the rise, m, and the tilt,
+    rad, when lifted, and the tilt when set down."""
+    risen, tilted, rested = seen
+    weight = 9.81 * overlay.mass_kg
+    moved = max(watch.moved, key=lambda name: watch.moved[name], default="")
+    left = float(np.linalg.norm(world.data.subtree_com[root] - center))
+    if not np.isfinite(world.data.qpos).all():
+        return "object: it flies away"
+    if risen < settings.risen_share * settings.high_m:
+        if weight > world.most_n:
+            return f"object: it weighs {weight:.0f} N, and the hand lifts {world.most_n:g} N"
+        return f"hand: it slips off; it rises by {max(risen, 0.0) * 100.0:.0f} of {settings.high_m * 100.0:.0f} cm"
+    if tilted > settings.tilt_rad:
+        return f"hand: it turns by {math.degrees(tilted):.0f}° in the hand"
+    if moved and watch.moved[moved] > world.settings.closed_share:
+        return f"object: '{moved}' goes {watch.moved[moved]:.0%} of its range"
+    if rested > GuardSettings().tilt_rad or left > GuardSettings().travel_m:
+        return f"object: set down it lies {left * 100.0:.0f} cm away, turned by {math.degrees(rested):.0f}°"
+    return ""
+
+
+def turn(world: HandWorld, root: int, yaw: float) -> None:
+    """Turn the object about the vertical through the origin."""
+    place = int(world.model.jnt_qposadr[world.model.body_jntadr[root]])
+    quaternion, turned = yaw_tilt(yaw, 0.0), np.zeros(4)
+    mujoco.mju_mulQuat(turned, quaternion, world.data.qpos[place + 3 : place + 7])
+    at = np.zeros(3)
+    mujoco.mju_rotVecQuat(at, world.data.qpos[place : place + 3], quaternion)
+    world.data.qpos[place : place + 3], world.data.qpos[place + 3 : place + 7] = at, turned
+    mujoco.mj_forward(world.model, world.data)
+
+
+def tilt(world: HandWorld, root: int, up: Array) -> float:
+    """Angle of the object's own upright axis from where it pointed, rad."""
+    return math.acos(float(np.clip(world.data.xmat[root].reshape(3, 3)[:, 2] @ up, -1.0, 1.0)))

@@ -1,0 +1,76 @@
+"""The check ``lifted``: what a hand lifts and sets down, and what it must not take for that, each planted."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.hand.lifted import Lifted, lift
+from schemas.asset import AssetRef
+from schemas.hand_settings import HandSettings, LiftSettings
+from schemas.settings import Settings
+from tasks.by_hand import measure_lifted, overlay_of
+from tasks.progress import AssetJob
+from tests.assets import joint, link, prior, robot, shape
+from tests.factories import make_joint
+from tests.refined_things import block, inertial, refined
+
+pytestmark = pytest.mark.system
+
+
+def told(folder: Path, **terms: Any) -> Path:
+    """The folder, its overlay changed."""
+    file = folder / "overlay.json"
+    overlay = json.loads(file.read_text(encoding="utf-8")) | terms
+    file.write_text(json.dumps(overlay), encoding="utf-8")
+    return folder
+
+
+def lifted(folder: Path) -> Lifted:
+    return lift(folder, overlay_of(folder), HandSettings(), LiftSettings())
+
+
+def trap(folder: Path, friction: float) -> Path:
+    """A block on a flap that hangs on a hinge at its lower edge, and falls open once nothing is below."""
+    middle = inertial(0.05, 0.05).replace("<inertial>", '<inertial><origin xyz="0.03 0 0"/>')
+    urdf = robot(
+        link("body", shape("0.06 0.06 0.08", xyz="0 0 0.046") + inertial(0.5, 0.07)),
+        link("flap", shape("0.06 0.06 0.004", xyz="0.03 0 0") + middle),
+        joint("hinge", "revolute", "body", "flap", xyz="-0.03 0 0.003", axis="0 1 0", limit="0 1.5"),
+    )
+    terms = {"upper": 1.5, "open": 1.5, "friction": friction, "damping": 0.001, "holds": True}
+    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=terms)
+    return refined(folder, urdf, [hinge], {"body": 0.5, "flap": 0.05}, fixed=False)
+
+
+def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(tmp_path: Path) -> None:
+    assert lifted(block(tmp_path / "block", 0.06, 0.5)) == Lifted(True, 1.0, "gripper", "")
+    assert lifted(block(tmp_path / "heavy", 0.3, 20.0)) == Lifted(False)
+    assert lifted(block(tmp_path / "large", 0.7, 2.0)) == Lifted(False)
+
+
+def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path) -> None:
+    in_hand = {"kind": "handheld"}
+    heavy = lifted(told(block(tmp_path / "heavy", 0.06, 8.0), support=in_hand))
+    assert (heavy.share, heavy.reason) == (0.0, "object: it weighs 78 N, and the hand lifts 45 N")
+    # Two fingers of 70 N at a friction of 0.1 hold 14 N, and it weighs 20 N.
+    slippery = lifted(told(block(tmp_path / "slippery", 0.06, 2.0), contact_friction=0.1))
+    assert slippery.share == 0.0 and "hand: it slips off" in slippery.reason
+    wide = lifted(block(tmp_path / "wide", 0.15, 1.0))
+    assert wide.share == 0.0 and "hand: no grasp of at most" in wide.reason
+
+
+def test_a_part_that_opens_as_it_is_lifted_is_the_objects_fault(tmp_path: Path) -> None:
+    assert lifted(trap(tmp_path / "held", 0.1)).share == 1.0
+    loose = lifted(trap(tmp_path / "loose", 0.0))
+    assert loose.share == 0.0 and "object: 'hinge' goes" in loose.reason
+
+
+def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
+    job = AssetJob(AssetRef(asset_id="thing", path="thing"), Path("out"), Settings(checks=("lifted",)), prior)
+    bad = measure_lifted(job, block(tmp_path / "wide", 0.15, 1.0))
+    assert [item.code for item in bad.findings] == ["not_lifted"] and bad.further["lifted"] == 0.0
+    none = measure_lifted(job, block(tmp_path / "heavy", 0.3, 20.0))
+    assert none.findings == () and none.further["lifted"] is None
