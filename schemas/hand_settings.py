@@ -86,7 +86,7 @@ class ContentSettings(Frozen):
 
 
 class LiftSettings(Frozen):
-    """What a hand carries, and when it is carried well."""
+    """Bounds of what one hand carries, and of carrying it well."""
 
     carried_m: Positive = 0.5
     """Longest edge of what one hand carries, m, unless it is a thing of the hand: a bucket, a bag, a laptop; and it

@@ -71,7 +71,7 @@ ARM = shape("0.26 0.2 0.005", "collision", "0.15 0 -0.09") + shape("0.005 0.2 0.
 """A plate that lies under the contents and goes up with the lid."""
 PLANTED = {
     "no floor": (tray(floor="visual"), "falls through at rest"),
-    "filled": (tray(walls="visual", floor="visual") + shape("0.3 0.24 0.1", "collision", "0 0 0.05"), "fill it"),
+    "filled": (tray(walls="visual", floor="visual") + shape("0.3 0.24 0.1", "collision", "0 0 0.05"), "leave no place"),
     "no front": (tray(walls="visual"), "out on opening"),
 }
 

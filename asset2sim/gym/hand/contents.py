@@ -160,7 +160,8 @@ def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[st
     kept = replace(kept, joints=tuple(joint.name for joint in joints))
     places = apart(np.array([at for at in fits if is_free(world, at, radius)]), radius)
     if places is None or kept.free < world.settings.free_share:
-        return [replace(kept, reason=f"collision shapes fill it: {kept.free:.0%} of its room is free of them")]
+        said = "leave no place for three bodies" if places is None else "fill it"
+        return [replace(kept, reason=f"collision shapes {said}: {kept.free:.0%} of its room is free of them")]
     for name, at in zip(BODIES, places, strict=True):
         world.put(name, on_floor(world, name, at, radius))
     mujoco.mj_forward(world.model, world.data)
