@@ -183,7 +183,8 @@ def test_remedies_go_on_from_a_step_that_helps_a_little_and_all_checks_run_once_
 
 def test_steps_that_help_and_never_suffice_are_taken_back(bench: Bench) -> None:
     result, asked = seen_as(bench, lambda n, _: swing(0.1 / (n + 1)))
-    assert result.overlay == bench.calm == asked[-1][0] and result.findings == ()
+    assert result.overlay == bench.calm == asked[-1][0]
+    assert [item.code for item in result.findings] == ["mend_rounds_spent"]
     assert len(result.trace) == NO_VIEWS.search.mend_rounds and not any(step.accepted for step in result.trace)
     assert {only for _, _, only in asked[:-1]} == {FailureMode.DRIFT}
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from asset2sim.checks.remedy import Case, Remedy
 from asset2sim.checks.verdict import deciding, failures_of
+from asset2sim.refinement.context import info
 from asset2sim.refinement.dynamics.remedies import mendable, remedies_for
 from asset2sim.refinement.notes import changes
 from schemas.base import Vector3
@@ -79,6 +80,9 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
         findings.extend(changes(overlay, found[0], why))
         overlay, reports = found
         done.failed = all_failures(overlay, reports, settings)
+    if len(done.trace) >= max(settings.search.mend_rounds, 1) and done.failed:
+        text = f"{len(done.trace)} changes were tried for what fails, and no more (search.mend_rounds)"
+        findings.append(info(code="mend_rounds_spent", message=text, value=len(done.trace)))
     if done.written is not overlay:
         reports = verify(overlay, [report.engine for report in reports], None)
     return Mended(overlay, reports, tuple(done.trace), tuple(findings))
