@@ -13,6 +13,7 @@ pytestmark = pytest.mark.system
 
 BODY = '<body name="base"><geom type="box" size="0.1 0.1 0.1"/>{more}</body>'
 LID = '<body name="lid" pos="0 0 0.1"><joint name="hinge" axis="1 0 0" range="0 90"/>{more}</body>'
+ROPE = '<site name="t"/>'
 SOLID = '<geom type="box" size="0.1 0.1 0.01"/>'
 
 
@@ -67,6 +68,21 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
             "",
             "inertia of body 'lid', which no body can have",
         ),
+        (
+            BODY.format(more=LID.format(more=SOLID)),
+            '<equality><connect body1="base" body2="lid" anchor="0 0 0"/></equality>',
+            "the connect of 'base' and 'lid' closes a loop",
+        ),
+        (
+            BODY.format(more=f'<site name="s"/>{LID.format(more=SOLID + ROPE)}'),
+            '<tendon><spatial><site site="s"/><site site="t"/></spatial></tendon>',
+            "its 1 tendons are left out",
+        ),
+        (
+            BODY.format(more=LID.format(more=SOLID)) + '<geom type="hfield" hfield="ground"/>',
+            '<asset><hfield name="ground" nrow="2" ncol="2" size="1 1 1 1"/></asset>',
+            "its 1 height fields are left out",
+        ),
     ],
     ids=[
         "massless geom",
@@ -83,6 +99,9 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
         "flat",
         "range",
         "inertia",
+        "closed loop",
+        "spatial tendon",
+        "height field",
     ],
 )
 def test_what_mujoco_refuses_is_read_and_what_is_left_out_is_said(

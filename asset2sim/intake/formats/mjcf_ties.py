@@ -38,7 +38,7 @@ def read_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> tuple[list
         elif kind == mujoco.mjtEq.mjEQ_TENDON and not any(terms[2:]):
             sums = combined(mujoco, model, ((first, 1.0), (second, -terms[1])))
         if sums is None or not 1 <= len(sums) <= 2 or not model.eq_active0[equality]:
-            notes.append("an equality that a URDF cannot say is left out")
+            notes.append(left_out(mujoco, model, equality))
             continue
         if kind == mujoco.mjtEq.mjEQ_TENDON:
             tendons |= {first, second} - {-1}
@@ -46,6 +46,16 @@ def read_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> tuple[list
         leader, other = others[0] if others else (joint, 0.0)
         ties.append(Tie(name(joint), name(leader), -other / own, terms[0] / own))
     return ties, notes, len(tendons)
+
+
+def left_out(mujoco: Any, model: Any, equality: int) -> str:
+    """The note on an equality that no URDF can say: its kind, what it ties, and why."""
+    tag = mujoco.mjtEq(int(model.eq_type[equality])).name.removeprefix("mjEQ_").lower()
+    ids = (int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality]))
+    names = [str(mujoco.mj_id2name(model, int(model.eq_objtype[equality]), item) or "the world") for item in ids]
+    why = "closes a loop" if tag in ("connect", "weld") else "is not linear, or of several joints"
+    why = why if model.eq_active0[equality] else "is not active"
+    return f"the {tag} of '{names[0]}' and '{names[1]}' {why}, which a URDF cannot say: it is left out"
 
 
 def combined(mujoco: Any, model: Any, parts: Sequence[tuple[int, float]]) -> dict[int, float] | None:
