@@ -62,6 +62,7 @@ class Recorder:
     root: int
     work_j: float = 0.0
     most_n: float = 0.0
+    touched: bool = False
     count: int = 0
     rows: list[tuple[float, bool, float, float]] = field(default_factory=list)
     roots: list[tuple[Array, Array]] = field(default_factory=list)
@@ -71,6 +72,7 @@ class Recorder:
     def step(self) -> None:
         """A step of the world, and now and then a sample."""
         self.work_j += self.world.step() * self.world.settings.timestep_s
+        self.touched = self.touched or touches(self.world, self.bodies)  # a blow may be over before the sample
         self.count += 1
         if self.count % SAMPLE_STEPS == 0:
             self.sample()
@@ -78,15 +80,14 @@ class Recorder:
     def sample(self) -> None:
         """A sample of this moment."""
         world, data = self.world, self.world.data
-        height, touched = float(data.subtree_com[min(self.bodies), 2]), False
+        height = float(data.subtree_com[min(self.bodies), 2])
         pressed: dict[int, Array] = {}
-        for _, tool, other, force in pressures(world.model, data, world.hand_geoms, world.object_geoms):
+        for _, tool, _, force in pressures(world.model, data, world.hand_geoms, world.object_geoms):
             pressed[tool] = pressed.get(tool, np.zeros(3)) + force
-            touched = touched or int(world.model.geom_bodyid[other]) in self.bodies
         self.most_n = max([self.most_n, *(float(np.linalg.norm(force)) for force in pressed.values())])
-        self.rows.append((world.position(self.joint.name), touched, self.work_j, height))
+        self.rows.append((world.position(self.joint.name), self.touched, self.work_j, height))
         self.roots.append((data.xipos[self.root].copy(), data.xmat[self.root].reshape(3, 3)[2].copy()))
-        self.work_j = 0.0
+        self.work_j, self.touched = 0.0, False
         if self.states is not None:
             self.states.append(data.qpos.copy())
 
@@ -292,3 +293,13 @@ def wait(recorder: Stepped, seconds: float) -> None:
     """Let the hand keep its target for a time."""
     for _ in range(recorder.world.steps(seconds)):
         recorder.step()
+
+
+def touches(world: HandWorld, bodies: frozenset[int]) -> bool:
+    """Whether the hand touches one of these bodies."""
+    if not world.data.ncon:
+        return False
+    geoms = world.data.contact.geom
+    hand = world.hand_geoms[geoms]
+    others = world.model.geom_bodyid[geoms[:, ::-1][hand]] if hand.any() else ()
+    return any(int(body) in bodies for body in others)
