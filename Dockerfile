@@ -20,7 +20,8 @@ RUN pip install --no-cache-dir --constraint constraints.txt '.[pipeline,engines,
 
 USER asset2sim
 WORKDIR /home/asset2sim
-ENV HOME=/home/asset2sim PREFECT_HOME=/home/asset2sim/.prefect
+# Prefect writes its pages anew before it serves them, by default into its package, which is root's.
+ENV HOME=/home/asset2sim PREFECT_HOME=/home/asset2sim/.prefect PREFECT_UI_STATIC_DIRECTORY=/home/asset2sim/.prefect/ui
 # Report, Prefect, MLflow of `ui --host 0.0.0.0`; the viewer.
 EXPOSE 4100 4200 5000 8080
 # Of `ui`: Prefect's page answers. Other commands need none: docker run --no-healthcheck.

@@ -14,7 +14,7 @@ from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.urdf.base import hung_from_world
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import contacts_at
-from asset2sim.render import can_draw, write_views
+from asset2sim.render import write_views
 from schemas.finding import Finding, warning
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
@@ -64,7 +64,7 @@ def finish_folder(folder: Path, overlay: PhysicsOverlay, settings: Settings) -> 
     if settings.base is BaseMode.WORLD and overlay.support.fixed:
         height = read_object(folder, overlay).height_to_stand(overlay.initial_positions)
         urdf.write_bytes(hung_from_world(urdf.read_bytes(), height))
-    if settings.views.in_run and can_draw():
+    if settings.views.in_run:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     write_checksums(folder)
     return findings

@@ -27,6 +27,8 @@ BASE = "/opt/base"
 PASSED_ON = ("PIP_", "http_", "https_", "HTTP_", "HTTPS_", "NO_PROXY", "no_proxy", "SSL_", "REQUESTS_")
 """Beginnings of the variables by which this machine reaches its package index."""
 SAMPLE = "laptop_silver"
+PAGES = ((4100, "index.html", SAMPLE), (4200, "dashboard", "<script"), (5000, "", "<script"))
+"""Port, path, and what the page has: the report, Prefect's and MLflow's."""
 HEALTHY_S = 120.0
 """Time in which the pages must answer, s: the health check's start period."""
 
@@ -125,6 +127,15 @@ def base_image(work: Path) -> Image:
     return Image(files)
 
 
+def answer(opener: urllib.request.OpenerDirector, address: str) -> str:
+    """What is served at an address, or why nothing is."""
+    try:
+        with opener.open(address, timeout=30.0) as served:
+            return str(served.read().decode())
+    except OSError as error:
+        return str(error)
+
+
 def check_pages(image: Image) -> None:
     """Serve the pages of what was refined; exit where the health check fails or another address than this machine's
     loopback gets no answer."""
@@ -140,9 +151,12 @@ def check_pages(image: Image) -> None:
             time.sleep(1.0)
         print(f"healthy after {HEALTHY_S - (end - time.monotonic()):.0f} s", flush=True)
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        for port, path in ((4100, "index.html"), (4200, "api/health"), (5000, "health")):
-            with opener.open(f"http://{address}:{port}/{path}", timeout=30.0) as answer:
-                print(f"port {port} answers {answer.status} at an address that is not loopback", flush=True)
+        for port, path, word in PAGES:
+            while word not in (said := answer(opener, f"http://{address}:{port}/{path}")):
+                if time.monotonic() > end:
+                    sys.exit(f"port {port} says at {address}, which is not loopback: {said[:300]}")
+                time.sleep(1.0)
+            print(f"port {port} answers at an address that is not loopback", flush=True)
     finally:
         served.send_signal(signal.SIGTERM)
         served.wait(timeout=60.0)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from asset2sim.assets.surfaces.load import load_surfaces
 from asset2sim.assets.surfaces.surface import Paint, Surface
-from asset2sim.render import VIEW_NAMES, render_views, write_views
+from asset2sim.render import VIEW_NAMES, render_views, renderer, write_views
 from asset2sim.render.batch import MAX_FACES, MAX_VERTICES, batches_of
 from schemas.errors import AssetError
 from schemas.settings import ViewSettings
@@ -18,6 +18,14 @@ from schemas.vocabulary import FailureMode
 from tests.assets import SHARED
 
 pytestmark = pytest.mark.system
+
+
+@pytest.fixture(params=["pybullet", "numpy"], autouse=True)
+def drawn_by(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both renderers must pass: numpy's draws where PyBullet is not installed."""
+    if request.param == "numpy":
+        monkeypatch.setattr(renderer, "pybullet", None)
+
 
 SMALL = ViewSettings(width=64, height=64)
 SIDES = {

@@ -5,6 +5,8 @@ import logging
 import os
 import shutil
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +29,7 @@ from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine
 from tasks.pipeline import refine_asset
-from tests.assets import cabinet, prior, sample, written
+from tests.assets import ROOT, cabinet, prior, sample, written
 
 SETTINGS = Settings(views=ViewSettings(write=False), engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False))
 LOOPS = {"sweep.webp": SWEEP_FRAMES, "drop.webp": len(DROP_TIMES_S), "release.webp": len(RELEASE_TIMES_S)}
@@ -71,6 +73,24 @@ def test_loops_have_their_frames_and_move(refined: Path, tmp_path: Path) -> None
         )
     with Image.open(tmp_path / "size.webp") as image:
         assert image.size == (WIDTH, HEIGHT)
+
+
+WITHOUT_PYBULLET = """
+import sys
+sys.modules["pybullet"] = None
+from asset2sim.engines import registry
+real, registry.find_spec = registry.find_spec, lambda name: None if name == "pybullet" else real(name)
+from pathlib import Path
+from asset2sim.report.loops.make import make_loops
+print(*make_loops(Path(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3])))
+"""
+
+
+@pytest.mark.system
+def test_without_pybullet_the_sweep_alone_is_drawn(refined: Path, tmp_path: Path) -> None:
+    words = [sys.executable, "-c", WITHOUT_PYBULLET, str(refined), str(raw_of("scissors_paper")), str(tmp_path)]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+    assert done.stdout.split() == ["sweep.webp", "size.webp"], done.stderr
 
 
 @pytest.mark.system

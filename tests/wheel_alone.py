@@ -2,8 +2,8 @@
 
 ``python -m tests.wheel_alone``, in the checkout's environment, whose installed dependencies the new ones borrow: one
 all of them, one what the core needs and no more. The wheel is built from the sdist. Exits non-zero where a file of the
-packages is not in the wheel, the wheel is too large, an object is not refined, the core needs more than it says or is
-slow to start, or what is not installed is not named where it is asked for.
+packages is not in the wheel, the wheel is too large, an object is not refined and drawn, the core needs more than it
+says or is slow to start, or what is not installed is not named where it is asked for.
 """
 
 import json
@@ -118,7 +118,8 @@ def check_core(programs: Path, run: Callable[..., subprocess.CompletedProcess[st
     sample = str(next((ROOT / "data" / "raw").glob(f"*/{SAMPLE}")))
     raw = run("asset2sim", "check", sample, "--sarif", "raw.sarif", "--fix", "fixed", "--no-interaction")
     found = json.loads((programs.parents[1] / "raw.sarif").read_text(encoding="utf-8"))["runs"][0]["results"]
-    if raw.returncode or not found or "PyBullet is not installed" not in raw.stderr:
+    view = programs.parents[1] / "fixed" / "assets" / SAMPLE / "views" / "front.png"
+    if raw.returncode or not found or not view.is_file() or "PyBullet is not installed" not in raw.stderr:
         sys.exit(f"the core does not check and mend {SAMPLE}: {raw.stdout}{raw.stderr}")
     loads = "from asset2sim.load import load; item = load('fixed/assets/{}', engine='mujoco'); item.step()"
     for words in (

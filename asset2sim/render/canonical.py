@@ -11,7 +11,8 @@ from asset2sim.assets.surfaces.scene import load_scene, nothing_to_draw
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.render.batch import batches_of, facing
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, directions, fit
-from asset2sim.render.renderer import Pixels, RenderedPicture, render
+from asset2sim.render.raster import Pixels
+from asset2sim.render.renderer import RenderedPicture, render
 from asset2sim.storage.regular_files import write_whole
 from schemas.settings import ViewSettings
 

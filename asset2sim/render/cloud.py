@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from asset2sim.assets.surfaces.surface import Floats, Ints
 from asset2sim.render.faces import Faces, at, painted, smooth_normals
+from asset2sim.render.raster import spread
 from asset2sim.render.renderer import INVISIBLE, SHEEN
 from asset2sim.render.zbuffer import Bools, Lens, Singles, Words, seen_in
 
@@ -102,12 +103,6 @@ def cells_of(corners: Floats, edge: float) -> Cells:
     face = face[line]
     sizes = (wide / columns)[line], (height[face] / rows[face])
     return Cells(face, base[face], row[line], rows[face], column, columns[line], *sizes)
-
-
-def spread(counts: Ints) -> tuple[Ints, Ints]:
-    """For counts 2, 0, 3: the entry of each unit, 0 0 2 2 2, and its number within that, 0 1 0 1 2."""
-    entry = np.repeat(np.arange(len(counts)), counts)
-    return entry, np.arange(len(entry)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def starts_of(link: Ints, links: Sequence[str]) -> tuple[int, ...]:

@@ -18,7 +18,8 @@ from asset2sim.render.batch import batches_of
 from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, directions, fit
 from asset2sim.render.canonical import finish, png_bytes
 from asset2sim.render.name_tags import with_names
-from asset2sim.render.renderer import Pixels, RenderedPicture, render, render_bodies
+from asset2sim.render.raster import Pixels
+from asset2sim.render.renderer import RenderedPicture, render, render_bodies
 from schemas.features import Features, JointFeatures
 from schemas.model_names import is_local
 from schemas.request import LabelledImage

@@ -1,4 +1,5 @@
-"""PyBullet's software renderer: batches and cameras in, colours and coverage out. No window, no graphics device."""
+"""Batches and cameras in, colours and coverage out: by PyBullet's software renderer, or, where that is not installed,
+by one in numpy. No window, no graphics device."""
 
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -9,17 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, decode_textures, unit
+from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, Texture, decode_textures, unit
 from asset2sim.render.camera import Camera, axes
-from schemas.errors import UsageError
+from asset2sim.render.raster import Bodies, Pixels, rasterize, shade
 
 try:
     import pybullet
 except ImportError:
     pybullet = None
-
-Pixels = NDArray[np.float32]
-Bodies = NDArray[np.int64]
 
 INVISIBLE = 0.1
 """Surfaces of a lower opacity than this are not drawn."""
@@ -29,11 +27,6 @@ SHEEN = 0.07
 """The darkest a colour is drawn, in 0 to 1: even black plastic returns enough light to show its edges."""
 LAMP = (-0.35, 0.75, 1.0)
 """The lamp's direction in the camera's frame (right, up, to the viewer): every view is lit alike, from above left."""
-
-
-def can_draw() -> bool:
-    """Whether PyBullet, which draws, is installed."""
-    return pybullet is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +53,16 @@ def render(
     """The batches seen by each camera, before any background. TinyRenderer cannot blend: a view in which something
     translucent is seen is drawn again without it, and mixed by its opacity, one layer deep; where a texture varies the
     opacity, a third pass draws that."""
-    if not can_draw():
-        raise UsageError("pictures are drawn by PyBullet, which is not installed: pip install pybullet")
     visible = [batch for batch in batches if batch.paint.color[3] >= INVISIBLE]
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     drawn = visible or list(batches)
     skins = decode_textures(drawn)
+    if pybullet is None:
+        pictures = {
+            key: drawn_by_numpy(drawn, skins, camera, width, height, opaque=not visible)
+            for key, camera in cameras.items()
+        }
+        return {key: picture for key, (picture, _) in pictures.items()}
     client = pybullet.connect(pybullet.DIRECT)
     try:
         with tempfile.TemporaryDirectory(prefix="asset2sim-views-") as name:
@@ -88,6 +85,8 @@ def render(
 def render_bodies(batches: Sequence[Batch], camera: Camera, width: int, height: int) -> tuple[RenderedPicture, Bodies]:
     """The batches in their colours without textures, all opaque, and the (h, w) index of the batch in each pixel, -1
     for none."""
+    if pybullet is None:
+        return drawn_by_numpy(batches, {}, camera, width, height, opaque=True)
     client = pybullet.connect(pybullet.DIRECT)
     try:
         numbers = {add(batch, None, client, Path(), {}): index for index, batch in enumerate(batches)}
@@ -98,6 +97,38 @@ def render_bodies(batches: Sequence[Batch], camera: Camera, width: int, height: 
     for body, number in numbers.items():
         index[body] = number
     return frame, index[bodies]
+
+
+def drawn_by_numpy(
+    batches: Sequence[Batch],
+    skins: Mapping[Texture, DecodedTexture],
+    camera: Camera,
+    width: int,
+    height: int,
+    *,
+    opaque: bool,
+) -> tuple[RenderedPicture, Bodies]:
+    """One picture, translucent surfaces one layer deep unless all count as ``opaque``, and the (h, w) index of the
+    batch in each pixel, -1 for none."""
+    lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
+    seen = rasterize(batches, camera, width, height)
+    color, opacity = shade(batches, skins, (SHEEN, AMBIENT, DIFFUSE), lamp, seen)
+    shape = (height, width)
+    bodies = seen[0].reshape(shape)
+    front = RenderedPicture(color.reshape(*shape, 3), bodies >= 0, seen[3].reshape(shape))
+    translucent = np.unique(seen[0][(seen[0] >= 0) & (opacity < 1.0)])
+    if opaque or not len(translucent):
+        return front, bodies
+    clear = [batch for batch in batches if not see_through(batch, skins)]
+    empty = RenderedPicture(np.zeros_like(front.color), np.zeros(shape, dtype=bool), np.zeros(shape, np.float32))
+    behind = drawn_by_numpy(clear, skins, camera, width, height, opaque=True)[0] if clear else empty
+    return mix(behind, front, opacity.reshape(shape)), bodies
+
+
+def see_through(batch: Batch, skins: Mapping[Texture, DecodedTexture]) -> bool:
+    """Whether a batch is translucent somewhere."""
+    skin = None if batch.paint.texture is None else skins.get(batch.paint.texture)
+    return batch.paint.color[3] < 1.0 or (batch.uv is not None and skin is not None and skin.opacity is not None)
 
 
 def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:

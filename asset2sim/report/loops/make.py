@@ -17,6 +17,7 @@ from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.checks.mechanism import span_of
 from asset2sim.engines.child import ChildOutcome, in_child
+from asset2sim.engines.registry import installed
 from asset2sim.intake.origin import open_origin
 from asset2sim.render import render_views
 from asset2sim.render.zbuffer import ALIKE
@@ -157,9 +158,10 @@ class Starts:
 
 def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> Starts:
     """Of the refined object: let fall as it is, but for a fixed one; let go of where a position is asked, else half
-    open as far as that is free, with a nudge towards the further end. None of it where it has too many joints."""
+    open as far as that is free, with a nudge towards the further end. None of it where it has too many
+    joints, or PyBullet is not installed: then it is shown swept alone."""
     start, joints = overlay.initial_positions, overlay.joints
-    if len(joints) > MANY_JOINTS:
+    if len(joints) > MANY_JOINTS or Engine.PYBULLET not in installed():
         return Starts(None, None, {})
     fall = None if overlay.support.fixed else start
     if not joints:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from lxml import etree
@@ -12,12 +13,14 @@ from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.mesh_files import without_materials
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines.contacts import penetration
-from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.intake.confine import references
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import pose_of
 from asset2sim.render.batch import mixed
 from schemas.settings import EngineSettings
+
+if TYPE_CHECKING:
+    from asset2sim.engines.pybullet_world import PyBulletWorld
 
 DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 9) / 8.0])
 """Times of a drop's frames, s: the fall takes 0.064 s, what comes of it one second."""
@@ -45,6 +48,8 @@ class LoopMotion:
 def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settings: EngineSettings) -> LoopMotion:
     """The object's fall on a plane from a perturbed start, as in the reset check: as high and as tilted as any of them.
     Raises AssetError (engine_refused) where PyBullet refuses the file."""
+    from asset2sim.engines.pybullet_world import open_pybullet
+
     tilt = settings.reset_rad
     with open_pybullet(urdf, plane=True, timestep_s=settings.timestep_s, contact_friction=friction) as world:
         # What the pose of PyBullet's root is at, the inertial frame, when the root link's own is the world's.
@@ -58,6 +63,8 @@ def let_go(
 ) -> LoopMotion:
     """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
     ``let_fall``."""
+    from asset2sim.engines.pybullet_world import open_pybullet
+
     with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
         inertial = pose_of(np.array(world.authored), np.array(world.upright))
         world.place(positions)
@@ -112,6 +119,8 @@ def half_open(
 ) -> dict[str, float]:
     """``start`` with these joints half open as far as nothing then overlaps that did not before: a rack is not pulled
     out against a closed door."""
+    from asset2sim.engines.pybullet_world import open_pybullet
+
     found = dict(start)
     with open_pybullet(
         urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=0.0, gravity_m_s2=0.0
@@ -125,7 +134,7 @@ def half_open(
     return found
 
 
-def follow(world: PyBulletWorld, inertial: Array, times_s: Array) -> LoopMotion:
+def follow(world: "PyBulletWorld", inertial: Array, times_s: Array) -> LoopMotion:
     """Run the world and read its poses at these times."""
     roots, joints, finite, still = [], [], True, 0
     for count in np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0).tolist():
