@@ -37,8 +37,10 @@ def print_overlays(options: OverlaysOptions) -> bool:
         _complain(left_out)
         return not left_out
     assert isinstance(chosen, ApplyOverlaysOptions)
-    run = settings_for_run(chosen.settings, stated_settings(chosen)).run
-    made = apply_overlays(chosen.overlays, chosen.data, chosen.out, run, REMAKE, chosen.assets)
+    settings = settings_for_run(chosen.settings, stated_settings(chosen))
+    made = apply_overlays(
+        chosen.overlays, chosen.data, chosen.out, settings.run, REMAKE, chosen.assets, settings.inputs
+    )
     same = [item for item in made if item.outcome == "same"]
     slowest = max((item.seconds for item in made), default=0.0)
     told = f"{len(same)} of {len(made)} objects made again, byte for byte, in {chosen.out / 'assets'}"

@@ -56,7 +56,7 @@ class Recipe(Frozen):
     version: int = 1
     asset_id: str
     originals: dict[str, str]
-    """Path of each file that was read, relative to the asset's folder → its SHA-256."""
+    """Path of each file that was read, relative to the asset's folder, or ``package://NAME/...`` → its SHA-256."""
     part: str | None = None
     """The part of a scene that it is; None: the file is all its own."""
     keep: tuple[str, ...] = ()

@@ -8,7 +8,7 @@ from time import perf_counter
 
 from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.checksums import FILE, changed_files
-from asset2sim.assets.extract import Extraction, folder_of
+from asset2sim.assets.extract import INPUTS, Extraction, folder_of
 from asset2sim.assets.folder import URDF_NAME, Folder, staged_folder, write_folder
 from asset2sim.assets.hulls import box_corners, obj_text
 from asset2sim.assets.meshes.load import mesh_points
@@ -22,11 +22,14 @@ from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.collision.trim import cut_again
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
+from schemas.inputs import InputSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.recipe import DECIDING, MEASUREMENT_NAME, RECIPE_NAME, Outcome, Recipe, Remade
 from schemas.vocabulary import DECIDING_PACKAGES, CollisionMode, StateMode, UpAxis
 from tasks.progress import AssetJob
 from tasks.publish import finish_folder
+
+PACKAGE_URI = "package://"
 
 
 def recipe_of(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, folder: Folder | None) -> Recipe | None:
@@ -38,7 +41,9 @@ def recipe_of(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, fo
     decided = settings.model_copy(update={"collision": collision}).model_dump(mode="json", include=DECIDING)
     return Recipe(
         asset_id=job.ref.asset_id,
-        originals={_relative(file, extraction.folder): digest_of(file) for file in _originals(extraction)},
+        originals={
+            _named(file, extraction.folder, settings.inputs): digest_of(file) for file in _originals(extraction)
+        },
         part=job.ref.part,
         keep=extraction.features.keep,
         up=UpAxis.Z if opened is None else opened.up,
@@ -66,8 +71,20 @@ def _originals(extraction: Extraction) -> list[Path]:
     return sorted(file for file in files if made is None or not file.resolve().is_relative_to(made))
 
 
-def _relative(file: Path, folder: Path) -> str:
+def _named(file: Path, folder: Path, inputs: InputSettings) -> str:
+    """A file's path from the asset's folder; ``package://NAME/...`` for one below the folder of a named package."""
+    for name, place in inputs.package_folders.items():
+        if file.resolve().is_relative_to(Path(place).resolve()):
+            return f"{PACKAGE_URI}{name}/{file.resolve().relative_to(Path(place).resolve()).as_posix()}"
     return Path(os.path.relpath(file, folder)).as_posix()
+
+
+def _found(name: str, folder: Path, inputs: InputSettings) -> Path:
+    """The file that a recipe names. A package without a folder has none of its files."""
+    if not name.startswith(PACKAGE_URI):
+        return folder / name
+    package, _, rest = name.removeprefix(PACKAGE_URI).partition("/")
+    return Path(inputs.package_folders.get(package, folder / PACKAGE_URI)) / rest
 
 
 def digest_of(file: Path) -> str:
@@ -76,26 +93,27 @@ def digest_of(file: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def remake_asset(ref: AssetRef, brought: Path, out: Path) -> Remade:
+def remake_asset(ref: AssetRef, brought: Path, out: Path, inputs: InputSettings = INPUTS) -> Remade:
     """Make ``out/assets/<asset_id>`` of a copy of the asset and of the recipe, overlay, measurements and checksums in a
-    folder. An asset that cannot be made again is an answer, too, and leaves nothing."""
+    folder; ``inputs`` says where packages are and what may be read. An asset that cannot be made again is an answer,
+    too, and leaves nothing."""
     started = perf_counter()
     try:
-        outcome, reason = made_again(ref, brought, out)
+        outcome, reason = made_again(ref, brought, out, inputs)
     except (AssetError, OSError, ValueError) as error:
         outcome, reason = "failed", " ".join(str(error).split())
     return Remade(asset_id=ref.asset_id, outcome=outcome, reason=reason, seconds=perf_counter() - started)
 
 
-def made_again(ref: AssetRef, brought: Path, out: Path) -> tuple[Outcome, str]:
+def made_again(ref: AssetRef, brought: Path, out: Path, inputs: InputSettings) -> tuple[Outcome, str]:
     """Outcome of making an asset again, and the reason. Raises AssetError, OSError and ValueError."""
     recipe = Recipe.model_validate_json((brought / RECIPE_NAME).read_bytes())
-    other = differing(recipe, folder_of(Path(ref.path)))
+    other = differing(recipe, folder_of(Path(ref.path)), inputs)
     if other:
         return "original", other
     final = out / "assets" / ref.asset_id
     with staged_folder(final) as folder:
-        write_again(ref, recipe, brought, folder)
+        write_again(ref, recipe, brought, folder, inputs)
     changed = changed_files(final) or ()
     if not changed:
         return "same", ""
@@ -107,24 +125,27 @@ def made_again(ref: AssetRef, brought: Path, out: Path) -> tuple[Outcome, str]:
     return "differs", f"{listed} ({why})"
 
 
-def differing(recipe: Recipe, folder: Path) -> str:
+def differing(recipe: Recipe, folder: Path, inputs: InputSettings) -> str:
     """Which files of an asset are not there, or not those that the recipe is for, in words; empty where all are."""
-    lacking = [name for name in recipe.originals if not (folder / name).is_file()]
+    files = {name: _found(name, folder, inputs) for name in recipe.originals}
+    lacking = [name for name, file in files.items() if not file.is_file()]
     others = [name for name, digest in recipe.originals.items()
-              if name not in lacking and digest_of(folder / name) != digest]  # fmt: skip
+              if name not in lacking and digest_of(files[name]) != digest]  # fmt: skip
     said = []
     for names, what in ((lacking, "not there"), (others, "another file than was refined")):
         if names:
             more = f" and {len(names) - 4} more" if len(names) > 4 else ""
             said.append(f"{', '.join(names[:4])}{more}: {what}")
-    return f"{folder}: {'; '.join(said)}; bring the dataset's own release of it" if said else ""
+    packed = any(name.startswith(PACKAGE_URI) for name in lacking)
+    where = "; --package NAME=FOLDER says where a package is" if packed else ""
+    return f"{folder}: {'; '.join(said)}; bring the dataset's own release of it{where}" if said else ""
 
 
-def write_again(ref: AssetRef, recipe: Recipe, brought: Path, target: Path) -> None:
+def write_again(ref: AssetRef, recipe: Recipe, brought: Path, target: Path, inputs: InputSettings) -> None:
     """Write the refined folder, and into it the checksums that it had. Raises AssetError and ValueError."""
     settings = recipe.run_settings
     ref = ref.model_copy(update={"keep": recipe.keep, "part": recipe.part})
-    extraction = extract(ref, up=recipe.up)
+    extraction = extract(ref, up=recipe.up, inputs=inputs)
     if recipe.corrected:
         extraction, _ = find_blocked_joints(extraction)
     overlay = recipe.overlay or PhysicsOverlay.model_validate_json((brought / REFINED_NAME).read_bytes())

@@ -21,6 +21,7 @@ from flows.command import main
 from flows.hand_on import REMAKE
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
+from schemas.inputs import InputSettings
 from schemas.recipe import RECIPE_NAME, Recipe
 from schemas.settings import EngineSettings, RunSettings
 from schemas.vocabulary import BaseMode, Engine, Export, FailureMode, StateMode
@@ -177,3 +178,30 @@ def test_what_cannot_be_handed_on_is_said(published: Published, tmp_path: Path) 
     (copy / "assets" / IDS[1] / "mobility.urdf").write_text("<robot/>", encoding="utf-8")
     written, left_out = export_overlays(copy, tmp_path / "none")
     assert written == [] and "before recipes were kept" in left_out[1] and "not as it was verified" in left_out[0]
+
+
+def test_an_object_whose_meshes_lie_in_a_package_is_made_again_wherever_that_is(tmp_path: Path) -> None:
+    meshes, data = tmp_path / "meshes", tmp_path / "data"
+    shutil.copytree(sample("box_wooden").path, data / "box_wooden")
+    (data / "box_wooden" / "textured_objs").rename(meshes)
+    urdf = next((data / "box_wooden").glob("*.urdf"))
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace("textured_objs/", "package://shapes/"), encoding="utf-8")
+    (data / "manifest.csv").write_text("asset_id,path\nbox_wooden,box_wooden\n", encoding="utf-8")
+    quick = NO_VIEWS.model_copy(update={
+        "engine": EngineSettings(verify=(Engine.PYBULLET,), interact=False),
+        "inputs": InputSettings(packages=(f"shapes={meshes}",)),
+    })  # fmt: skip
+    ref = AssetRef(asset_id="box_wooden", path=str(data / "box_wooden"), root=str(data))
+    record = refine_asset(ref, tmp_path / "out", quick, prior)
+    now = datetime(2026, 1, 1, tzinfo=UTC)
+    run = RunRow(run_id="20260101T000000-1", started_at=now, finished_at=now, dataset="data", settings=quick)
+    write_run(tmp_path / "out", run, [record])
+    assert export_overlays(tmp_path / "out", tmp_path / "overlays") == (["box_wooden"], [])
+    recipe = (tmp_path / "overlays" / "box_wooden" / RECIPE_NAME).read_text(encoding="utf-8")
+    assert '"package://shapes/' in recipe and str(tmp_path) not in recipe
+    elsewhere = meshes.rename(tmp_path / "elsewhere")
+    words = ["overlays", "apply", str(tmp_path / "overlays"), str(data), "--out"]
+    assert main([*words, str(tmp_path / "without")]) == 1
+    assert main([*words, str(tmp_path / "again"), "--package", f"shapes={elsewhere}"]) == 0
+    made, was = (fingerprint(tmp_path / out / "assets" / "box_wooden") for out in ("again", "out"))
+    assert made == was

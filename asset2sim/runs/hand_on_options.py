@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pydantic import Field
-from pydantic_settings import CliPositionalArg, CliSubCommand
+from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand
 
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
@@ -26,6 +26,12 @@ class ApplyOverlaysOptions(FileOptions):
     out: Path = Field(description="the output folder")
     assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
     workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
+    package: typed.Listed[typed.PACKAGES] = Field(
+        (), description="a folder outside data that is read as package://NAME/…, repeatable"
+    )
+    allow_outside: CliDualFlag[bool] = Field(
+        False, description="read files outside data that an asset names or links to"
+    )
 
 
 class PackOptions(Options):

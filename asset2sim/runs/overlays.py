@@ -13,6 +13,7 @@ from typing import Any
 
 from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.checksums import FILE, changed_files
+from asset2sim.assets.extract import INPUTS
 from asset2sim.catalog.index import ASSETS_FOLDER, local_files, ok_rows, write_entries
 from asset2sim.experiments.isolation import Ending, run_isolated
 from asset2sim.experiments.isolation.children import preload
@@ -88,12 +89,19 @@ def read_overlays(overlays: Path, asset_ids: Sequence[str] = ()) -> dict[str, di
 
 
 def apply_overlays(
-    overlays: Path, data: Path, out: Path, run: RunSettings, remake: str, asset_ids: Sequence[str] = ()
+    overlays: Path,
+    data: Path,
+    out: Path,
+    run: RunSettings,
+    remake: str,
+    asset_ids: Sequence[str] = (),
+    inputs: InputSettings = INPUTS,
 ) -> list[Remade]:
     """Make OUT/assets of an overlay folder and a copy of its dataset: what became of each object, in order. ``remake``
-    names the function (``module:function``) that makes one, in a killable child. Raises UsageError."""
+    names the function (``module:function``) that makes one, in a killable child, of files that ``inputs`` lets it read.
+    Raises UsageError."""
     rows = read_overlays(overlays, asset_ids)
-    refs = {ref.asset_id: ref for ref in load_dataset(data, cut=lambda found: _parts(overlays, rows, found))}
+    refs = {ref.asset_id: ref for ref in load_dataset(data, cut=lambda found: _parts(overlays, rows, found, inputs))}
     preload(remake)
 
     def one(name: str) -> Remade:
@@ -103,7 +111,7 @@ def apply_overlays(
         if ref.fault is not None:
             return Remade(asset_id=name, outcome="original", reason=ref.fault)
         ended = run_isolated(
-            remake, (ref, overlays / name, out), time_limit_s=run.asset_time_limit_s,
+            remake, (ref, overlays / name, out, inputs), time_limit_s=run.asset_time_limit_s,
             memory_limit_mb=run.asset_memory_limit_mb, services={}, log_path=out / "logs" / f"{name}.log",
         )  # fmt: skip
         if ended.ending is Ending.RETURNED and isinstance(ended.value, Remade):
@@ -118,9 +126,9 @@ def apply_overlays(
     return made
 
 
-def _parts(overlays: Path, rows: Mapping[str, Any], refs: list[AssetRef]) -> list[AssetRef]:
+def _parts(overlays: Path, rows: Mapping[str, Any], refs: list[AssetRef], inputs: InputSettings) -> list[AssetRef]:
     """The assets of a dataset; where an overlay is of a part of a scene, the scenes' parts in their place."""
     known = {ref.asset_id for ref in refs}
     recipes = (overlays / name / RECIPE_NAME for name in rows if name not in known)
     parts = (file.is_file() and Recipe.model_validate_json(file.read_bytes()).part for file in recipes)
-    return with_parts(refs, InputSettings()) if any(parts) else refs
+    return with_parts(refs, inputs) if any(parts) else refs
