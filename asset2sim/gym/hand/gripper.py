@@ -110,6 +110,15 @@ class HandWorld:
         """An object's joint's position, rad or m."""
         return float(self.data.qpos[self.model.jnt_qposadr[self.joint(name)]])
 
+    def touches(self, bodies: frozenset[int]) -> bool:
+        """Whether the hand touches one of these bodies."""
+        if not self.data.ncon:
+            return False
+        geoms = self.data.contact.geom
+        hand = self.hand_geoms[geoms]
+        others = self.model.geom_bodyid[geoms[:, ::-1][hand]] if hand.any() else ()
+        return any(int(body) in bodies for body in others)
+
     def put(self, data: mujoco.MjData, pose: Array, half_open: float) -> None:
         """Put the hand somewhere, its fingers open, at rest."""
         data.qpos[self.place : self.place + 3] = pose[:3, 3]

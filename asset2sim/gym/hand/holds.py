@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.gym.hand.gripper import FINGER, TIP_M, HandWorld
-from asset2sim.gym.hand.surfaces import ROOM_M, surface, through
+from asset2sim.gym.hand.surfaces import OFF_M, REACH_M, ROOM_M, surface, through
 from asset2sim.physics.arrays import Array
 
 Kind = Literal["press", "hook", "grasp", "rub"]
@@ -21,10 +21,8 @@ SPREAD = 0.3
 """Random share of what makes a hold worth looking at: the best of all are often alike, and all in a corner."""
 ENOUGH, KEPT = 8, 4
 """Holds of a kind that fit, after which no more are looked at, and those that are handed on."""
-OFF_M = 0.0005
-"""Distance of a finger from what it will push, m."""
-REACH_M, BEND_RAD = 1.0, math.radians(60.0)
-"""Length of the arm behind a hand, m, and how far a wrist bends."""
+BEND_RAD = math.radians(60.0)
+"""How far a wrist bends."""
 ARM_M, BEHIND_M = 0.02, 0.09
 """Half the thickness of the wrist, and how far behind the pads' middle it begins, m."""
 TURNS = 8
@@ -184,19 +182,6 @@ def fitting(
         if len(found) >= ENOUGH:
             break
     return found
-
-
-def is_covered(world: HandWorld, way: Way) -> bool:
-    """Whether no place of a part sees out, each in another direction: it is inside, and no hand gets to it."""
-    points, normals, _ = surface(world, way.bodies)
-    directions = np.random.default_rng(0).normal(size=points.shape)
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    directions *= np.sign(np.einsum("ij,ij->i", directions, normals))[:, None]
-    geom = np.array([-1], dtype=np.int32)
-    return all(
-        0.0 <= mujoco.mj_ray(world.model, world.data, place, out, None, 1, world.body, geom) < REACH_M
-        for place, out in zip(points + OFF_M * normals, directions, strict=True)
-    )
 
 
 def at_place(world: HandWorld, kind: Kind, point: Array, normal: Array, turn: int, width: float) -> tuple[Array, float]:

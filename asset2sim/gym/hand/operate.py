@@ -10,7 +10,8 @@ import numpy as np
 from asset2sim.gym.contact import pressures
 from asset2sim.gym.guards import Guards, Rollout, guard
 from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
-from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Kind, Way, cross, frame, holds, is_covered, motion, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Kind, Way, cross, frame, holds, motion, way_of
+from asset2sim.gym.hand.surfaces import is_covered
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
@@ -72,7 +73,7 @@ class Recorder:
     def step(self) -> None:
         """A step of the world, and now and then a sample."""
         self.work_j += self.world.step() * self.world.settings.timestep_s
-        self.touched = self.touched or touches(self.world, self.bodies)  # a blow may be over before the sample
+        self.touched = self.touched or self.world.touches(self.bodies)  # a blow may be over before the sample
         self.count += 1
         if self.count % SAMPLE_STEPS == 0:
             self.sample()
@@ -158,7 +159,7 @@ def lead(
         if displaced(recorder):
             break
     rested = 1.0 - (target - world.position(joint.name)) / whole
-    covered = not tried and is_covered(world, way)
+    covered = not tried and is_covered(world, way.bodies)
     return Led(reached, rested, kind, effort, tried, recorder.guards(target), recorder.most_n, up, covered)
 
 
@@ -293,13 +294,3 @@ def wait(recorder: Stepped, seconds: float) -> None:
     """Let the hand keep its target for a time."""
     for _ in range(recorder.world.steps(seconds)):
         recorder.step()
-
-
-def touches(world: HandWorld, bodies: frozenset[int]) -> bool:
-    """Whether the hand touches one of these bodies."""
-    if not world.data.ncon:
-        return False
-    geoms = world.data.contact.geom
-    hand = world.hand_geoms[geoms]
-    others = world.model.geom_bodyid[geoms[:, ::-1][hand]] if hand.any() else ()
-    return any(int(body) in bodies for body in others)

@@ -12,6 +12,8 @@ SAMPLES = 600
 """Places of a part at which a hold is looked for."""
 ROOM_M = 0.004
 """Room beside each open finger, m."""
+OFF_M, REACH_M = 0.0005, 1.0
+"""Distance of a finger from what it will push, and length of the arm behind a hand, m."""
 
 
 def surface(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
@@ -77,3 +79,16 @@ def through(
                 kept.append(index)
                 widths.append(width)
     return np.array(kept, dtype=int), np.array(widths)
+
+
+def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
+    """Whether no place of a part sees out, each in another direction: it is inside, and no hand gets to it."""
+    points, normals, _ = surface(world, bodies)
+    directions = np.random.default_rng(0).normal(size=points.shape)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    directions *= np.sign(np.einsum("ij,ij->i", directions, normals))[:, None]
+    geom = np.array([-1], dtype=np.int32)
+    return all(
+        0.0 <= mujoco.mj_ray(world.model, world.data, place, out, None, 1, world.body, geom) < REACH_M
+        for place, out in zip(points + OFF_M * normals, directions, strict=True)
+    )
