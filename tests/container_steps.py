@@ -27,7 +27,7 @@ BASE = "/opt/base"
 PASSED_ON = ("PIP_", "http_", "https_", "HTTP_", "HTTPS_", "NO_PROXY", "no_proxy", "SSL_", "REQUESTS_")
 """Beginnings of the variables by which this machine reaches its package index."""
 SAMPLE = "laptop_silver"
-PAGES = ((4100, "index.html", SAMPLE), (4200, "dashboard", "<script"), (5000, "", "<script"))
+PAGES = ((4100, "index.html", SAMPLE), (4200, "", "<script"), (5000, "", "<script"))
 """Port, path, and what the page has: the report, Prefect's and MLflow's."""
 HEALTHY_S = 120.0
 """Time in which the pages must answer, s: the health check's start period."""
