@@ -49,7 +49,7 @@ def franka_tree(gripper: Gripper = PANDA) -> ET.Element:
     if not file.is_file():
         raise UsageError(
             "the arm's model is missing, which PyBullet brings (pybullet_data/franka_panda): pip install "
-            "'asset2sim[bullet]' on Python 3.11; on a later one `pip install pybullet` compiles it"
+            "'asset2sim[bullet]' on Python 3.11; on a later one `pip install pybullet` has to compile it"
         )
     tree = ET.parse(file).getroot()
     for mesh in tree.iter("mesh"):
