@@ -88,7 +88,7 @@ class AssetRecord(Frozen):
     measurement: Measurement | None = None
     reports: tuple[EngineReport, ...] = ()
     overlaps: tuple[OverlapPair, ...] = ()
-    further: dict[str, float | str | None] = Field(default_factory=dict)
+    further: dict[str, int | float | str | None] = Field(default_factory=dict)
     alignment: Alignment | None = None
     expected: tuple[Expected, ...] = ()
     calls: tuple[ModelCall, ...] = ()

@@ -52,7 +52,7 @@ def contents(folder: Path) -> StageResult:
     found = keep(folder, overlay_of(folder), HandSettings(), ContentSettings())
     tried = [item for item in found if not item.shut]
     room_m3 = sum(item.room_m3 for item in found)
-    columns: dict[str, float | str | None] = {
+    columns: dict[str, int | float | str | None] = {
         "contents": sum(not item.reason for item in tried) / len(tried) if tried else None,
         "contents_interiors": len(tried),
         "contents_room_l": 1e3 * room_m3,
@@ -72,7 +72,7 @@ def lifted(folder: Path) -> StageResult:
     from asset2sim.gym.hand.lifted import lift  # loads MuJoCo
 
     found = lift(folder, overlay_of(folder), HandSettings(), LiftSettings())
-    columns: dict[str, float | str | None] = {
+    columns: dict[str, int | float | str | None] = {
         "lifted": found.share, "lifted_by": found.by or None, "lifted_reason": found.reason or None
     }  # fmt: skip
     said = [warning(Stage.MEASURE, "not_lifted", f"a hand that lifts it: {found.reason}", value=found.share)]
@@ -92,7 +92,7 @@ def used(folder: Path) -> StageResult:
         message = f"a hand and '{item.joint}': {item.fault}: {item.reason}"
         return warning(Stage.MEASURE, "not_used", message, joint=item.joint, value=progress(item) / 2.0)
 
-    columns: dict[str, float | str | None] = {
+    columns: dict[str, int | float | str | None] = {
         "used": sum(item.done for item in asked) / len(asked) if asked else None,
         "used_joints": sum(not no_task(joint) for joint in overlay.joints),
         "used_by": "; ".join(dict.fromkeys(item.by for item in found if item.done)) or None,

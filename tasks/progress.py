@@ -45,7 +45,7 @@ class StageResult:
     expected: tuple[Expected, ...] | None = None
     measure_s: float = 0.0
     """Of the stage's wall time, what engines took to verify, s: it counts as the stage ``measure``."""
-    further: Mapping[str, float | str | None] = field(default_factory=dict)
+    further: Mapping[str, int | float | str | None] = field(default_factory=dict)
     """Column of a further check → its value."""
 
 
@@ -83,7 +83,7 @@ class Progress:
     overlaps: tuple[OverlapPair, ...] = ()
     alignment: Alignment | None = None
     expected: tuple[Expected, ...] = ()
-    further: dict[str, float | str | None] = field(default_factory=dict)
+    further: dict[str, int | float | str | None] = field(default_factory=dict)
     calls: list[ModelCall] = field(default_factory=list)
     trace: list[TraceStep] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)

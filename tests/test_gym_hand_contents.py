@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import TypeAdapter
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.hand.contents import Kept, keep
-from schemas.asset import AssetRef
+from schemas.asset import AssetRecord, AssetRef
 from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.settings import Settings
 from tasks.by_hand import contents, measure_contents, overlay_of
@@ -98,6 +99,9 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     assert finding.code == "contents_leave" and bad.further["contents_free"] == 1.0
     assert float(bad.further["contents"] or 0.0) < 1.0 and "drawer: the" in str(bad.further["contents_reason"])
     assert measure_contents(job, None).further == {}
+    record = TypeAdapter(AssetRecord.model_fields["further"].annotation)
+    read = record.validate_json(record.dump_json(record.validate_python(dict(bad.further))))
+    assert type(read["contents_interiors"]) is int, "a count that comes back as 1.0 is refused by the tables"
     solid = robot(link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)))
     none = contents(refined(tmp_path / "solid", solid, [], {"body": 20.0})).further
     assert none["contents"] is None and (none["contents_interiors"], none["contents_room_l"]) == (0, 0.0)

@@ -190,7 +190,7 @@ def reason_of(
     if risen < settings.risen_share * settings.high_m:
         if weight > world.most_n:
             return f"object: it weighs {weight:.0f} N, and the hand lifts {world.most_n:g} N"
-        return f"hand: it slips off; it rises by {max(risen, 0.0) * 100.0:.0f} of {settings.high_m * 100.0:.0f} cm"
+        return f"hand: it slips or hangs; it rises by {max(risen, 0.0) * 100.0:.0f} of {settings.high_m * 100.0:.0f} cm"
     if tilted > settings.tilt_rad:
         return f"hand: it turns by {math.degrees(tilted):.0f}° in the hand"
     if moved and watch.moved[moved] > world.settings.closed_share:
