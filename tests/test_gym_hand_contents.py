@@ -99,7 +99,7 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     assert finding.code == "contents_leave" and bad.further["contents_free"] == 1.0
     assert float(bad.further["contents"] or 0.0) < 1.0 and "drawer: the" in str(bad.further["contents_reason"])
     assert measure_contents(job, None).further == {}
-    record = TypeAdapter(AssetRecord.model_fields["further"].annotation)
+    record: TypeAdapter[Any] = TypeAdapter(AssetRecord.__annotations__["further"])
     read = record.validate_json(record.dump_json(record.validate_python(dict(bad.further))))
     assert type(read["contents_interiors"]) is int, "a count that comes back as 1.0 is refused by the tables"
     solid = robot(link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)))
