@@ -12,6 +12,8 @@ from lxml import html
 
 from tests.assets import ROOT
 
+WORKFLOWS = "../../actions/"
+"""Where GitHub shows a checkout's workflows, as seen from its README."""
 OUTSIDE = ("https", "http", "mailto")
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)[^)]*\)")
 CODE = re.compile(r"^( *)```.*?^\1```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
@@ -41,6 +43,8 @@ def broken(page: Path, link: str) -> str:
     if parts.scheme:
         named = parts.scheme in OUTSIDE and (parts.scheme == "mailto" or re.fullmatch(r"[\w.-]+(:\d+)?", parts.netloc))
         return "" if named else f"{link}: no address"
+    if link.startswith(WORKFLOWS):
+        return "" if (ROOT / ".github" / link.removeprefix(WORKFLOWS).removesuffix("/badge.svg")).is_file() else link
     target = (page.parent / unquote(parts.path)) if parts.path else page
     if not target.exists():
         return f"{link}: no such file"
