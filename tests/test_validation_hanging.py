@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.extract import Extraction
 from asset2sim.guidance.read import read_guidance
 from asset2sim.models.object_facts import rounded_object_info
+from asset2sim.physics.arrays import Array
 from asset2sim.validation.hanging import hangs_on_wall
 from asset2sim.validation.support import support_findings
 from asset2sim.validation.validate import validate
@@ -46,6 +48,11 @@ PLINTH = shape("0.26 0.6 0.1", xyz="-0.035 0 -0.05")
 FEET = "".join(shape("0.04 0.04 0.1", xyz=f"{x} {y} -0.05") for x in (-0.14, 0.14) for y in (-0.27, 0.27))
 
 
+def at_scales(item: Extraction) -> list[tuple[float, dict[str, Array]]]:
+    """Scales, each with the links' points at it."""
+    return [(scale, {name: part.points * scale for name, part in item.geometry.items()}) for scale in (1.0, 0.4)]
+
+
 @pytest.mark.parametrize(
     ("urdf", "hangs"),
     [
@@ -62,8 +69,12 @@ FEET = "".join(shape("0.04 0.04 0.1", xyz=f"{x} {y} -0.05") for x in (-0.14, 0.1
 )
 def test_what_is_made_as_wall_cupboards_are_is_told(tmp_path: Path, urdf: str, hangs: bool) -> None:
     item = read(written(tmp_path, urdf), "StorageFurniture")
-    assert bool(hangs_on_wall(item, "StorageFurniture")) is hangs
-    assert hangs_on_wall(item, "Refrigerator") == "", "of cupboards alone"
+    told = {
+        category: [hangs_on_wall(item.features, clouds, scale, category) for scale, clouds in at_scales(item)]
+        for category in ("StorageFurniture", "Refrigerator")
+    }
+    assert [bool(said) for said in told["StorageFurniture"]] == [hangs, hangs]
+    assert told["Refrigerator"] == ["", ""], "of cupboards alone"
 
 
 @pytest.mark.parametrize(

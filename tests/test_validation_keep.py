@@ -70,11 +70,11 @@ BOXES = ("0.6 0.58 0.72", "0.018 0.56 0.684", "0.9144 0.02 0.1", "0.6 0.41999999
         (BOXES, True),
         ([box.replace("0.72", "0.7213457") for box in BOXES] + ["0.123456 0.234567 0.345678"], False),
         (("1.4 1.2 0.1", "0.05 1.2 0.4", "1.5 1.3 0.1"), True),
-        (("1 0.5 0.5", "0.25 0.1 0.4"), False),
+        (("0.5 0.2 0.4", "0.3 0.1 0.6", "0.8 0.7 0.9"), False),
         ((*BOXES, "1 0.02 0.02"), False),
         (("0.6 0.58 0.72",), False),
     ],
-    ids=["drawn", "measured", "round", "round and of unit size", "brought to 1", "one box"],
+    ids=["drawn", "measured", "round", "in tenths alone", "brought to 1", "one box"],
 )
 def test_boxes_drawn_with_a_ruler_speak_for_metres(boxes: list[str], metric: bool, tmp_path: Path) -> None:
     parts = [link(f"part_{number}", shape(box)) for number, box in enumerate(boxes)]

@@ -23,9 +23,11 @@ were written for all parts are off by ten and more."""
 GRID_M, ON_GRID_M = 1e-4, 1e-7
 """Step of the lengths that people draw boxes and cylinders with in metres: a millimetre, a fraction of an inch (0.9144
 is a yard); and how near to it floating point leaves them. Of lengths of anything else one in 500 comes so near."""
+COARSE_M = 0.1
+"""Step of lengths that say nothing: a unit cube and its halves have them, too."""
 LEAST_LENGTHS, DRAWN_SHARE = 4, 0.9
-"""Different lengths, and the share of them on the grid, from which a drawing is told: bringing an object to one size
-leaves no round lengths, and the lengths of a URDF are metres (REP 103)."""
+"""Different lengths, one of them finer than ``COARSE_M``, and the share on the grid, from which a drawing in metres is
+told: bringing an object to one size leaves no round lengths."""
 DRAWN = "its boxes and cylinders are drawn in tenths of a millimetre"
 UNITS, OF_UNIT = (1.0, 2.0), 1e-3
 """Longest edge or diagonal of what was brought to one size, and the share by which it is off."""
@@ -79,7 +81,8 @@ def is_drawn_in_metres(robot: Element) -> bool:
                 continue  # reading its geometry says what is wrong
     found = {round(length, 9) for length in found if length > 0.0}
     drawn = [length for length in found if off_grid(length, GRID_M) <= ON_GRID_M]
-    return len(found) >= LEAST_LENGTHS and len(drawn) >= DRAWN_SHARE * len(found)
+    fine = any(off_grid(length, COARSE_M) > ON_GRID_M for length in drawn)
+    return fine and len(found) >= LEAST_LENGTHS and len(drawn) >= DRAWN_SHARE * len(found)
 
 
 def off_grid(length: float, step: float) -> float:

@@ -1,12 +1,13 @@
 """Cupboards that hang on a wall, told from those that stand on a floor by their shape alone."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.assets.extract import Extraction
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, beyond, link_to_root, tree_of
-from schemas.features import JointFeatures
+from schemas.features import Features, JointFeatures
 
 CABINET = "StorageFurniture"
 UPRIGHT = 0.9
@@ -32,17 +33,17 @@ LEAST_GRIP = 0.008
 """... where that is at least this share of the object's height: less is a panel's relief."""
 
 
-def hangs_on_wall(extraction: Extraction, category: str) -> str:
+def hangs_on_wall(features: Features, points: Mapping[str, Array], scale: float, category: str) -> str:
     """Evidence, in words, that a cupboard of no stated support hangs on a wall: doors alone, which reach down to a flat
-    bottom without feet or plinth, and are gripped at their lower ends. Empty where any of this is missing."""
-    features = extraction.features
+    bottom without feet or plinth, and are gripped at their lower ends. Empty where any of this is missing. ``points``
+    are each link's (n, 3) hull points in its frame, m at that scale."""
     doors = [joint for joint in features.movable_joints if is_door(joint)]
     if category != CABINET or not doors or any(joint.prismatic for joint in features.movable_joints):
         return ""
-    tree = tree_of(features.joints)
+    tree = tree_of(features.joints, scale)
     closed = {joint.name: joint.closed or 0.0 for joint in features.movable_joints}
     poses = link_to_root(tree, features.root, closed)
-    clouds = {name: apply(poses[name], item.points) for name, item in extraction.geometry.items() if len(item.points)}
+    clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
     if not clouds:
         return ""
     whole = np.vstack(list(clouds.values()))

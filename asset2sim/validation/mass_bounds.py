@@ -1,35 +1,39 @@
 """Bound each link's inertia by the extent of its shape, and the mass of what is pressed by what stands behind it."""
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from asset2sim.assets.extract import Extraction
 from asset2sim.physics.arrays import Array
 from asset2sim.validation.masses import LinkMass
-from schemas.features import Features
+from schemas.features import Features, LinkFeatures
 from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import MassRule, Source
 
 
 def bound_inertia_by_extent(
-    masses: Mapping[str, LinkMass], extraction: Extraction, scale: float, settings: PhysicsSettings, notes: Notes
+    masses: Mapping[str, LinkMass],
+    links: Sequence[LinkFeatures],
+    points: Mapping[str, Array],
+    settings: PhysicsSettings,
+    notes: Notes,
 ) -> dict[str, LinkMass]:
     """The link masses, no inertia larger than that of the mass placed on the shape's outermost points.
 
     Otherwise a proposed or added inertia could make a thin key as hard to turn as an object many times its size. A
-    sheet counts as ``min_half_extent_m`` thick to either side, as its collision shape.
+    sheet counts as ``min_half_extent_m`` thick to either side, as its collision shape. ``points`` are each link's
+    (n, 3) hull points in its frame, m.
     """
     result = dict(masses)
-    for link in extraction.features.links:
-        points = extraction.geometry[link.name].points * scale
-        if len(points) == 0:
+    for link in links:
+        cloud = points[link.name]
+        if len(cloud) == 0:
             continue
         item = masses[link.name]
         least = settings.min_half_extent_m if link.hull_volume_m3 == 0.0 else settings.least_reach_m
-        bounded = bounded_inertia(item.inertia, item.mass, points - item.com, least)
+        bounded = bounded_inertia(item.inertia, item.mass, cloud - item.com, least)
         if bounded is None:
             continue
         notes.info(

@@ -59,7 +59,7 @@ def carried(
     bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
-    hangs = hangs_on_wall(extraction, guidance.category)
+    hangs = hangs_on_wall(features, points, scale, guidance.category)
     support = support_of(features, proposal, source, guidance, *standing, hung=is_hung(extraction), hangs=hangs)
     return overlay.model_copy(update={"support": support})
 

@@ -150,7 +150,8 @@ def complete(
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     pressed = [name for name, item in proposals.items() if is_pressed(item)]
     masses = with_armature(with_plungers(masses, features, pressed, settings, notes), features, settings, notes)
-    masses = bound_inertia_by_extent(masses, extraction, scale, settings, notes)
+    points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
+    masses = bound_inertia_by_extent(masses, features.links, points, settings, notes)
     spans = {joint.name: joint_range(joint, scale, notes) for joint in features.joints}
     ranges = {name: span for name, span in spans.items() if span is not None}
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
@@ -161,11 +162,10 @@ def complete(
     note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
-    points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     positions = {name: start.position for name, start in starts.items()}
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
-        hung, hangs = is_hung(extraction), hangs_on_wall(extraction, given.guidance.category)
+        hung, hangs = is_hung(extraction), hangs_on_wall(features, points, scale, given.guidance.category)
         support = support_of(features, overlay, source, given.guidance, *standing, hung=hung, hangs=hangs)
     if support.fixed:
         starts = hanging(starts, tree, features.root, bodies)
