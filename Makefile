@@ -21,7 +21,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 
 # A file's tests stay in one process and in order.
-PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),3) --dist loadfile --no-loadscope-reorder
+PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),4) --dist loadfile --no-loadscope-reorder
 
 comma := ,
 .DEFAULT_GOAL := help
@@ -55,7 +55,7 @@ $(INSTALLED): pyproject.toml lab/pyproject.toml constraints.txt
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined); ARGS="--workers 2", as asset2sim refine --help lists them
 	@$(BIN)/python -m flows.command refine "$(DATA)" --out "$(OUT)" $(ARGS)
 
-test: $(INSTALLED) ## run all tests, in JOBS processes (3: many wait); ARGS="-k dataset" chooses
+test: $(INSTALLED) ## run all tests, in JOBS processes (4: many wait); ARGS="-k dataset" chooses
 	@$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
 
 test-fast: $(INSTALLED) ## run the tests that start no engine, server or process: a minute

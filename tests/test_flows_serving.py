@@ -1,5 +1,6 @@
 """A real nightly with a Prefect server of its own: served, shown its next run, triggered at once, and stopped."""
 
+import asyncio
 import os
 import signal
 import uuid
@@ -7,8 +8,10 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from prefect._internal.concurrency.services import QueueService
 
 from flows.run_report import moment
+from flows.server.client import send_held
 from flows.server.server import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
 from tests.assets import RAW
@@ -24,6 +27,23 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_tables: Path) 
     folder = with_tables(tmp_path / "prefect", prefect_tables)
     monkeypatch.setenv("PREFECT_HOME", str(folder))
     return folder
+
+
+class Unanswered(QueueService[int]):
+    """A service that sends to a server that never answers."""
+
+    async def _handle(self, item: int) -> None:
+        await asyncio.Event().wait()
+
+
+def test_what_a_server_never_takes_is_given_up(caplog: pytest.LogCaptureFixture) -> None:
+    service = Unanswered.instance()
+    service.send(1)
+    send_held(0.5)
+    assert "took no logs or events for 0.5 s" in caplog.text
+    assert service.drain() is False, "it has ended, so that the process can"
+    send_held(0.5)
+    assert caplog.text.count("took no logs") == 1
 
 
 def test_who_serves_a_folder_is_known_as_long_as_it_does(tmp_path: Path, home: Path) -> None:

@@ -1,11 +1,14 @@
 """This process as a client of a Prefect server: the nightly's deployment there, and a run of it at once."""
 
+import logging
 import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from datetime import UTC, datetime
+from typing import cast
 from uuid import UUID
 
 from prefect.client.orchestration import SyncPrefectClient, get_client
@@ -23,12 +26,13 @@ from prefect.client.schemas.responses import DeploymentResponse
 from prefect.client.schemas.sorting import FlowRunSort
 from prefect.events.worker import EventsWorker
 from prefect.exceptions import ObjectNotFound
-from prefect.logging.handlers import APILogWorker
 from prefect.settings import PREFECT_API_URL, temporary_settings
 from prefect.states import Crashed, Scheduled
 
 from flows.server.server import FLOW
 from schemas.errors import Asset2SimError
+
+logger = logging.getLogger(__name__)
 
 SCHEDULE_LIMIT_S = 60.0
 """Time that the server gets to schedule the first run, s: its scheduler works every 5 s."""
@@ -135,6 +139,8 @@ def run_and_wait(deployment_id: UUID, parameters: dict[str, object]) -> FlowRun:
 START_LIMIT_S = 300.0
 """Time in which a server must answer, s: 5 to 10 is usual, and on a machine with six times its cores' work 120 is not
 enough; the first start of all makes its database too."""
+SEND_LIMIT_S = 60.0
+"""Time that Prefect's background services get to send what they hold, s: far more than they take on a busy machine."""
 ASK_LIMIT_S = 20.0
 """Time that one request gets, s: what a starting server has taken in and forgotten is asked again."""
 
@@ -155,9 +161,22 @@ def use_server(address: str | None) -> Iterator[None]:
         try:
             yield
         finally:
-            # What Prefect's background threads still hold must be sent before the server goes.
-            APILogWorker.instance().drain()
-            EventsWorker.drain_all()
+            send_held()
+
+
+def send_held(limit_s: float = SEND_LIMIT_S) -> None:
+    """Have Prefect's background services send the logs and events that they hold, and end them: the server may go next.
+    Those that are not done within the limit are cancelled, with a warning; by themselves (Prefect 3.8.8) they would
+    wait for an answer without end, here and again as the process exits."""
+    # All kinds of services are kept in one place, and forget their tasks as they are told to stop.
+    services = EventsWorker._instances.values()  # type: ignore[misc]  # of a generic class
+    tasks = [service._task for service in services if service._task is not None]
+    _, left = cast("tuple[set[Future[bool]], set[Future[bool]]]", EventsWorker.drain_all(timeout=limit_s))
+    if left:
+        logger.warning("Prefect's server took no logs or events for %g s: its pages lack the last ones", limit_s)
+        for task in tasks:
+            task.get_loop().call_soon_threadsafe(task.cancel)
+        wait(left, limit_s)
 
 
 def wait_for(address: str) -> None:
