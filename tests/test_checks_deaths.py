@@ -10,6 +10,7 @@ import trimesh
 from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.assets.urdf.references import find_mesh
+from asset2sim.checks.known_reports import comparable
 from asset2sim.engines import registry
 from asset2sim.load import load
 from schemas.asset import AssetRef
@@ -71,6 +72,7 @@ def frail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Engine]:
     assert registry.further()
     yield Engine("frail")
     registry.further.cache_clear()
+    comparable.cache_clear()
 
 
 def box_with_a_knob(folder: Path) -> AssetRef:
