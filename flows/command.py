@@ -61,7 +61,7 @@ def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -
 
 
 def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
-    # A third of the time of --help, which needs none of it.
+    # --help needs none of it.
     from asset2sim.runs.request import refine_request, settings_for_run, stated_settings
 
     match options:

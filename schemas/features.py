@@ -127,7 +127,7 @@ class JointFeatures(Frozen):
     open: Finite | None
     openness_confidence: Fraction
     other_reading: str = Field("", exclude_if=lambda means: not means)
-    """What it would mean if a guessed end were the other; "" where its shape tells."""
+    """Consequence if a guessed end were the other, in words; "" where its shape tells."""
     stiffness: Finite | None = Field(None, exclude_if=lambda stated: stated is None)
     """Of its spring, N·m/rad or N/m; None where the file states none."""
     start: Finite | None = Field(None, exclude_if=lambda stated: stated is None)

@@ -1,4 +1,4 @@
-"""What opens packs: Python environments of their own, and the Hub on this machine: one folder as one commit."""
+"""Consumers that open packs: Python environments of their own, and a local Hub: one folder as one commit."""
 
 import hashlib
 import importlib.util

@@ -128,7 +128,7 @@ def base_image(work: Path) -> Image:
 
 
 def answer(opener: urllib.request.OpenerDirector, address: str) -> str:
-    """What is served at an address, or why nothing is."""
+    """The text served at an address, or why nothing is."""
     try:
         with opener.open(address, timeout=30.0) as served:
             return str(served.read().decode())

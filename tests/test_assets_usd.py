@@ -361,7 +361,7 @@ print(mj.dof_damping[d], mj.dof_frictionloss[d], mj.dof_armature[d], mj.jnt_stif
 
 
 def in_newton(code: str, path: Path, variant: str, *numbers: float) -> list[float]:
-    """What code prints of a stage in Newton's MuJoCo solver on the CPU without gravity, in a process of its own."""
+    """The output of code about a stage in Newton's MuJoCo solver on the CPU, without gravity, in its own process."""
     words = [python_with("newton"), "-c", NEWTON + code, str(path), variant, *map(str, numbers)]
     ended = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
     assert ended.returncode == 0, ended.stderr[-2000:]

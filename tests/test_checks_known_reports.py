@@ -28,7 +28,7 @@ HEAVY = Overlay(scale=1.0, links=(LinkProposal(name="body", mass_kg=200.0), Link
 
 
 class Given(NamedTuple):
-    """What decides a report."""
+    """The arguments that decide a report."""
 
     folder: Folder
     overlay: PhysicsOverlay

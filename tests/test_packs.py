@@ -154,7 +154,7 @@ def test_the_steps_of_a_consumers_page_run(packs: Packs, consumer: str, tmp_path
 
 
 def example(module: str, name: str, *words: str, **more: str) -> str:
-    """What an example prints in the environment that has its consumer."""
+    """The output of an example in the environment that has its consumer."""
     asked = [python_with(module), str(ROOT / "examples" / f"{name}.py"), *words]
     ended = subprocess.run(asked, capture_output=True, text=True, timeout=300, env={**os.environ, **more})
     assert ended.returncode == 0, ended.stderr[-2000:]

@@ -38,7 +38,7 @@ def marks(page: Path) -> set[str]:
 
 
 def broken(page: Path, link: str) -> str:
-    """What is wrong with a link of a page; empty where nothing is."""
+    """The fault of a page's link; empty without one."""
     parts = urlsplit(link)
     if parts.scheme:
         named = parts.scheme in OUTSIDE and (parts.scheme == "mailto" or re.fullmatch(r"[\w.-]+(:\d+)?", parts.netloc))

@@ -130,9 +130,8 @@ def held_start(item: Mechanism, share: float) -> dict[str, float]:
 
 def held_reset(world: World, item: Mechanism, share: float, settings: EngineSettings, limits: Thresholds) -> Reset:
     """Start as ``held_start`` has it, the root held, and watch until it is still, at most ``fall_s``, or as long as a
-    chain swings. A joint that must
-    hold may stay where it starts or go back to where the object begins, no further: not to where it would fall
-    undisturbed."""
+    chain swings. A joint that must hold may stay where it starts or go back to where the object begins, no further: not
+    to where it would fall undisturbed."""
     start = held_start(item, share)
     world.place(start)
     seen = watch(world, settings.fall_s, settings, calm=harmless(world, item, settings, limits))

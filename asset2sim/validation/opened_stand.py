@@ -47,9 +47,11 @@ def note_tips_when_open(
         return
     for name in leaves:
         span = starts[name].range
+        if span.joint.mimic is not None or span.joint.prismatic:
+            continue
         ways = (span.closed + share * (span.open - span.closed) for share in SHARES)
         bad = next((way for way in ways if tips(stands(here | {name: way}))), None)
-        if bad is None or span.joint.mimic is not None or span.joint.prismatic:
+        if bad is None:
             continue
         open_deg = math.degrees(abs(bad - span.closed))
         message = (

@@ -140,7 +140,7 @@ START_LIMIT_S = 300.0
 """Time in which a server must answer, s: 5 to 10 is usual, and on a machine with six times its cores' work 120 is not
 enough; the first start of all makes its database too."""
 SEND_LIMIT_S = 60.0
-"""Time that Prefect's background services get to send what they hold, s: far more than they take on a busy machine."""
+"""Time that Prefect's background services get to send what they hold, s: chosen, far more than one request is given."""
 ASK_LIMIT_S = 20.0
 """Time that one request gets, s: what a starting server has taken in and forgotten is asked again."""
 

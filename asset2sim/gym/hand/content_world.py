@@ -18,7 +18,7 @@ from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
 CONTENT, ROOT3, ROOT2 = "content/", math.sqrt(1.0 / 3.0), math.sqrt(0.5)
-"""What the names of the bodies begin with, and what makes a cube and a cylinder fit into a ball of radius 1."""
+"""Beginning of the bodies' names, and the factors that make a cube and a cylinder fit into a ball of radius 1."""
 GEOM = mujoco.mjtGeom
 BODIES = {
     "ball": (GEOM.mjGEOM_SPHERE, np.array([1.0, 0.0, 0.0])), "box": (GEOM.mjGEOM_BOX, np.full(3, ROOT3)),

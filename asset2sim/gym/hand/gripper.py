@@ -163,18 +163,12 @@ class HandWorld:
         return max(1, round(seconds / self.settings.timestep_s))
 
 
-def open_world(
-    folder: Path, settings: HandSettings, scale: float = 1.0, *, held: bool = False,
-    add: Callable[[mujoco.MjSpec], None] | None = None,
-) -> HandWorld:  # fmt: skip
-    """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor;
-    ``add`` puts more into it. Raises LoadError as
-    ``load`` does, ValueError where MuJoCo refuses the model."""
+def open_world(folder: Path, settings: HandSettings, scale: float = 1.0, *, held: bool = False) -> HandWorld:
+    """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor. Raises
+    LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
     spec, loaded = object_world(folder, settings.timestep_s, fixed=True if held else None)
     if held:
         spec.body(loaded.prefix + loaded.about.root).pos[2] += HELD_M
-    if add is not None:
-        add(spec)
     spec.attach(hand_spec(scale, settings), prefix=TOOL, frame=spec.worldbody.add_frame(pos=(0.0, 0.0, 20.0)))
     with warnings.catch_warnings(action="ignore"):
         model = spec.compile()
