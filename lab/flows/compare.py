@@ -134,7 +134,7 @@ def compare_withheld(options: CompareOptions) -> str:
     """The tables of one dataset whole, without labels, and with each category left out of the prior's tables."""
     base = base_settings()
     refs = load_dataset(options.data, None, (), None)
-    ways = {withheld.WHOLE: ("whole", base)}
+    ways = {withheld.WHOLE: (rules.OURS, base)}  # the same run as the other comparison's, where both have one folder
     ways[withheld.UNLABELLED] = "unlabelled", base.model_copy(update={"method": Method.NO_SEMANTICS})
     refine_each(Location(options.data), FoundAssets(refs), {options.out / folder: own for folder, own in ways.values()})
     runs = [(name, *assets_and_joints(options.out / folder)) for name, (folder, _) in ways.items()]

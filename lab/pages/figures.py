@@ -48,7 +48,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "compare": (
             'compare DATA={shared}/partnet_mobility OUT={out}/compared ARGS="--no-interaction --page docs/measured.md"',
         ),
-        "withheld": ("withheld DATA={shared}/partnet_mobility OUT={out}/withheld",),
+        "withheld": ("withheld DATA={shared}/partnet_mobility OUT={out}/rules",),
     }
 )
 """Block → the words of ``make`` that make it, one after the other; quickest first."""
