@@ -125,8 +125,14 @@ judged: $(INSTALLED) ## record, judge (ARGS: of asset2sim judge-videos) and rate
 	@$(BIN)/python -m flows.command judge-videos "$(OUT)" $(ARGS)
 	@$(BIN)/python -m flows.command ratings "$(OUT)"
 
-probe: $(INSTALLED) ## a policy does the paper's tasks with variants of OUT; ARGS="--policy openpi://HOST:PORT", else the scripted one
+probe: $(VENV)/.gripper ## a policy does the paper's tasks with variants of OUT; ARGS="--policy openpi://HOST:PORT", else the scripted one
 	@$(BIN)/python -m flows.command probe "$(OUT)" --policy scripted $(ARGS)
+
+# The Robotiq gripper's model lies in robosuite's package, of which nothing is run; its dependencies want an older NumPy.
+$(VENV)/.gripper: $(INSTALLED)
+	@echo "installing the Robotiq gripper's model into $(VENV) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps robosuite==1.5.2
+	@touch $@
 
 clone: $(INSTALLED) ## a network learns from the scripted expert what to do with the objects of OUT, into TO (OUT/clone)
 	@$(BIN)/python -m lab.flows.clone_expert "$(OUT)" "$(or $(TO),$(OUT)/clone)" $(ARGS)
