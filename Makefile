@@ -26,7 +26,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),4) --dist loadfile --no-loadscope
 comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held touched weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules dataset withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held touched weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -139,6 +139,9 @@ clone: $(INSTALLED) ## a network learns from the scripted expert what to do with
 
 rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ours, and write the table of docs/checks.md
 	@$(BIN)/python -m lab.flows.compare rules "$(DATA)" "$(OUT)" docs/checks.md
+
+dataset: $(INSTALLED) ## runs over whole datasets, ARGS="NAME=OUT …": a column each of a table of docs/measured.md
+	@$(BIN)/python -m lab.comparisons.dataset_table docs/measured.md $(ARGS)
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
 	@$(BIN)/python -m lab.flows.compare withheld "$(DATA)" "$(OUT)" docs/measured.md

@@ -45,6 +45,11 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             'ARGS="--models prior/noisy,prior/noisy@2,recorded/lab/answers"',
         ),
         "rules": ("rules DATA={shared}/partnet_mobility OUT={out}/rules",),
+        "dataset": (
+            "rules DATA={shared}/partnet_mobility OUT={out}/rules",
+            'flow DATA={shared}/other_furniture OUT={out}/furniture ARGS="--no-views"',
+            'dataset OUT={out} ARGS="PartNet-Mobility={out}/rules/ours furniture={out}/furniture"',
+        ),
         "compare": (
             'compare DATA={shared}/partnet_mobility OUT={out}/compared ARGS="--no-interaction --page docs/measured.md"',
         ),

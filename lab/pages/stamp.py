@@ -24,6 +24,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "summary": (), "questions": ("lab/pages",), "loaders": ("lab/loaders",), "held": ("lab/loaders",),
         "weights": ("lab/weights",), "rules": ("lab/comparisons",), "withheld": ("lab/comparisons",),
         "proposers": ("lab/comparisons",), "corrections": ("lab/comparisons",), "origins": ("lab/comparisons",),
+        "dataset": ("lab/comparisons",),
         "first": ("lab/comparisons", "lab/methods", "lab/noise"),
         "compare": ("lab/comparisons", "lab/methods", "lab/noise"),
         "shapes": ("lab/comparisons", "lab/methods", "lab/noise"),
