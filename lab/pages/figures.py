@@ -37,7 +37,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "probe": (NINE, 'probe OUT={out}/nine ARGS="--page docs/probes.md"'),
         "learn": (
             NINE,
-            'learn OUT={out}/nine ARGS="--tasks paper9 --methods reference,ivw,direct,asset2sim --seeds 1 '
+            'learn OUT={out}/nine ARGS="--tasks paper9 --methods reference,asset2sim --seeds 1 '
             '--budget 1.5e5 --published {shared}/paper_tables --page docs/learn.md"',
         ),
         "proposers": (
