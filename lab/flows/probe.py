@@ -42,7 +42,7 @@ def probe(options: ProbeOptions, settings: Settings) -> None:
         raise UsageError(f"a clone has seen the starts from seed {FIRST_SEED} on: choose seeds below")
     folders = [Path(folder) for folder in variant_folders(options.folders())]
     tasks = chosen_tasks(options.tasks, options.gripper)
-    choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed)
+    choice = ProbeChoice(tasks, options.assets, [*options.methods], options.trials, options.seed, options.film)
     # A folder without them is said before the trials.
     rates = published_rates(options.published) if options.published is not None else None
     real = real_rates(options.published)

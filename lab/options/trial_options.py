@@ -91,6 +91,7 @@ class ProbeOptions(FileOptions):
     seed: typed.COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
     methods: typed.Chosen[lab_types.METHODS] = Field((), description="only these methods, separated by commas")
     assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    film: CliDualFlag[bool] = Field(True, description="write an MP4 and the recording of each trial")
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
     published: lab_types.FOLDER | None = Field(
         None, description="the paper's tables: SRCC against what acted in reality"

@@ -34,7 +34,10 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "shapes": ("shapes SHARED={shared} OUT={out}/shapes",),
         "judged": (NINE, 'recorded OUT={out}/nine ARGS="--page docs/trials.md"'),
-        "probe": (NINE, 'probe OUT={out}/nine ARGS="--page docs/probes.md"'),
+        "probe": (
+            NINE,
+            'probe OUT={out}/nine ARGS="--no-film --published {shared}/paper_tables --page docs/probes.md"',
+        ),
         "learn": (
             NINE,
             'learn OUT={out}/nine ARGS="--tasks paper9 --methods reference,asset2sim --seeds 1 '

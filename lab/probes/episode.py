@@ -15,7 +15,7 @@ from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, Track, TrackSamples, 
 from asset2sim.gym.arm.scene import TIMESTEP_S
 from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
-from lab.probes.cameras import HEIGHT, WIDTH, Cameras
+from lab.probes.cameras import HEIGHT, WIDTH, Blindfold, Cameras
 from lab.probes.controller import carried_out, closed_share, commands_of
 from lab.probes.observation import CONTROL_HZ, JOINTS, Observation, Picture, Policy
 from lab.probes.scene import FLANGE, DroidScene, build_scene, open_commands
@@ -101,16 +101,17 @@ class EpisodeRun:
         return np.concatenate([self.tool()[:JOINTS] / REST_RAD, places / REST_M, np.array(joints) / REST_RAD])
 
 
-def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Path | None) -> Row:
+def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Path | None, drawn: bool = True) -> Row:
     """Let a policy do a task with the refined object in ``folder``: columns of the table of probe trials. Recording and
-    film go into ``to``. What the policy raises is passed on, once the film is written. Raises UsageError where nothing
-    can be drawn or the object has not the task's joint; LoadError, ValueError where MuJoCo refuses the object."""
+    film go into ``to``; without ``drawn`` pictures are black, for a policy that sees none. What the policy raises is
+    passed on, once the film is written. Raises UsageError where nothing can be drawn or the object has not the task's
+    joint; LoadError, ValueError where MuJoCo refuses the object."""
     began = time.monotonic()
     scene = build_scene(folder, probe_task(task), seed)
     run, film = EpisodeRun(scene), None if to is None else Film()
     steps = 0
     try:
-        with Cameras(folder, scene.stage) as cameras:
+        with Cameras(folder, scene.stage) if drawn else Blindfold() as cameras:
             run.advance(SETTLE_S, "settle")
             steps = act(run, policy, cameras, film)
     finally:
@@ -133,7 +134,7 @@ def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Pa
     }  # fmt: skip
 
 
-def act(run: EpisodeRun, policy: Policy, cameras: Cameras, film: "Film | None") -> int:
+def act(run: EpisodeRun, policy: Policy, cameras: Cameras | Blindfold, film: "Film | None") -> int:
     """Ask the policy and carry out what it answers until the horizon, or until nothing moves; how many actions."""
     gripper, states, step = run.stage.gripper, [run.state()], 0
     arm, fingers = Arm(gripper), open_commands(gripper)[JOINTS:]
@@ -167,7 +168,7 @@ def at_rest(states: list[Array], run: EpisodeRun) -> bool:
     return bool(idle or outcome(run)["success"])
 
 
-def seen_of(run: EpisodeRun, cameras: Cameras) -> Observation:
+def seen_of(run: EpisodeRun, cameras: Cameras | Blindfold) -> Observation:
     """Observation of the policy now; its last joint is told as DROID's are."""
     cameras.follow()
     left, right, wrist = (cameras.picture(name) for name in ("exterior_left", "exterior_right", "wrist"))

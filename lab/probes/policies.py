@@ -27,7 +27,9 @@ PORTS = {OPENPI: 8000, GROOT: 5555, SECURE: 443}
 KEY = "ASSET2SIM_POLICY_KEY"
 """Environment variable of the API key or token that a policy's server wants."""
 CLONED = "cloned"
-PROBES = ("scripted", "noisy", CLONED)
+BLIND = ("scripted", "noisy")
+"""Probes of ours that know the state and look at no picture."""
+PROBES = (*BLIND, CLONED)
 """Probes of ours: they never acted in reality."""
 NEED = f"name {', '.join(PROBES)}, or a server as openpi://HOST:PORT, wss://HOST:PORT or gr00t://HOST:PORT"
 

@@ -13,7 +13,7 @@ from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.gym.arm.gripper import PANDA
 from lab.probes.answers import TrialEnding
 from lab.probes.observation import Policy
-from lab.probes.policies import PolicySpec
+from lab.probes.policies import BLIND, PolicySpec
 from lab.probes.probe_trial import run_probe
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.runner import Done, RunWork, Study, done_row, run_study
@@ -46,6 +46,7 @@ class ProbeJob:
     method: str
     model: str
     run_id: str | None
+    film: bool = True
     episode: str = EPISODE
     maker: str = MAKER
 
@@ -74,6 +75,7 @@ class ProbeChoice:
     methods: Collection[str] = ()
     trials: int = 5
     seed: int = 0
+    film: bool = True
 
 
 def chosen_tasks(names: Sequence[str], gripper: str = PANDA.name) -> tuple[ProbeTask, ...]:
@@ -105,7 +107,7 @@ def jobs_of(outs: Sequence[Path], spec: PolicySpec, choice: ProbeChoice) -> list
         if (folder / "overlay.json").is_file():
             who = method, str(row["model"]), str(row["run_id"])
             found.extend(
-                ProbeJob(out, folder, task, spec, trial, choice.seed + trial, *who)
+                ProbeJob(out, folder, task, spec, trial, choice.seed + trial, *who, choice.film)
                 for task in choice.tasks
                 if task.asset_id == asset_id
                 for trial in range(choice.trials)
@@ -162,8 +164,12 @@ def episode_of(job: ProbeJob, settings: ProbeSettings) -> Row:
     shutil.rmtree(job.to, ignore_errors=True)
     job.to.mkdir(parents=True)
     episode = pkgutil.resolve_name(job.episode)
+    to, drawn = (job.to if job.film else None), job.film or job.spec.name not in BLIND
     row = run_probe(
-        lambda policy: episode(job.folder, job.task, job.seed, policy, job.to), job.spec, partial(_make, job), settings
+        lambda policy: episode(job.folder, job.task, job.seed, policy, to, drawn),
+        job.spec,
+        partial(_make, job),
+        settings,
     )
     # Of an episode that its policy has ended there is a film, too.
     film = job.to / FILM

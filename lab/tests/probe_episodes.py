@@ -19,7 +19,9 @@ CRASHES = "crashes"
 """An asset that takes its process along."""
 
 
-def run_episode(folder: Path, task: ProbeTask, seed: int, policy: Callable[[Observation], Chunk], to: Path) -> Row:
+def run_episode(
+    folder: Path, task: ProbeTask, seed: int, policy: Callable[[Observation], Chunk], to: Path, drawn: bool
+) -> Row:
     """The first joint is to go to 1 rad from where the seed puts it."""
     if folder.name == CRASHES:
         os.kill(os.getpid(), signal.SIGKILL)

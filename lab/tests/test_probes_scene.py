@@ -183,51 +183,26 @@ def test_the_expert_closes_a_drawer_and_recording_row_and_film_are_there(thing: 
     assert len(shown) == -(-row["steps"] // 3) and shown[0].shape == (HEIGHT, 3 * WIDTH, 3)
 
 
-class Blind:
-    """Cameras whose pictures are black: what needs none of them goes faster."""
-
-    def __init__(self, *_: object) -> None:
-        self.black = np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)
-
-    def __enter__(self) -> "Blind":
-        return self
-
-    def __exit__(self, *_: object) -> None: ...
-
-    def follow(self) -> None: ...
-
-    def picture(self, _: str) -> Picture:
-        return self.black
-
-
-@pytest.fixture
-def blind(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lab.probes.episode.Cameras", Blind)
-
-
-@pytest.mark.usefixtures("blind")
 def test_the_expert_lifts_a_block_into_the_bowl(tmp_path: Path) -> None:
     folder = block(tmp_path / "thing", 0.05, 0.2)
-    row: dict[str, Any] = run_episode(folder, LIFT, 2, scripted(folder, LIFT, 2), None)
+    row: dict[str, Any] = run_episode(folder, LIFT, 2, scripted(folder, LIFT, 2), None, drawn=False)
     assert (row["outcome"], row["reason"], row["video"]) == ("done", "", None)
     assert row["start"] > 0.2 > row["tolerance"] >= row["distance"]
 
 
-@pytest.mark.usefixtures("blind")
 def test_who_does_nothing_does_not_do_the_task_and_is_not_waited_for(thing: Path) -> None:
-    row: dict[str, Any] = run_episode(thing, CLOSE, 0, lambda _: STILL, None)
+    row: dict[str, Any] = run_episode(thing, CLOSE, 0, lambda _: STILL, None, drawn=False)
     assert (row["outcome"], row["success"], row["first_contact_s"]) == ("not done", False, None)
     assert "slide ended at 0.06, not 0" in row["reason"] and row["steps"] < IDLE_AT_REST + 2 * OPEN_LOOP
 
 
-@pytest.mark.usefixtures("blind")
 def test_what_a_policy_raises_is_passed_on_and_the_film_is_kept(thing: Path, tmp_path: Path) -> None:
     chunks = iter([STILL])
     with pytest.raises(StopIteration):
-        run_episode(thing, CLOSE, 0, lambda _: next(chunks), tmp_path / "to")
+        run_episode(thing, CLOSE, 0, lambda _: next(chunks), tmp_path / "to", drawn=False)
     assert (tmp_path / "to" / FILM).stat().st_size > 1000
     with pytest.raises(ValueError, match="not finite"):
-        run_episode(thing, CLOSE, 0, lambda _: Chunk(np.full((8, 8), np.nan), "joint_velocity"), None)
+        run_episode(thing, CLOSE, 0, lambda _: Chunk(np.full((8, 8), np.nan), "joint_velocity"), None, drawn=False)
 
 
 def test_an_object_in_the_hand_over_the_bowl_is_not_in_it_yet(tmp_path: Path) -> None:
