@@ -222,9 +222,9 @@ picture: $(INSTALLED) ## draw the README's before-and-after picture from data/ra
 	@$(BIN)/python -m lab.pages.picture data/raw data/refined docs/before_after.png \
 		laptop_silver box_wooden storage_sideboard trashcan_pedal toilet_white
 
-screenshots: $(INSTALLED) ## take the README's two pictures of the report of data/refined, with the system's Chromium
+screenshots: $(INSTALLED) ## take the two pictures of docs/report.md from data/refined, with the system's Chromium
 	@$(BIN)/python -m lab.pages.screenshots data/refined/report docs
 
 clean: ## remove the environment, the caches and data/refined
-	rm -rf $(VENV) .venv-judge .venv-load .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) .venv-judge .venv-load .venv-consumers .prefect data/refined .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find schemas asset2sim tasks flows tests -name __pycache__ -type d -prune -exec rm -rf {} +

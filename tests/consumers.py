@@ -4,11 +4,12 @@ import hashlib
 import importlib.util
 import json
 import os
+import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -18,14 +19,27 @@ COMMIT = "0123456789abcdef0123456789abcdef01234567"
 
 
 def python_with(module: str) -> str:
-    """The Python that has a consumer: this one, else that of the environment of this name in the folder CONSUMERS.
-    Skips the test where neither has it."""
-    if importlib.util.find_spec(module) is not None:
-        return sys.executable
-    python = Path(os.environ.get("CONSUMERS", "")) / module / "bin" / "python"
-    if "CONSUMERS" not in os.environ or not python.is_file():
-        pytest.skip(f"{module} is not installed: make an environment CONSUMERS/{module} that has it")
-    return str(python)
+    """The Python that has a consumer: that of the environment of this name in the folder CONSUMERS, else this one.
+    Skips the test where neither has it, and says why; where CONSUMERS_REQUIRED is set, fails it."""
+    own = Path(os.environ.get("CONSUMERS", "")) / module / "bin" / "python"
+    if "CONSUMERS" in os.environ and own.is_file():
+        return str(own)
+    reason = cannot_import(module)
+    if reason:
+        text = f"{module} is not to be had ({reason}): make an environment CONSUMERS/{module} that has it"
+        (pytest.fail if os.environ.get("CONSUMERS_REQUIRED") else pytest.skip)(text)
+    return sys.executable
+
+
+@cache
+def cannot_import(module: str) -> str:
+    """Why a child of this Python cannot import a module; empty where it can. A package may lie here without what it
+    needs."""
+    if importlib.util.find_spec(module) is None:
+        return "not installed"
+    words = [sys.executable, "-c", f"import {module}"]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    return ended.stderr.strip().splitlines()[-1] if ended.returncode else ""
 
 
 def digest(body: bytes) -> str:

@@ -1,4 +1,4 @@
-"""Files for other people's continuous integration and for containers: they parse, and name what there is."""
+"""Files for other people's continuous integration, for containers, and examples: they parse, and name what there is."""
 
 import re
 import shlex
@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
+from asset2sim.intake.formats import FORMATS
 from asset2sim.runs.options import parse
 from schemas.errors import UsageError
 from tests.assets import ROOT
@@ -39,6 +40,15 @@ def commands() -> list[list[str]]:
 def test_every_command_in_them_is_one(words: list[str]) -> None:
     assert words[0] == "asset2sim"
     parse(["x" if word.startswith("$") else word for word in words[1:] if word != "$OPTIONS"])
+
+
+def test_the_tests_that_the_workflow_names_exist() -> None:
+    jobs = read(FILES[2])["jobs"]
+    named = " ".join([*runs(), *(item["tests"] for item in jobs["consumers"]["strategy"]["matrix"]["include"])])
+    globs = [f"{head}{one}.py" for head, names in re.findall(r"(tests/test_\w+_)\{([\w,]+)\}\.py", named)
+             for one in names.split(",")]  # fmt: skip
+    globs += re.findall(r"tests/[\w*]+\.py", named)
+    assert len(globs) > 30 and all(any(ROOT.glob(name)) for name in globs)
 
 
 def test_a_command_that_is_none_would_be_seen() -> None:
@@ -73,6 +83,22 @@ def test_the_image_copies_what_is_there_and_is_not_run_by_root() -> None:
     assert kept == set(copied)
     assert [line for line in lines if line.startswith("USER ")] == ["USER asset2sim"]
     assert any(line.startswith("HEALTHCHECK") for line in lines)
+
+
+def test_the_hook_takes_files_of_every_format_but_mjcf_whose_suffix_is_anything() -> None:
+    suffixes = {*FORMATS} - {".xml"}
+    (hook,) = read(FILES[0])
+    assert all(re.search(hook["files"], f"a{suffix}") for suffix in suffixes) and not re.search(hook["files"], "a.xml")
+    page = (ROOT / "docs/install.md").read_text(encoding="utf-8")
+    assert r"files: \.xml$" in page
+
+
+def test_every_example_is_python_and_named_in_the_list_of_them() -> None:
+    listed = (ROOT / "examples/README.md").read_text(encoding="utf-8")
+    scripts = sorted((ROOT / "examples").glob("*.py"))
+    for script in scripts:
+        compile(script.read_text(encoding="utf-8"), script.name, "exec")
+    assert scripts and all(script.name in listed for script in scripts)
 
 
 def test_the_version_is_that_of_the_changelog() -> None:

@@ -87,7 +87,7 @@ def test_make_lists_every_target_that_a_user_may_ask_for() -> None:
     )
     expected += " bench-defects bench samples questions summary loaders held weights withheld docs picture clean"
     expected += " proposers corrections origins first view rate ratings report screenshots judged probe clone learn"
-    expected += " bench-gym recorded figures shapes touched"
+    expected += " bench-gym recorded figures shapes touched dataset"
     assert " ".join(sorted(targets)) == " ".join(sorted(expected.split()))
 
 

@@ -1,11 +1,13 @@
-"""Refine a sample with the product's wheel alone, in environments without the laboratory and without the checkout.
+"""Refine a sample with the product's sdist and wheel alone, without the laboratory and without the checkout.
 
 ``python -m tests.wheel_alone``, in the checkout's environment, whose installed dependencies the new ones borrow: one
-all of them, one what the core needs and no more. The wheel is built from the sdist. Exits non-zero where a file of the
-packages is not in the wheel, the wheel is too large, an object is not refined and drawn, the core needs more than it
-says or is slow to start, or what is not installed is not named where it is asked for.
+has the sdist and all of them, one the wheel and what the core needs. The wheel is built from the sdist. Exits non-zero
+where twine finds a fault, a file of the packages is missing, the wheel or the core is too large, an object is not
+refined and drawn, the core needs more than it says or is slow to start, or what is not installed is not named where it
+is asked for.
 """
 
+import importlib.util
 import json
 import os
 import re
@@ -26,8 +28,9 @@ PACKAGES = ("asset2sim", "flows", "schemas", "tasks")
 SAMPLE = "laptop_silver"
 OWN = ("asset2sim", "__editable__", "_editable_impl_")
 """Beginnings of the names in an environment's packages that stand for the checkout and its laboratory."""
-MOST_BYTES, MOST_IMPORT_S = 5_000_000, 1.0
-"""Size of the wheel, and processor time of ``--help`` in the core; 0.5 s where nothing else runs."""
+MOST_BYTES, MOST_CORE_BYTES, MOST_IMPORT_S = 5_000_000, 600_000_000, 1.0
+"""Sizes of the wheel and of the core with all that it needs, installed, and processor time of ``--help`` in the core;
+0.5 s where nothing else runs."""
 PIPELINE = ("dask", "distributed", "duckdb", "fastapi", "litellm", "mlflow", "pandas", "prefect", "pyarrow", "pybullet",
             "sqlalchemy", "uvicorn")  # fmt: skip
 """Packages that the core's environment must not have."""
@@ -42,11 +45,21 @@ print("\\n".join(importlib.import_module(name).__file__ for name in names))
 """
 
 
-def wheel_of(folder: Path) -> Path:
-    """The product's wheel, built from its sdist, which is built from the checkout into a folder."""
+def built(folder: Path) -> tuple[Path, Path]:
+    """The product's sdist, built from the checkout into a folder, and its wheel, built from the sdist."""
     subprocess.run([sys.executable, "-m", "build", "--outdir", str(folder), str(ROOT)], capture_output=True, check=True)
-    (wheel,) = folder.glob("asset2sim-*.whl")
-    return wheel
+    (sdist,), (wheel,) = folder.glob("asset2sim-*.tar.gz"), folder.glob("asset2sim-*.whl")
+    return sdist, wheel
+
+
+def check_descriptions(*packed: Path) -> None:
+    """Exit where a package index would refuse what an sdist or a wheel says of itself, or not show its README."""
+    if importlib.util.find_spec("twine") is None:
+        sys.exit("twine is not installed: run `make install`, which brings the extra `dev`")
+    words = [sys.executable, "-m", "twine", "check", "--strict", *map(str, packed)]
+    done = subprocess.run(words, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"twine finds a fault in the packages: {done.stdout}{done.stderr}")
 
 
 def check_contents(wheel: Path) -> None:
@@ -60,8 +73,9 @@ def check_contents(wheel: Path) -> None:
         sys.exit(f"the wheel lacks {len(lost)} files of the packages: {', '.join(lost[:10])}")
 
 
-def environment(folder: Path, wheel: Path, wanted: Callable[[str], bool]) -> Path:
-    """The programs of a new environment with the wheel, and links to the files here of ``wanted`` distributions."""
+def environment(folder: Path, packed: Path, wanted: Callable[[str], bool]) -> Path:
+    """The programs of a new environment with a wheel or sdist, and links to the files here of ``wanted``
+    distributions."""
     venv.create(folder, with_pip=False, symlinks=True)
     programs = folder / "bin"
     python = str(programs / "python")
@@ -75,7 +89,9 @@ def environment(folder: Path, wheel: Path, wanted: Callable[[str], bool]) -> Pat
         if not name.startswith(OWN) and not name.endswith(".pth") and (here / name).exists():
             (place / name).symlink_to(here / name)
     install = [sys.executable, "-m", "pip", "--python", python, "--quiet", "install", "--no-deps"]
-    subprocess.run([*install, "--disable-pip-version-check", "--no-index", str(wheel)], check=True)
+    # An sdist is built first, by what the index has.
+    further = ["--no-index"] if packed.suffix == ".whl" else []
+    subprocess.run([*install, "--disable-pip-version-check", *further, str(packed)], check=True)
     return programs
 
 
@@ -108,6 +124,18 @@ def needed(wheel: Path) -> set[str]:
                 inner.marker = None
                 open_.append(inner)
     return set(found)
+
+
+def check_size(core: set[str], wheel: Path) -> int:
+    """The bytes of the core's distributions as they are installed here, and of the wheel's files; exit where they are
+    too many."""
+    files = [Path(str(file.locate())) for name in core for file in metadata.files(name) or ()]
+    total = sum(file.stat().st_size for file in files if file.is_file())
+    with zipfile.ZipFile(wheel) as packed:
+        total += sum(item.file_size for item in packed.infolist())
+    if total > MOST_CORE_BYTES:
+        sys.exit(f"the core has {total} bytes with the {len(core)} packages that it needs; at most {MOST_CORE_BYTES}")
+    return total
 
 
 def check_core(programs: Path, run: Callable[..., subprocess.CompletedProcess[str]]) -> None:
@@ -145,9 +173,10 @@ def main() -> None:
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ASSET2SIM_", "MAKE"))}
     with tempfile.TemporaryDirectory(prefix="asset2sim-wheel-") as name:
         work = Path(name)
-        wheel = wheel_of(work)
+        sdist, wheel = built(work)
+        check_descriptions(sdist, wheel)
         check_contents(wheel)
-        programs = environment(work / "environment", wheel, lambda name: True)
+        programs = environment(work / "environment", sdist, lambda name: True)
         path = kept.get("PATH", "")
 
         def run(*words: str) -> subprocess.CompletedProcess[str]:
@@ -156,19 +185,21 @@ def main() -> None:
 
         found = run("python", "-c", WHERE, ",".join(PACKAGES))
         if found.returncode or not all(line.startswith(str(work)) for line in found.stdout.split()):
-            sys.exit(f"what is imported is not the wheel's: {found.stdout}{found.stderr}")
+            sys.exit(f"what is imported is not the sdist's: {found.stdout}{found.stderr}")
         done = run("asset2sim", "refine", str(ROOT / "data" / "raw"), "--assets", SAMPLE, "--out", "out", "--strict")
         written = [work / "out" / "report" / "index.html", work / "out" / "assets" / SAMPLE / "mobility.urdf"]
         if done.returncode or not all(file.is_file() for file in written):
-            sys.exit(f"the wheel alone does not refine {SAMPLE}:\n{done.stdout}{done.stderr}")
+            sys.exit(f"the sdist alone does not refine {SAMPLE}:\n{done.stdout}{done.stderr}")
         for words in OF_THE_LABORATORY:
             refused = run("asset2sim", *words)
             if refused.returncode != 2 or "asset2sim-lab" not in refused.stderr:
                 sys.exit(f"{' '.join(words)} does not name the laboratory: {refused.stdout}{refused.stderr}")
         core = needed(wheel)
+        total = check_size(core, wheel)
         programs = environment(work / "core", wheel, core.__contains__)
         check_core(programs, run)
-    sys.stdout.write(f"{wheel.name} alone refines {SAMPLE}, with everything and with {len(core)} packages\n")
+    sys.stdout.write(f"{sdist.name} with everything and {wheel.name} with {len(core)} packages, {total / 1e6:.0f} MB, "
+                     f"refine {SAMPLE}\n")  # fmt: skip
 
 
 if __name__ == "__main__":
