@@ -173,7 +173,8 @@ figures: $(INSTALLED) ## every measured block of docs/ that is older than what i
 
 shapes: $(INSTALLED) ## a table of docs/measured.md: Φ of methods on the same shapes, the paper's nine, into OUT; SHARED (../shared)
 	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
-		--methods reference,ivw,direct,asset2sim --no-interaction --shapes docs/measured.md
+		--methods reference,ivw,direct,asset2sim --no-interaction --models "prior/noisy,recorded/lab/answers" \
+		--settings lab/answers/settings.yaml --shapes docs/measured.md
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m lab.flows.bench_defects "$(OUT)"

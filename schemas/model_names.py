@@ -8,7 +8,7 @@ from schemas.secret import Address
 
 PRIOR_PROVIDER = "prior"
 HOUSEHOLD = "prior/household"
-"""The offline prior."""
+"""The model that looks values up in our tables, in this process."""
 RECORDED_PROVIDER = "recorded"
 RECORDED_FORM = "recorded/<folder>"
 """Name of recorded answers: a folder of files, relative to where the run was started."""

@@ -76,8 +76,8 @@ class DoubtSettings(Frozen):
 
     ask_again: bool | None = None
     """Whether a model is asked once more where what its answer comes to is further from what words and kind lead one to
-    expect than its own σ, and the second answer is taken; null: by any model but the offline prior, unless ``correct``
-    is semantic."""
+    expect than its own σ, and the second answer is taken; null: by any model but ``prior/household`` and
+    ``prior/noisy``, unless ``correct`` is semantic."""
     samples: int = Field(1, ge=1)
     """Most answers to one question, of which the median is taken; more than one only where σ, or the difference of two
     answers, is above the σ below."""
@@ -86,7 +86,7 @@ class DoubtSettings(Frozen):
     scale_sigma: Positive = 0.35
     """Relative σ of a scale for which a model states none: one answer of the paper's models is 35 % off."""
     prior_scale_sigma: Positive = 0.17
-    """σ of the expected scale, which is the offline prior's: what that is off itself. Both count for the difference."""
+    """σ of the scale that ``prior/household`` expects: what that is off itself. Both count for the difference."""
     position_sigma: Fraction = 0.15
     """σ of an asked position for which a model states none, as a share of the part's useful travel: half the way from
     slightly open to half open, beyond which a state reads as another word ..."""
@@ -238,8 +238,9 @@ class Settings(Frozen):
     methods: MethodSettings = MethodSettings()
     model: ModelSettings = ModelSettings()
     correct: Correction | None = None
-    """How far our rules move a model's answer; null: semantic for the offline prior, whose tables they are, and
-    units for every other model. What users state as numbers of their own is never moved."""
+    """How far our rules move a model's answer; null: semantic for ``prior/household`` and
+    ``prior/noisy``, whose tables they are, and units for every other model. What users state as numbers of their own is
+    never moved."""
     doubt: DoubtSettings = DoubtSettings()
     inputs: InputSettings = InputSettings()
     physics: PhysicsSettings = PhysicsSettings()

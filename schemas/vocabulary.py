@@ -214,7 +214,7 @@ class Gate(StrEnum):
 
 class Correction(StrEnum):
     """How far rules move what a model says: ``off`` only where no engine could step it, ``units`` also numbers that are
-    plainly in another unit, ``semantic`` also the scale to the offline prior's table of sizes and the state to its
+    plainly in another unit, ``semantic`` also the scale to ``prior/household``'s table of sizes and the state to its
     reading of the words."""
 
     OFF = "off"

@@ -1,8 +1,8 @@
 """A scripted model that is right but for planted mistakes, and reconsiders when it is told what they come to.
 
 What is right is not ours: of each object it knows what the dataset's expectations accept (the middle of a range), which
-careful readers wrote before any result; the rest of its answer is the offline prior's. It makes the mistakes that were
-measured on a real model (``shared/vlm_answers``): sizes by toy rules, a lid that is asked open and does not hold, a
+careful readers wrote before any result; the rest of its answer is ``prior/household``'s. It makes the mistakes that
+were measured on a real one (``shared/vlm_answers``): sizes by toy rules, a lid that is asked open and does not hold, a
 state read as a share of the whole travel or as another word, degrees.
 
 Asked again, it decides by the consequences alone, of which it reads nothing but the thing that each names: a mistake

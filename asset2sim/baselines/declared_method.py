@@ -71,7 +71,7 @@ class DeclaredMethod:
     asks: bool = True
     """Whether a model is asked."""
     source: Source | None = None
-    """Where its numbers come from; None where from the model or the offline prior."""
+    """Where its numbers come from; None where from the model or ``prior/household``."""
     given: Callable[[ModelAsk, Extraction], tuple[ModelAsk, Extraction]] = as_it_is
     """How a model is asked, and what of the asset the method, rules and all, may know."""
     reads_above: str = ""

@@ -170,7 +170,7 @@ RULE_FIELDS = (
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 
 OWN_FIELDS = ("mass_change",)
-"""Fields that only the offline prior fills."""
+"""Fields that only ``prior/household`` fills."""
 
 REASONED = ("appearance", "size_reason", "findings", "unclear")
 """Fields that say what was seen, why, and what cannot be told: a model that calls tools has no place for them."""

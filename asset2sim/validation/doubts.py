@@ -1,7 +1,7 @@
 """Doubts about an answer (size, state, what falls shut), measured, as sentences for the model that gave it.
 Rules do not change these values.
 
-The expectation is the offline prior's. It is told without its numbers, so that a model decides by what it sees; what
+The expectation is ``prior/household``'s. It is told without its numbers, so that a model decides by what it sees; what
 counts as far from it is the model's own σ.
 """
 

@@ -16,6 +16,8 @@ BLOCK = "proposers"
 """Name of the page's block."""
 STATE_STEPS = ("request", "line", "perturbation", "grid", "groups", "return", "authored", "model")
 """Proposers of joint positions in the table ``trace``; the others change shapes and terms."""
+UNRECORDED = "no answer is recorded"
+"""Words of a finding about a question that a recorded model does not answer."""
 MM_PER_M = 1e3
 HEADINGS = (
     "model", "proposer", "objects", "model calls each", "iterations each", "Φ at the start, mm",
@@ -59,14 +61,21 @@ def answered(model: str, asset_ids: Sequence[str]) -> list[str]:
 
 
 def proposers_of(model: str, asset_ids: Sequence[str]) -> tuple[Proposer, ...]:
-    """The proposers that a model can be: a recorded one proposes every step only where it answers that question about
-    every object, since no other model may answer for it."""
+    """The proposers that a model can be: a recorded one proposes every step only where it answers the first question
+    about every object, since no other model may answer for it. ``unrecorded`` says whether it answered the others."""
     if is_recorded(model):
         files = set(answer_files(Path(recorded_folder(model))))
         asked = [set(answer_names(asset_id, REFINEMENT_PURPOSE)) for asset_id in asset_ids]
         if not all(names & files for names in asked):
             return (Proposer.SEARCH,)
     return tuple(Proposer)
+
+
+def unrecorded(runs: Sequence[ProposerRun]) -> list[str]:
+    """The objects about which a step was asked that no recording answers: the run went on without the model."""
+    findings = pd.concat([run.findings for run in runs])
+    left = (findings["code"] == "refinement_unanswered") & findings["message"].str.contains(UNRECORDED, na=False)
+    return sorted(set(findings.loc[left, "asset_id"]))
 
 
 def overlapping_at_start(trace: pd.DataFrame, target_mm: float) -> list[str]:
@@ -81,14 +90,18 @@ def first_steps(trace: pd.DataFrame) -> pd.DataFrame:
 
 
 def proposers_table(runs: Sequence[ProposerRun]) -> str:
-    """A Markdown table with a row per model and proposer, the same one's datasets together."""
-    rows = []
+    """A Markdown table with a row per model and proposer, the same one's datasets together, but for those of which a
+    question was not answered; a sentence below names these."""
+    rows, left = [], []
     for model in dict.fromkeys(run.model for run in runs):
         for proposer in Proposer:
             own = [run for run in runs if (run.model, run.proposer) == (model, proposer)]
-            if own:
+            if own and (missing := unrecorded(own)):
+                left.append(f"`{model}` as `{proposer.value}`, whose recordings end early for {', '.join(missing)}")
+            elif own:
                 rows.append([described(model), f"`{proposer.value}`", *figures(own)])
-    return markdown_table(list(HEADINGS), rows, range(2, len(HEADINGS)))
+    table = markdown_table(list(HEADINGS), rows, range(2, len(HEADINGS)))
+    return f"{table}\n\nLeft out: {'; '.join(left)}." if left else table
 
 
 def figures(runs: Sequence[ProposerRun]) -> list[str]:

@@ -14,7 +14,7 @@ from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.engines.static_object import phi_at
 from lab.comparisons.markdown import name_of
-from lab.comparisons.method_runs import MethodRun
+from lab.comparisons.method_runs import NO_MODEL, MethodRun
 from lab.comparisons.proposers import STATE_STEPS
 from schemas.errors import AssetError, UsageError
 from schemas.model_names import described
@@ -46,16 +46,17 @@ class ShapesRow:
 
 def phi_on_shapes(runs: Sequence[MethodRun], settings: EngineSettings) -> list[ShapesRow]:
     """A row for each refined object of each run. The shapes as authored are those of the first run that leaves hulls as
-    they are, the others those of our method's first; without both there are no rows."""
+    they are, the others those of our method with the same model, or its first; without both there are no rows."""
     kept = [run.folder / "assets" for run in runs if not known_methods()[run.method].rules]
-    cut = [run.folder / "assets" for run in runs if run.method is Method.ASSET2SIM][:1]
+    cut = {run.label: run.folder / "assets" for run in runs if run.method is Method.ASSET2SIM}
     found = []
     for run in runs if kept and cut else ():
+        by_ours = cut.get(run.label, next(iter(cut.values())))
         for file in sorted((run.folder / "assets").glob("*/overlay.json")):
             own = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
             name = file.parent.name
             authored = next((folder for folder in kept if (folder / name / "overlay.json").is_file()), kept[0])
-            phi = (phi_mm(own, folder / name, settings) for folder in (authored, cut[0]))
+            phi = (phi_mm(own, folder / name, settings) for folder in (authored, by_ours))
             found.append(ShapesRow(run.method, run.label, name, *phi))
     return found
 
@@ -77,16 +78,17 @@ def phi_mm(own: PhysicsOverlay, shapes: Path, settings: EngineSettings) -> float
 
 
 def shapes_table(rows: Sequence[ShapesRow]) -> str:
-    """Markdown: for each method the mean Φ and the number of objects that overlap, before and after cutting, and the
-    stapler and the toilet of the paper's nine; "" without rows."""
+    """Markdown: for each method and model the mean Φ and the number of objects that overlap, before and after cutting,
+    and the stapler and the toilet of the paper's nine; "" without rows."""
     lines = []
-    for who in dict.fromkeys((row.method, row.model) for row in rows):
-        own = [row for row in rows if (row.method, row.model) == who]
+    for method, model in dict.fromkeys((row.method, row.model) for row in rows):
+        own = [row for row in rows if (row.method, row.model) == (method, model)]
         both = [row for row in own if np.isfinite([row.authored_mm, row.cut_mm]).all()]
         single = {row.asset_id: f"{row.authored_mm:.2f}; {row.cut_mm:.2f}" for row in both}
+        named = [name_of(method, model), NOTHING if model == NO_MODEL else described(model)]
         lines.append(
             [
-                name_of(*who),
+                *named,
                 str(len(both)),
                 *(
                     cell
@@ -96,19 +98,27 @@ def shapes_table(rows: Sequence[ShapesRow]) -> str:
                 *(single.get(asset_id, NOTHING) for asset_id in SINGLE),
             ]
             if both
-            else [name_of(*who), "0", *[NOTHING] * 6]
+            else [*named, "0", *[NOTHING] * 6]
         )
-    headings = ("method", "objects", "Φ mm, hulls as authored", "overlap", "Φ mm, hulls as ours cut them", "overlap")
-    return markdown_table((*headings, *SINGLE.values()), lines, right=range(1, 8)) if rows else ""
+    headings = (
+        "method",
+        "model",
+        "objects",
+        "Φ mm, hulls as authored",
+        "overlap",
+        "Φ mm, hulls as ours cut them",
+        "overlap",
+    )
+    return markdown_table((*headings, *SINGLE.values()), lines, right=range(2, 9)) if rows else ""
 
 
-def done_by(out: Path) -> str:
-    """One sentence on what brought Φ down in our method's run: hulls, the search for a state, or a model's steps."""
-    assets, findings, trace = latest_rows(out, "assets", "findings", "trace")
-    return done_sentence(len(assets), findings, trace)
+def done_by(run: MethodRun) -> str:
+    """One sentence on what brought Φ down in a run of our method: hulls, the search for a state, or a model's steps."""
+    assets, findings, trace = latest_rows(run.folder, "assets", "findings", "trace")
+    return done_sentence(run.label, len(assets), findings, trace)
 
 
-def done_sentence(count: int, findings: pd.DataFrame, trace: pd.DataFrame) -> str:
+def done_sentence(model: str, count: int, findings: pd.DataFrame, trace: pd.DataFrame) -> str:
     """The sentence of ``done_by`` from the tables of a run over so many objects."""
     cut = findings[findings["code"] == "collision_cut"]
     shares = [int(found[1]) for text in cut["message"] if (found := re.search(r"\((\d+)% of a hull\)", text))]
@@ -116,9 +126,9 @@ def done_sentence(count: int, findings: pd.DataFrame, trace: pd.DataFrame) -> st
     searched = steps[steps["proposer"].isin(set(STATE_STEPS) - {"model", *ASKED})]
     modelled = steps[steps["proposer"] == "model"]
     return (
-        f"What brought Φ of ours down: of {count} objects hulls were cut on {cut['asset_id'].nunique()} (by up to "
-        f"{max(shares, default=0)} % of a hull), a step of the joints was accepted on "
-        f"{searched['asset_id'].nunique()}, a model's step on {modelled['asset_id'].nunique()}."
+        f"What brought Φ of ours down with {described(model)}: of {count} objects hulls were cut on "
+        f"{cut['asset_id'].nunique()} (by up to {max(shares, default=0)} % of a hull), a step of the joints was "
+        f"accepted on {searched['asset_id'].nunique()}, a model's step on {modelled['asset_id'].nunique()}."
     )
 
 
@@ -127,12 +137,13 @@ def shapes_section(runs: Sequence[MethodRun], settings: EngineSettings) -> tuple
     rows = phi_on_shapes(runs, settings)
     if not rows:
         return ()
-    ours = next(run for run in runs if run.method is Method.ASSET2SIM)
+    ours = [run for run in runs if run.method is Method.ASSET2SIM]
     said = (
-        f"Model: {described(ours.label)}. Φ of each method's size and state on the same shapes, in PyBullet; *overlap* "
-        f"counts objects over {OVERLAP_MM:g} mm; stapler and toilet of the paper's nine: before; after."
+        "Φ of each method's size and state on the same shapes, in PyBullet: hulls as authored, and as ours cut them "
+        f"with the same model ({described(ours[0].label)} where none was asked); *overlap* counts objects over "
+        f"{OVERLAP_MM:g} mm; stapler and toilet of the paper's nine: before; after."
     )
-    return said, shapes_table(rows), done_by(ours.folder)
+    return said, shapes_table(rows), " ".join(done_by(run) for run in ours)
 
 
 def shapes_block(paragraphs: Sequence[str]) -> str:

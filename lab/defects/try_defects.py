@@ -44,7 +44,7 @@ class CleanObject:
 
 
 def ask(request: ModelRequest) -> ModelAnswer:
-    """The offline prior, without the gateway: nothing here is counted or cached."""
+    """``prior/household``, without the gateway: nothing here is counted or cached."""
     return ModelAnswer(content=answer(request.text), calls=())
 
 

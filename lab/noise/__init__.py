@@ -1,1 +1,1 @@
-"""The simulated fallible model: the offline prior with seeded errors."""
+"""The simulated fallible model: ``prior/household`` with seeded errors."""

@@ -1,4 +1,4 @@
-"""The simulated fallible model: the offline prior's answers with seeded errors of stated sizes. A simulation: it says
+"""The simulated fallible model: ``prior/household``'s answers with seeded errors of stated sizes. A simulation: it says
 how each method stands errors of these sizes, and nothing about any real model. The sizes and where they come from are
 in ``noise_level``."""
 
@@ -116,7 +116,7 @@ _NUMBER = re.compile(r"(?<=[:\[, ])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?=[,}\]\s])"
 
 
 def noisy(answer: str, text: str, noise: Noise, sample: int = 0, conversation: str | None = None) -> str:
-    """The offline prior's answer to the request ``text``, with the simulated errors of ``noise``.
+    """``prior/household``'s answer to the request ``text``, with the simulated errors of ``noise``.
 
     The shared part of every error depends on the object, the guidance and the seed; the rest on ``conversation`` (all
     that was said, by default ``text``) and ``sample``, so that a repeated request, another view or a request with

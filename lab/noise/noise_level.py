@@ -3,7 +3,7 @@ compared with another.
 
 **Scale.** Direct VLM is 35.0 ± 37.6 % off the experts' scale (paper, Table 1). For a log-normal factor with standard
 deviation σ the mean of |f − 1| is exp(σ²/2)·(2Φ(σ) − 1), which is 0.350 at σ = 0.415 (its own standard deviation is
-then 0.33). The offline prior is itself 11 % off on those nine, which is σ = 0.137, and what is added here is
+then 0.33). ``prior/household`` is itself 11 % off on those nine, which is σ = 0.137, and what is added here is
 independent of that: √(0.415² − 0.137²) = 0.39.
 
 **How much of an error is common to all answers about an object.** VLM-IVW, 25 answers, is 38.4 % off in scale and
@@ -27,8 +27,8 @@ deviations: ln(upper/lower)/4.
 **Answers that do not fit.** Of the paper's 93 assets 80 were finished by all methods: 14 % were lost on the way for any
 reason, and each structural slip is kept below that.
 
-A level L multiplies every standard deviation, and an error of probability p happens with 1 − (1 − p)ᴸ: level 0 is the
-offline prior itself, level 1 is the paper's model.
+A level L multiplies every standard deviation, and an error of probability p happens with 1 − (1 − p)ᴸ: level 0 is
+``prior/household`` itself, level 1 is the paper's model.
 """
 
 import hashlib
@@ -61,7 +61,7 @@ class NoiseLevel(Frozen):
     probability."""
 
     scale_log: NonNegative = 0.39
-    """Uniform scale; with the offline prior's own error 35.0 % off the experts' (paper, Direct VLM)."""
+    """Uniform scale; with ``prior/household``'s own error 35.0 % off the experts' (paper, Direct VLM)."""
     density_log: NonNegative = 0.27
     """Density of a link: the paper's metals have 2700 to 8000 kg/m³, ln(8000/2700)/4."""
     hollow_log: NonNegative = 0.40
@@ -127,7 +127,7 @@ def is_noisy(model: str) -> bool:
 
 
 def noise_of(model: str) -> Noise | None:
-    """The errors of a model in this process; None for the offline prior itself. Raises ``UnknownChoiceError`` for a
+    """The errors of a model in this process; None for ``prior/household`` itself. Raises ``UnknownChoiceError`` for a
     name that is not of the form ``NOISY_FORM``."""
     if model == HOUSEHOLD:
         return None

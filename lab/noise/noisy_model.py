@@ -1,4 +1,4 @@
-"""The model ``prior/noisy``: the offline prior's answers with simulated errors."""
+"""The model ``prior/noisy``: ``prior/household``'s answers with simulated errors."""
 
 from collections.abc import Callable
 

@@ -19,21 +19,29 @@ DIGITS = 12
 """Hexadecimal digits kept of a hash: enough to tell any two states apart."""
 NO_HASH = "0" * DIGITS
 """In place of what a block measured before blocks were stamped: it is no state of today's code."""
+SUFFIXES = (".py", ".csv", ".sql", ".json", ".yaml")
+"""Endings of what is hashed in a study's rooms: code, tables, questions, recorded answers and settings."""
+_SETTINGS_COMPARED = ("lab/comparisons", "lab/flows/compare.py", "lab/noise")
+_METHODS_COMPARED = ("lab/comparisons", "lab/flows/compare_methods.py", "lab/methods", "lab/noise")
+_ROBOT = (
+    *("lab/methods", "lab/noise", "lab/schemas", "lab/options/trial_options.py", "lab/trials"),
+    *("lab/flows/in_flow.py", "lab/judged/variant_folders.py", "asset2sim/gym", "asset2sim/load"),
+)
 SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "summary": (), "questions": ("lab/pages",), "loaders": ("lab/loaders",), "held": ("lab/loaders",),
-        "weights": ("lab/weights",), "rules": ("lab/comparisons",), "withheld": ("lab/comparisons",),
-        "proposers": ("lab/comparisons",), "corrections": ("lab/comparisons",), "origins": ("lab/comparisons",),
-        "dataset": ("lab/comparisons",),
-        "first": ("lab/comparisons", "lab/methods", "lab/noise"),
-        "compare": ("lab/comparisons", "lab/methods", "lab/noise"),
-        "shapes": ("lab/comparisons", "lab/methods", "lab/noise"),
-        "judged": ("lab/trials", "lab/methods", "lab/noise", "asset2sim/gym"),
-        "learn": ("lab/learning", "lab/methods", "lab/noise", "asset2sim/gym"),
-        "probe": ("lab/probes", "lab/methods", "lab/noise", "asset2sim/gym"),
+        "summary": (), "questions": ("lab/pages",),
+        "loaders": ("lab/loaders", "asset2sim/load"), "held": ("lab/loaders", "asset2sim/load"),
+        "weights": ("lab/weights",),
+        "rules": _SETTINGS_COMPARED, "withheld": _SETTINGS_COMPARED, "origins": _SETTINGS_COMPARED,
+        "corrections": _SETTINGS_COMPARED, "dataset": _SETTINGS_COMPARED,
+        "proposers": (*_SETTINGS_COMPARED, "lab/answers"), "compare": _METHODS_COMPARED,
+        "first": (*_METHODS_COMPARED, "lab/answers"), "shapes": (*_METHODS_COMPARED, "lab/answers"),
+        "judged": (*_ROBOT, "lab/flows/record_motion.py"),
+        "learn": (*_ROBOT, "lab/flows/learn.py", "lab/learning", "lab/judged/published.py"),
+        "probe": (*_ROBOT, "lab/flows/probe.py", "lab/probes", "lab/judged", "lab/comparisons/statistics.py"),
     }
 )  # fmt: skip
-"""Measured block → rooms that decide it beside those that decide an asset's result."""
+"""Measured block → rooms and modules that decide it beside those that decide an asset's result."""
 NOISY_STUDIES = ("judged", "learn", "probe")
 """Studies of variants that the simulation of a fallible model proposed; others have the default model."""
 _MODELS = re.compile(r"\b(?:prior/\w+(?:@[\d.]+)?|recorded/[\w./-]*\w)")
@@ -111,8 +119,9 @@ def code_hash(name: str, root: Path = CHECKOUT) -> str:
     own study, without comments and docstrings."""
     digest = hashlib.sha256(source_version(root).encode())
     for room in SOURCES[name]:
-        for file in sorted((root / room).rglob("*")):
-            if file.suffix in (".py", ".csv", ".sql"):
+        place = root / room
+        for file in [place] if place.is_file() else sorted(place.rglob("*")):
+            if file.suffix in SUFFIXES:
                 content = file.read_bytes()
                 code = bare_code(content) if file.suffix == ".py" else content
                 digest.update(f"{file.relative_to(root).as_posix()}\0{hashlib.sha256(code).hexdigest()}\n".encode())

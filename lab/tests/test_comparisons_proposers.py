@@ -1,9 +1,12 @@
 """The table of who proposes states, from tables with stated numbers, and which objects each model is run on."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
+import pytest
 
+from asset2sim.models.gateway.recorded import UnrecordedError, find_answer
 from lab.comparisons.proposers import (
     HEADINGS,
     ProposerRun,
@@ -16,6 +19,7 @@ from lab.comparisons.proposers import (
 )
 from lab.pages.blocks import markers
 from schemas.model_names import REFINEMENT_PURPOSE, described, model_for
+from schemas.request import ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import Proposer
 from tests.assets import ROOT
@@ -32,9 +36,9 @@ TRACE = frame(
     ("b", 0, "request", 2.0, 2.0), ("b", 1, "line", 2.0, 0.05), ("c", 0, "request", 0.1, 0.1),
 )  # fmt: skip
 FINDINGS = frame(
-    "asset_id code joint value limit_value", ("a", "state_moved", "lid", 0.3, 0.5),
-    ("b", "state_moved", "drawer", 0.01, 0.0),
-    ("b", "mended", None, 1.0, 0.0),
+    "asset_id code joint value limit_value message", ("a", "state_moved", "lid", 0.3, 0.5, ""),
+    ("b", "state_moved", "drawer", 0.01, 0.0, ""),
+    ("b", "mended", None, 1.0, 0.0, ""),
 )  # fmt: skip
 JOINTS = frame("asset_id joint type", ("a", "lid", "revolute"), ("b", "drawer", "prismatic"), ("b", "lid", "revolute"))
 CALLS = frame(
@@ -55,6 +59,24 @@ def test_every_figure_is_a_mean_over_objects_with_the_largest_beside() -> None:
         described("prior/noisy"), "`model`", "2", "1.00 (2)", "1.00 (2)", "6.0 (10)", "2.02 (4.0)",
         "0.025 (0.05)", "0.200 (0.20)", "10.0 (10)", "1 of 2",
     ]  # fmt: skip
+
+
+def test_a_row_of_which_a_recording_left_a_question_open_is_no_row(tmp_path: Path) -> None:
+    """The finding is the one that the search makes, with the recording's own words."""
+    request = ModelRequest(purpose=REFINEMENT_PURPOSE, system="", text="")
+    with pytest.raises(UnrecordedError) as missing:
+        find_answer(tmp_path, "a", request, 4)
+    told = f"the search goes on without the model: model 'recorded/x': {missing.value}"
+    model = f"recorded/{tmp_path.name}"
+    whole = ProposerRun(model, Proposer.SEARCH, ASSETS, JOINTS, TRACE[TRACE["asset_id"] != "c"], CALLS, FINDINGS)
+    columns = "asset_id code joint value limit_value message"
+    short = frame(columns, ("a", "refinement_unanswered", None, None, None, told))
+    steps = replace(whole, proposer=Proposer.MODEL, findings=pd.concat([FINDINGS, short]))
+    table = proposers_table([whole, steps])
+    assert [line.split("|")[2].strip() for line in table.splitlines()[2:3]] == ["`search`"]
+    assert table.splitlines()[3:] == ["", f"Left out: `{model}` as `model`, whose recordings end early for a."]
+    refused = short.assign(message="the search goes on without a step from the model: no number")
+    assert "Left out" not in proposers_table([whole, replace(steps, findings=refused)]), "a bad answer is one"
 
 
 def test_only_what_was_moved_has_a_distance() -> None:

@@ -128,23 +128,30 @@ def test_the_rubric_speaks_only_where_nobody_wrote_what_to_expect() -> None:
 
 
 def test_the_first_table_says_who_proposed_and_what_readers_expect() -> None:
-    asked = {"size_met": True, "joints_asked": 2, "joints_met_at_start": 2, "joints_met": 1}
     objects = pd.DataFrame(
         [
-            one(Method.ASSET2SIM, "1", **asked),
-            one(Method.ASSET2SIM, "2", scale_deviation=0.3, **failed("drift", "x")),
-            one(Method.ASSET2SIM, "1", "recorded/answers", joint_deviation_rad=np.nan, calls=3),
+            one(Method.ASSET2SIM, "1", **expected(0.75, True, 2, 2, 1)),
+            one(Method.ASSET2SIM, "2", scale_deviation=0.5, **failed("drift", "x")),
+            one(Method.ASSET2SIM, "1", "recorded/answers", joint_deviation_rad=0.404, calls=3, penetration_mm=2.0),
             one(Method.CONSTANT, "1", NO_MODEL, calls=0),
         ]
     )  # fmt: skip
-    lines = first_table(objects, "paper9", "pybullet").splitlines()
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")][2:]
-    assert rows[0][1:] == [
-        MODEL_NAME, "1 of 2", "1", "1 of 1", "2 of 2", "1 of 2", "20 % of 2", "0.20 of 2", "1.00",
-    ]  # fmt: skip
-    assert rows[1][1:3] == ["recorded/answers", "1 of 1"] and rows[1][4:9] == ["–", "–", "–", "10 % of 1", "–"]
-    assert rows[2][:2] == ["one constant scale, a tenth open", "–"]
-    assert [row[1] for row in rows[3:]] == ["Gemini 2.5 Flash"] * 4 and rows[5][7:] == ["33 %", "0.40", "2.26"]
+    tables = [
+        [[cell.strip() for cell in line.strip("|").split("|")] for line in part.splitlines()[2:]]
+        for part in first_table(objects, "paper9", "pybullet").split("\n\n")[1::2]
+    ]
+    first, beside = tables
+    assert first[0][1:] == [MODEL_NAME, "1 of 2", "1", "1 of 1", "2 of 2", "1 of 2"]
+    assert first[1][1:3] == ["recorded/answers", "1 of 1"] and first[1][4:] == ["–", "–", "–"]
+    assert first[2][:2] == ["one constant scale, a tenth open", "–"] and len(first) == 3
+    assert beside[0][1:] == [MODEL_NAME, "0", "100.0", "100.0", "30.0", "0.20", "**75.0 of 1**", "1.00"]
+    assert beside[1][2:] == ["2.00 of 1", "100.0", "100.0", "10.0", "0.40", "–", "**3.00**"], "0.404 is 0.40 as shown"
+    papers = {row[0]: row[1:] for row in beside[3:]}
+    assert papers["ours, the paper"] == ["Gemini 2.5 Flash", "12.83", "100.0", "100.0", "32.7", "0.40", "97.2", "2.26"]
+    assert papers["ours, the paper's 80 of 93"][1:4] == ["11.65", "97.5", "98.8"]
+    assert len(papers) == 9 and papers["human reference, the paper"][0] == "–"
+    said = first_table(objects, "paper9", "pybullet").split("\n\n")[2]
+    assert said.endswith("the paper's own: alignment %, as readers expect; calls.")
     assert "Gemini" not in first_table(objects, None, "pybullet"), "the paper's figures are of its nine"
 
 

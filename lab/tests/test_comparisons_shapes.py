@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from lab.comparisons.method_runs import MethodRun
+from lab.comparisons.method_runs import NO_MODEL, MethodRun
 from lab.comparisons.shapes import ShapesRow, done_sentence, phi_mm, phi_on_shapes, shapes_table
+from schemas.model_names import described
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Method
@@ -15,6 +16,7 @@ from tests.assets import sample
 from tests.methods_runs import run, settings_of
 
 SETTINGS = EngineSettings()
+NOISY = described("prior/noisy")
 
 
 def overlay_in(folder: Path) -> PhysicsOverlay:
@@ -50,6 +52,13 @@ def test_every_method_stands_on_the_shapes_as_they_came_and_as_ours_left_them(tm
     ours = rows[1]
     assert ours.cut_mm <= 0.1 and ours.cut_mm <= ours.authored_mm
     assert phi_on_shapes(runs[:1], SETTINGS) == []
+    other = MethodRun(Method.DIRECT, "recorded/answers", runs[0].folder)
+    (borrowed, *_) = phi_on_shapes([other, runs[1]], SETTINGS)
+    assert borrowed.cut_mm == rows[0].cut_mm, "no run of ours with its model: the first one's hulls"
+    none = MethodRun(Method.ASSET2SIM, "recorded/answers", tmp_path / "none")
+    assert np.isnan(phi_on_shapes([other, runs[1], none], SETTINGS)[0].cut_mm), (
+        "its own model's, which has no such object"
+    )
     assert "| toilet |" in shapes_table(rows) and shapes_table([]) == ""
 
 
@@ -60,10 +69,16 @@ def test_the_table_counts_what_overlaps_and_names_stapler_and_toilet() -> None:
         ShapesRow(Method.DIRECT, "prior/noisy", "7236", 0.0, 0.0),
         ShapesRow(Method.DIRECT, "prior/noisy", "9912", 5.0, nan),
         ShapesRow(Method.IVW, "prior/noisy", "9912", nan, nan),
+        ShapesRow(Method.IVW, "recorded/answers", "9912", 0.2, 0.0),
+        ShapesRow(Method.REFERENCE, NO_MODEL, "9912", 0.0, 0.0),
     ]
     lines = shapes_table(rows).splitlines()
-    assert lines[2] == "| direct VLM | 2 | 2.00 | 1 | 0.50 | 1 | 4.00; 1.00 | – |"
-    assert lines[3] == "| VLM-IVW | 0 | – | – | – | – | – | – |"
+    assert lines[2] == f"| direct VLM | {NOISY} | 2 | 2.00 | 1 | 0.50 | 1 | 4.00; 1.00 | – |"
+    assert lines[3] == f"| VLM-IVW | {NOISY} | 0 | – | – | – | – | – | – |"
+    assert lines[4:] == [
+        "| VLM-IVW | recorded/answers | 1 | 0.20 | 1 | 0.00 | 0 | – | – |",
+        "| human reference | – | 1 | 0.00 | 0 | 0.00 | 0 | – | – |",
+    ]
 
 
 def test_what_brought_it_down_is_counted_by_objects() -> None:
@@ -81,6 +96,7 @@ def test_what_brought_it_down_is_counted_by_objects() -> None:
         ],
         columns=["asset_id", "proposer", "accepted", "phi_before_mm", "phi_after_mm"],
     )  # fmt: skip
-    said = done_sentence(9, findings, trace)
+    said = done_sentence("prior/noisy", 9, findings, trace)
+    assert said.startswith(f"What brought Φ of ours down with {NOISY}: ")
     assert "of 9 objects hulls were cut on 2 (by up to 50 % of a hull)" in said
     assert "joints was accepted on 2, a model's step on 0." in said

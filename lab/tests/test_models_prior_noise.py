@@ -34,7 +34,7 @@ def text_of(index: int, guidance: str = GUIDANCE) -> str:
 
 
 def clean(index: int) -> dict[str, Any]:
-    """The offline prior's own answer."""
+    """``prior/household``'s own answer."""
     found: dict[str, Any] = json.loads(answer(text_of(index)))
     return found
 

@@ -3,6 +3,7 @@
 import subprocess
 from pathlib import Path
 
+import grimp
 import pytest
 
 from lab.pages import figures
@@ -12,6 +13,16 @@ from lab.pages.stamp import NO_HASH, SOURCES, code_hash, models_of, split_stamp,
 from schemas.errors import UnknownChoiceError, UsageError
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
+ENTRIES = {
+    "questions": "lab.pages.blocks", "loaders": "lab.loaders.loader_table", "held": "lab.loaders.held_table",
+    "weights": "lab.weights.compare", "judged": "lab.flows.record_motion", "learn": "lab.flows.learn",
+    "probe": "lab.flows.probe", "dataset": "lab.comparisons.dataset_table",
+    **dict.fromkeys(("rules", "withheld", "origins", "corrections", "proposers"), "lab.flows.compare"),
+    **dict.fromkeys(("first", "compare", "shapes"), "lab.flows.compare_methods"),
+}  # fmt: skip
+"""Block → the module that makes it."""
+TOLD_ONLY = ("lab.pages", "lab.options", "lab.runner", "lab.schemas.tables_", "lab.extension")
+"""Modules that spread work, name columns and write pages, and decide no figure."""
 TABLE = "| a | b |\n| --- | --- |\n| prior/noisy | 91 % |"
 
 
@@ -79,6 +90,37 @@ def test_a_block_is_older_once_a_table_or_a_line_of_code_changes_and_not_with_a_
     codes = {name: stamp.code for name, (_, _, stamp) in measured_blocks(docs).items() if stamp is not None}
     monkeypatch.setattr(figures, "code_hash", {**codes, "first": "another"}.__getitem__)
     assert stale(docs) == ["first"] and edited(docs) == []
+
+
+def test_every_room_that_a_study_imports_is_in_its_hash() -> None:
+    """But for the product's that decide an asset's result, which are in every hash."""
+    graph = grimp.build_graph("lab", "asset2sim")
+    assert set(ENTRIES) == set(SOURCES) - {"summary"}
+    for name, entry in ENTRIES.items():
+        rooms = tuple(room.removesuffix(".py").replace("/", ".") for room in SOURCES[name])
+        for module in {entry, *graph.find_upstream_modules(entry)}:
+            decides = module.startswith(("lab.", "asset2sim.load", "asset2sim.gym")) and "." in module
+            packages = graph.find_children(module)
+            if decides and not packages and not module.startswith(TOLD_ONLY):
+                assert any(f"{module}.".startswith(f"{room}.") for room in rooms), f"{name}: {module}"
+
+
+def test_a_recorded_answer_that_is_edited_makes_its_tables_older(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lab.pages.stamp.source_version", lambda root: "the product")
+    (tmp_path / "lab/answers").mkdir(parents=True)
+    (tmp_path / "lab/flows").mkdir()
+    files = (tmp_path / "lab/answers/9912.json", tmp_path / "lab/flows/compare_methods.py")
+    for file, text in zip(files, ('{"scale": 1}', "A = 1"), strict=True):
+        file.write_text(text, encoding="utf-8")
+    before = {name: code_hash(name, tmp_path) for name in SOURCES}
+    files[0].write_text('{"scale": 2}', encoding="utf-8")
+    after = {name: code_hash(name, tmp_path) for name in SOURCES}
+    assert {name for name in SOURCES if before[name] != after[name]} == {"first", "proposers", "shapes"}
+    files[1].write_text("A = 2", encoding="utf-8")
+    changed = {name for name in SOURCES if code_hash(name, tmp_path) != after[name]}
+    assert changed == {"first", "compare", "shapes"}
 
 
 def test_only_what_is_older_is_made_and_a_step_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Our masses of objects and parts beside published weights: ``make weights`` writes the table into the documentation.
 
-``python -m lab.weights.compare SHARED PAGE`` weighs every object of the datasets below SHARED as the
-offline prior proposes and validation completes it; no engine runs.
+``python -m lab.weights.compare SHARED PAGE`` weighs every object of the datasets below SHARED as
+``prior/household`` proposes and validation completes it; no engine runs.
 """
 
 import csv

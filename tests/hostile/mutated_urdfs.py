@@ -58,7 +58,7 @@ class Result:
 
 
 def ask(request: ModelRequest) -> ModelAnswer:
-    """The offline prior, without the gateway."""
+    """``prior/household``, without the gateway."""
     return ModelAnswer(content=answer(request.text), calls=())
 
 
