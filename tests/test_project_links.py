@@ -31,10 +31,14 @@ def links(page: Path) -> list[str]:
     return LINK.findall(CODE.sub("", page.read_text(encoding="utf-8")))
 
 
+def mark(heading: str) -> str:
+    """The anchor of a heading, as GitHub and the site name it."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
+
+
 def marks(page: Path) -> set[str]:
-    """The anchors of a page's headings, as GitHub and the site name them."""
-    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
-    return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in heads}
+    """The anchors of a page's headings."""
+    return set(map(mark, re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)))
 
 
 def broken(page: Path, link: str) -> str:
