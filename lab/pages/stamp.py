@@ -1,6 +1,7 @@
 """The last line of a measured block: commit, date, command, models, machine, and hashes of the block and of what it
 measures, by which a test finds blocks that were edited by hand and names those that the code has left behind."""
 
+import functools
 import hashlib
 import os
 import platform
@@ -44,6 +45,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """Measured block → rooms and modules that decide it beside those that decide an asset's result."""
 NOISY_STUDIES = ("judged", "learn", "probe")
 """Studies of variants that the simulation of a fallible model proposed; others have the default model."""
+_bare = functools.cache(bare_code)
+"""Each source is parsed once, of however many blocks it is."""
 _MODELS = re.compile(r"\b(?:prior/\w+(?:@[\d.]+)?|recorded/[\w./-]*\w)")
 _STAMP = re.compile(
     r"^<sub>Made at (?P<commit>.+?), (?P<date>[\d-]+), by `(?P<command>[^`]+)`; (?P<models>.+?); (?P<machine>.+?); "
@@ -123,7 +126,7 @@ def code_hash(name: str, root: Path = CHECKOUT) -> str:
         for file in [place] if place.is_file() else sorted(place.rglob("*")):
             if file.suffix in SUFFIXES:
                 content = file.read_bytes()
-                code = bare_code(content) if file.suffix == ".py" else content
+                code = _bare(content) if file.suffix == ".py" else content
                 digest.update(f"{file.relative_to(root).as_posix()}\0{hashlib.sha256(code).hexdigest()}\n".encode())
     return digest.hexdigest()[:DIGITS]
 
