@@ -54,7 +54,7 @@ def _outcomes(own: pd.DataFrame) -> list[str]:
 
 
 def _beside_the_papers(runs: list[tuple[Method, str, pd.DataFrame]]) -> tuple[str, str]:
-    """What the table holds, in words, and the table: the nine's figures as the paper has them, and the paper's."""
+    """A caption and its table: the nine's figures as the paper has them, and the paper's."""
     lines = [[*_asked(method, model), *_figures(method, own)] for method, model, own in runs]
     lines += [_papers(method, TABLE_1, "the paper") for method in METHODS if method in TABLE_1]
     lines += [_papers(method, TABLE_6, "the paper's 80 of 93") for method in METHODS if method in TABLE_6]
