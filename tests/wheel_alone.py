@@ -54,8 +54,6 @@ def built(folder: Path) -> tuple[Path, Path]:
 
 def check_descriptions(*packed: Path) -> None:
     """Exit where a package index would refuse what an sdist or a wheel says of itself, or not show its README."""
-    if importlib.util.find_spec("twine") is None:
-        sys.exit("twine is not installed: run `make install`, which brings the extra `dev`")
     words = [sys.executable, "-m", "twine", "check", "--strict", *map(str, packed)]
     done = subprocess.run(words, capture_output=True, text=True)
     if done.returncode:
@@ -170,6 +168,9 @@ def check_core(programs: Path, run: Callable[..., subprocess.CompletedProcess[st
 
 def main() -> None:
     """Build, install and refine."""
+    lost = [name for name in ("build", "twine") if importlib.util.find_spec(name) is None]
+    if lost:
+        sys.exit(f"not installed: {', '.join(lost)}; run `make install`, which brings the extra `dev`")
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ASSET2SIM_", "MAKE"))}
     with tempfile.TemporaryDirectory(prefix="asset2sim-wheel-") as name:
         work = Path(name)
