@@ -62,7 +62,7 @@ ELSEWHERE = {
     ("probes.md", "pip install"): "lab/tests/test_flows_probe.py: the command over an output",
     ("trials.md", "pip install"): "lab/tests/test_flows_record_motion.py: the command over an output",
     ("install.md", "asset2sim check"): "tests/test_tasks_check.py: the command on folders as they are",
-    ("install.md", "docker build"): "tests/container_steps.py: the Dockerfile's steps, as root; compose.yaml is not run",
+    ("install.md", "docker build"): "tests/container_steps.py: the Dockerfile's steps; compose.yaml is not run",
     ("viewer.md", "asset2sim view"): "tests/test_viewer_page.py: the page is served, and a review shown by failures",
 }
 """Blocks that no walk runs, and what runs the like."""
