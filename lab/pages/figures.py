@@ -41,7 +41,8 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "learn": (
             NINE,
             'learn OUT={out}/nine ARGS="--tasks paper9 --assets 100221,9912,7236,103755,102181 '
-            '--methods reference,asset2sim --seeds 1 --budget 1.5e5 --published {shared}/paper_tables --page docs/learn.md"',
+            "--methods reference,asset2sim --seeds 1 --budget 1.5e5 --published {shared}/paper_tables "
+            '--page docs/learn.md"',
         ),
         "proposers": (
             "proposers DATA={shared}/partnet_mobility OUT={out}/proposers "
