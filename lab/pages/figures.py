@@ -40,7 +40,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "learn": (
             NINE,
-            'learn OUT={out}/nine ARGS="--tasks paper9 --assets 100221,9912,7236,103755,102181 '
+            'learn OUT={out}/nine ARGS="--tasks paper9 --assets 100221,103755,102181 '
             "--methods reference,asset2sim --seeds 1 --budget 65536 --published {shared}/paper_tables "
             '--page docs/learn.md"',
         ),
