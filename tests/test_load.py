@@ -1,8 +1,7 @@
-"""The loader as one file, the index beside the objects, and the examples."""
+"""The loader as one file, and the index beside the objects."""
 
 import json
 import os
-import py_compile
 import re
 import shutil
 import subprocess
@@ -33,8 +32,6 @@ from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, ROOT, SHARED, prior, sample
 from tests.factories import make_failure, make_record
 from tests.test_load_engines import BALL, BASE, NEEDS, body, box, written
-
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 
 @pytest.mark.system
@@ -161,11 +158,6 @@ def test_the_index_has_the_latest_of_two_models(tmp_path: Path) -> None:
     write_run(tmp_path, later, [make_failure("a", FailureMode.MISSING_MESH).model_copy(update={"model": "another"})])
     write_index(tmp_path)
     assert index_of(tmp_path)["a"]["status"] == "failed"
-
-
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_examples_compile(path: Path, tmp_path: Path) -> None:
-    py_compile.compile(str(path), cfile=str(tmp_path / "out.pyc"), doraise=True)
 
 
 def test_every_engine_has_a_plain_loader() -> None:

@@ -23,7 +23,7 @@ ASKED = (
 
 
 def write_two_sets(folder: Path) -> dict[str, Path]:
-    """A set of three, of which two are among the paper's nine, and one of a single object that nobody expects."""
+    """Two runs: of three objects, two of them in the subset of the paper's nine, and of one without expectations."""
     asked = make_record("1")
     asked = asked.model_copy(update={"expected": tuple(meet(asked, item) for item in ASKED)})
     other = AssetRef(asset_id="3", path="dataset/3", prompt="a box")
