@@ -15,6 +15,7 @@ from threading import Event, Timer, main_thread
 from typing import TYPE_CHECKING, cast
 
 import pytest
+from distributed.batched import BatchedSend
 from distributed.comm.core import CommClosedError
 
 from asset2sim.experiments.cluster import open_client
@@ -116,7 +117,17 @@ def test_what_a_shell_starts_in_its_background_hears_ctrl_c() -> None:
 
 
 @pytest.mark.system
-def test_connections_that_dask_forgot_are_no_errors(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_connections_that_dask_forgot_or_waited_for_in_vain_are_no_errors(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def close_what_never_stops() -> None:
+        stream = BatchedSend(interval=1)
+        stream.comm = object()
+        closed = asyncio.ensure_future(stream.close(timeout=0.01))
+        await asyncio.wait([closed])
+        del closed
+        gc.collect()
+
     async def forget(error: Exception) -> None:
         asyncio.get_running_loop().create_future().set_exception(error)
         gc.collect()
@@ -124,6 +135,7 @@ def test_connections_that_dask_forgot_are_no_errors(tmp_path: Path, caplog: pyte
     with open_client(RunSettings(workers=1), tmp_path):
         pass
     asyncio.run(forget(CommClosedError("closed")))
+    asyncio.run(close_what_never_stops())
     assert not caplog.records
     asyncio.run(forget(ValueError("of another kind")))
     assert [record.name for record in caplog.records] == ["asyncio"]

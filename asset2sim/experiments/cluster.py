@@ -73,11 +73,12 @@ def concurrency(client: Client) -> int:
 
 
 def _no_fault_of_ours(record: logging.LogRecord) -> bool:
-    """Whether a log record is about anything but a connection that Dask closed, or a wait that Ctrl-C ended before Dask
-    had begun it: its ``sync`` then cancels a future that is not there yet."""
+    """Whether a log record is about anything but a connection that Dask closed, on a busy machine without the second in
+    which the other side should have seen it (``TimeoutError``), or a wait that Ctrl-C ended before Dask had begun it:
+    its ``sync`` then cancels a future that is not there yet."""
     error = record.exc_info[1] if record.exc_info else None
     early = isinstance(error, NameError) and "'future'" in str(error)
-    return not (early or isinstance(error, CommClosedError))
+    return not (early or isinstance(error, CommClosedError | TimeoutError))
 
 
 @contextmanager
