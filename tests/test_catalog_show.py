@@ -41,6 +41,14 @@ def test_an_asset_is_shown_with_units_sources_thresholds_cost_and_files(tmp_path
     assert "fails" not in text
 
 
+def test_what_further_checks_measured_is_a_line_where_they_were_run(tmp_path: Path) -> None:
+    lifted = {"lifted": 0.75, "lifted_by": "gripper", "lifted_reason": "hand: it slips"}
+    write_run(tmp_path, start_run(Settings(), "data"), [make_record("7", further=lifted), make_record("8")])
+    text = text_of(describe_asset(tmp_path, "7"))
+    assert "lifted     0.750, by gripper, reason hand: it slips" in text
+    assert "gripper" not in text_of(describe_asset(tmp_path, "8"))
+
+
 def test_a_figure_over_the_run_s_own_threshold_fails(tmp_path: Path) -> None:
     strict = Settings(thresholds=Thresholds(penetration_m=0.0001))
     write_run(tmp_path, start_run(strict, "data"), [make_record("7")])

@@ -102,6 +102,16 @@ def test_of_several_methods_the_page_is_of_the_last_and_the_index_has_all(tmp_pa
     assert len(index_page(read_snapshot(tmp_path), set())["data"]["id"]) == 2
 
 
+def test_a_page_has_a_row_for_each_further_check_that_was_run(tmp_path: Path) -> None:
+    contents = {"contents": 0.5, "contents_interiors": 2, "contents_room_l": 3.25, "contents_free": 0.875}
+    reason = {"contents_reason": "drawer: the ball <falls> through"}
+    published(tmp_path, make_record("a", further=contents | reason), make_record("b"))
+    write_site(tmp_path)
+    row = page(tmp_path, "a").split('id="further"')[1].split("</table>")[0]
+    said = "<td>0.500, interiors 2, room 3.25 l, free 0.875, reason drawer: the ball &lt;falls&gt; through</td>"
+    assert said in row and row.count("<tr>") == 1 and 'id="further"' not in page(tmp_path, "b")
+
+
 @pytest.mark.parametrize(
     ("score", "said"), [(1.0, "✓ met"), (0.797, "79 % met"), (0.9999, "99 % met"), (0.0, "✗ missed")]
 )

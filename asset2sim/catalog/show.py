@@ -11,7 +11,7 @@ from rich.text import Text
 
 from asset2sim.catalog.read import read_asset
 from asset2sim.catalog.show_physics import FrameRow, engine_tables, measurement_table, physics_tables
-from asset2sim.catalog.text import NOTHING, cut, number, number_table, numbers
+from asset2sim.catalog.text import NOTHING, cut, further_lines, number, number_table, numbers
 from schemas.location import Location
 from schemas.model_names import described
 from schemas.settings import Thresholds
@@ -116,8 +116,9 @@ def _expected(rows: Sequence[FrameRow]) -> list[RenderableType]:
 
 
 def _rest(asset: FrameRow, own: Mapping[str, Sequence[FrameRow]]) -> list[RenderableType]:
-    """Findings, trace, calls and times."""
-    parts: list[RenderableType] = []
+    """Further checks, findings, trace, calls and times."""
+    further = [f"{check:10} {cut(words)}" for check, words, _ in further_lines(asset)]
+    parts: list[RenderableType] = [Text("\n".join(["", *further]))] if further else []
     if own["findings"]:
         parts.append(number_table("Findings", _FINDING_HEADINGS, map(_finding, own["findings"]), left=5))
     if own["trace"]:

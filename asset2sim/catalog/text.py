@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from rich import box
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from schemas.errors import printable
+from schemas.extensions import checks, named
 
 NOTHING = "–"
 """Placeholder for a missing value."""
@@ -75,6 +76,21 @@ def number(value: object, unit: str = "", digits: int = 3) -> str:
 def numbers(values: Iterable[object]) -> str:
     """Numbers in brackets."""
     return f"({', '.join(map(number, values))})"
+
+
+def further_lines(asset: Mapping[str, object]) -> list[tuple[str, str, str]]:
+    """What further checks (``--check``) measured of an asset's row: (check, its columns in words, what it measures);
+    none for a check that was not asked for, or had nothing to try."""
+    found = []
+    for check in checks().values():
+        words = []
+        for column, _, unit, _ in named(check.columns):
+            value, unit = asset.get(column), "" if unit == "1" else unit
+            shown = value if isinstance(value, str) else number(value, unit)
+            name = column.removeprefix(check.name).removesuffix(f"_{unit}").strip("_").replace("_", " ")
+            words += [f"{name} {shown}".strip()] if shown != NOTHING else []
+        found += [(check.name, ", ".join(words), check.description)] if words else []
+    return found
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.catalog.kept import WAYS
-from asset2sim.catalog.text import NOTHING, number
+from asset2sim.catalog.text import NOTHING, further_lines, number
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
 from asset2sim.report.exchanges import Exchange
@@ -102,6 +102,7 @@ def object_page(
         "phi": phi_plot(own["trace"]),
         "trace": own["trace"],
         "engines": engines(own),
+        "further": further_lines(asset),
         "failed_checks": [row for row in checks if row["passed"] is False],
         "overlaps": own["link_overlaps"],
         "calls": calls,
