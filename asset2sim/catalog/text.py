@@ -79,7 +79,7 @@ def numbers(values: Iterable[object]) -> str:
 
 
 def further_lines(asset: Mapping[str, object]) -> list[tuple[str, str, str]]:
-    """What further checks (``--check``) measured of an asset's row: (check, its columns in words, what it measures);
+    """Measurements of further checks (``--check``) in an asset's row: (check, its columns in words, its description);
     none for a check that was not asked for, or had nothing to try."""
     found = []
     for check in checks().values():
