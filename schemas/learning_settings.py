@@ -47,7 +47,13 @@ class GuardSettings(Frozen):
     """A start within this share of the range of the target is solved, as ε of S: the stapler of the paper has 4 %."""
     untouched_share: Fraction = 0.5
     """Share of the way to the target that the part may go untouched: one that is flicked coasts, but more than half of
-    the way without the hand is not the hand's doing. A lid that falls shut once it was touched is left out."""
+    the way without the hand is not the hand's doing. A lid that falls shut once it was touched is left out; one that
+    was struck and coasts shut is not."""
+    steady_share: Fraction = 0.99
+    """Share of its speed 4 ms before from which a part that goes down falls: one that slows down coasts from a blow."""
+    away_samples: int = Field(10, ge=1)
+    """Samples of 4 ms between two touches up to which a part that slows down is still pushed along: planned pushes of
+    light lids hop by a third of the way in longer ones, sweeps that strike them by two thirds."""
     drift_share: Fraction = 0.05
     """Share of its way by which the part may move towards the target before it is first touched: 5 mm of 10 cm."""
     spring_share: Fraction = 0.5
@@ -70,6 +76,9 @@ class LearningSettings(Frozen):
     """The arm's own, or the paper's Robotiq 2F-85, whose model robosuite's package has."""
     reward: RewardSettings = RewardSettings()
     guards: GuardSettings = GuardSettings()
+    ends_displaced: bool = True
+    """Whether an episode is over, and lost, once the object itself is tipped, lifted or shoved beyond the guards'
+    bounds: the paper's reward reads the joint alone, and policies tip the object. False is as the paper."""
     timestep_s: Positive = Field(2e-3, le=4e-3)
     """Time step, s, a divisor of 4 ms: twice that of recorded interactions and half the time constant of contacts, the
     longest that MuJoCo keeps stable. The planned pushes of the paper's nine come out as with 1 ms, at half the cost."""

@@ -35,6 +35,7 @@ from tests.refined_things import OPEN_M, block, drawer, inertial, refined
 pytestmark = pytest.mark.system
 BASE = base_at(0.0, 0.6)
 SHORT = LearningSettings(episode_s=1.0)
+PAPERS = {"ends_displaced": False}
 
 
 @pytest.fixture(scope="module")
@@ -141,19 +142,25 @@ def test_the_power_of_the_tool_is_that_of_a_recorded_interaction(thing: Path) ->
     ended = False
     while not ended:
         *_, ended, _ = env.step(planned_action(env, plan))
-        found.append((*env.touch.felt(env.stage.data), powers(env.stage)[0]))
+        data = env.stage.data
+        found.append((env.touch.touches(data), env.touch.power(data), powers(env.stage)[0]))
     touched, ours, theirs = (np.array(column) for column in zip(*found, strict=True))
     assert touched.any() and not touched.all() and np.abs(theirs).max() > 0.01
     assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-12)
 
 
-def test_a_blow_that_is_over_at_the_sample_is_a_touch(thing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    env = opened(thing, base=BASE)
-    env.reset(options={"start": 0})
-    felt = cycle([(True, 1.0), (False, 0.0)])
-    monkeypatch.setattr(env.touch, "felt", lambda _: next(felt))
-    env.step(np.zeros(7, dtype=np.float32))
-    assert env.touched[1:] == [True] * 20 and sum(env.works) == pytest.approx(20 * 0.002)
+def test_a_blow_that_is_over_at_the_sample_is_a_touch_and_its_work_counts_where_a_spring_could_do_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, stiffness in (("sprung", 13.0), ("free", 0.0)):
+        env = opened(slider(tmp_path / name, stiffness=stiffness), base=BASE)
+        env.reset(options={"start": 0})
+        felt, powers = cycle([True, False]), cycle([1.0, 0.0])
+        monkeypatch.setattr(env.touch, "touches", lambda _, felt=felt: next(felt))
+        monkeypatch.setattr(env.touch, "power", lambda _, powers=powers: next(powers))
+        env.step(np.zeros(7, dtype=np.float32))
+        assert env.touched[1::2] == [True] * 10
+        assert sum(env.works) == pytest.approx(20 * 0.002 if stiffness else 0.0)
 
 
 def test_an_arm_that_moves_at_random_does_not_do_it(thing: Path) -> None:
@@ -194,8 +201,8 @@ def hold(env: ObjectEnv) -> dict[str, Any]:
     """Do nothing for an episode."""
     env.reset(options={"start": 0})
     while True:
-        *_, ended, info = env.step(np.zeros(env.action_space.shape or (), dtype=np.float32))
-        if ended:
+        *_, lost, ended, info = env.step(np.zeros(env.action_space.shape or (), dtype=np.float32))
+        if lost or ended:
             return info
 
 
@@ -229,7 +236,7 @@ def test_an_object_that_is_shoved_or_tipped_is_not_used(
     tmp_path: Path, force_n: tuple[float, ...], torque_nm: tuple[float, ...], measure: str, least: float
 ) -> None:
     folder = slider(tmp_path / "thing", fixed=False, friction=0.0, damping=0.1, holds=False)
-    env = opened(folder, base=BASE, settings=SHORT)
+    env = opened(folder, base=BASE, settings=SHORT.model_copy(update=PAPERS))
 
     def pushed_over(data: Any, _: float) -> None:
         data.xfrc_applied[env.root] = (*force_n, *torque_nm) if data.time < 0.5 else (0.0,) * 6
@@ -237,6 +244,10 @@ def test_an_object_that_is_shoved_or_tipped_is_not_used(
     env.watched = pushed_over
     info = hold(env)
     assert info["S_best"] > 0.9 and info["displaced"] and info[measure] > least and not info["is_success"]
+    assert env.step_number == env.steps
+    env.settings = SHORT
+    info = hold(env)
+    assert info["displaced"] and not info["is_success"] and env.step_number < env.steps, "it is over at once"
 
 
 def test_a_push_on_another_part_is_work_and_no_touch(thing: Path) -> None:
@@ -247,9 +258,8 @@ def test_a_push_on_another_part_is_work_and_no_touch(thing: Path) -> None:
     works, ended = 0.0, False
     while not ended:
         *_, ended, _ = env.step(planned_action(env, env.subject.plan))
-        touched, power = other.felt(env.stage.data)
-        works += abs(power)
-        assert not touched
+        works += abs(other.power(env.stage.data))
+        assert not other.touches(env.stage.data)
     assert works > 0.0
 
 
@@ -412,7 +422,8 @@ def test_a_part_that_gets_there_by_a_throw_a_coast_or_a_rebound_is_no_success(
     folder = slider(tmp_path / "thing", fixed=fixed, friction=0.0, damping=0.05, holds=False)
     plan = opened(folder, action="joints").subject.plan
     assert plan is not None
-    env = opened(folder, task=Task("it", task), action="joints", base=plan.base)
+    settings = LearningSettings(**PAPERS)
+    env = opened(folder, task=Task("it", task), action="joints", base=plan.base, settings=settings)
     env.watched = lambda data, _: cheat(env, data)
     env.reset(options={"start": 0})
     ended = False

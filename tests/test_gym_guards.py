@@ -1,5 +1,6 @@
 """Guards over rollouts written by hand: what the arm did, what the asset did, and what was done before it began."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +57,20 @@ def test_a_lid_that_falls_shut_once_it_was_pushed_over_is_used_and_one_that_fall
     found = guard(replace(touched_late, heights=0.2 + touched_late.positions), SETTINGS)
     assert found.drift_share == pytest.approx(0.9, abs=0.01) and found.drifted
     assert found.untouched_share == pytest.approx(0.9, abs=0.01) and found.moved_untouched and found.fallen_share == 0.0
+
+
+@pytest.mark.parametrize(
+    ("hops", "fires"), [((), True), ((1.06, 1.1, 1.14, 1.2, 1.3), True), (np.arange(1.02, 1.7, 0.03), False)]
+)
+def test_a_lid_that_is_struck_and_coasts_down_is_not_used_and_one_that_is_pushed_in_hops_is(
+    hops: Sequence[float], fires: bool
+) -> None:
+    """Its speed falls to e⁻¹ of what it was in 0.3 s; the hand is at it until 1 s, and again at each hop."""
+    struck = pushed(1.0, 2.0, (0.98, 1.0))
+    positions = 0.1 * np.exp(-np.maximum(TIMES - 1.0, 0.0) / 0.3)
+    touched = struck.touched | np.isin(np.arange(N), np.rint(np.array(hops) / 0.004).astype(int))
+    found = guard(replace(struck, positions=positions, touched=touched, heights=0.2 + positions), SETTINGS)
+    assert found.moved_untouched == fires and not found.drifted
 
 
 def test_drift_before_the_touch_is_found_even_where_the_push_does_the_rest() -> None:

@@ -9,36 +9,46 @@ from numpy.typing import NDArray
 from asset2sim.gym.arm.scene import CompiledScene
 from asset2sim.physics.arrays import Array
 
-TOUCHING, LEAST_N = 3, 1e-6
-"""Sum of the sides of a contact between tool and object, and the force that counts as one, N."""
+LEAST_N = 1e-6
+"""Force from which a contact counts as one, N."""
 
 
 class ToolContacts:
     """The contacts between tool and object, ``part_geoms`` the geoms of the part that a task moves."""
 
     def __init__(self, stage: CompiledScene, part_geoms: NDArray[np.int64]) -> None:
-        self.sides = stage.tool_geoms.astype(np.int8) + 2 * stage.object_geoms.astype(np.int8)
+        tool, part = stage.tool_geoms.astype(bool), np.zeros(stage.model.ngeom, dtype=bool)
+        part[part_geoms] = True
+        self.on_object, self.on_part = (pairs(tool, other) for other in (stage.object_geoms.astype(bool), part))
         self.mine = stage.object_dofs.astype(float)
-        self.part = np.zeros(stage.model.ngeom, dtype=bool)
-        self.part[part_geoms] = True
 
-    def felt(self, data: mujoco.MjData) -> tuple[bool, float]:
-        """Whether the tool pressed on the part in the last step, and the power that it exerted on the object, W."""
+    def touches(self, data: mujoco.MjData) -> bool:
+        """Whether the tool pressed on the part in the last step."""
         contact = data.contact
-        sides = self.sides[contact.geom]
-        between = sides[:, 0] + sides[:, 1] == TOUCHING
-        if not between.any():
-            return False, 0.0
-        between &= contact.efc_address >= 0
-        if not between.any():
-            return False, 0.0
+        first, second = contact.geom.T
+        between = self.on_part[first, second]
+        if not np.count_nonzero(between):
+            return False
+        rows = contact.efc_address[between]
+        return bool((data.efc_force[rows[rows >= 0]] > LEAST_N).any())
+
+    def power(self, data: mujoco.MjData) -> float:
+        """The power that the tool exerted on the object in the last step, W."""
+        contact = data.contact
+        first, second = contact.geom.T
+        between = self.on_object[first, second] & (contact.efc_address >= 0)
+        if not np.count_nonzero(between):
+            return 0.0
         firsts, sizes = contact.efc_address[between], contact.dim[between]
-        parts = self.part[contact.geom[between]].any(axis=1)
         # The rows of a contact follow each other, and mostly contacts do.
         rows = np.repeat(firsts - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
-        forces = data.efc_force
         jacobian = data.efc_J.reshape(-1, len(self.mine))[rows]
-        return bool((forces[firsts[parts]] > LEAST_N).any()), float(forces[rows] @ (jacobian @ (data.qvel * self.mine)))
+        return float(data.efc_force[rows] @ (jacobian @ (data.qvel * self.mine)))
+
+
+def pairs(some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n, n) whether one of two geoms is of some and the other of others."""
+    return np.outer(some, others) | np.outer(others, some)
 
 
 def pressures(

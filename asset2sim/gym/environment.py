@@ -18,7 +18,7 @@ from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.contact import ToolContacts
-from asset2sim.gym.guards import Guards, Rollout, guard, solved_at_start
+from asset2sim.gym.guards import Rollout, displacement, guard, is_displaced, solved_at_start
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.load.description import State
@@ -77,10 +77,11 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     ``asset2sim.gym.guards`` found, ``reached``: S is at least 0.9 (a press: 0.8 at its deepest), and ``is_success``: no
     guard fires, too.
 
-    An episode is truncated after ``episode_s``; it is terminated only where the simulation diverges or the object flies
-    away. ``reset(seed=…)`` draws a start of the reset check; ``reset(options={"start": 0})`` asks for one. ``state``,
-    of the environment or ``reset(options={"state": …})``, has joints start as in ``asset2sim.load``: "closed", "open",
-    "random", drawn anew at each reset, or {joint: share}; no links are in each other then.
+    An episode is truncated after ``episode_s``; it is terminated where the object itself is tipped, lifted or shoved
+    (``ends_displaced``; not in the paper), the simulation diverges or the object flies away. ``reset(seed=…)`` draws a
+    start of the reset check; ``reset(options={"start": 0})`` asks for one. ``state``, of it or
+    ``reset(options={"state": …})``, has joints start as in ``asset2sim.load``: "closed", "open", "random", drawn anew
+    at each reset, or {joint: share}; no links are in each other then.
     """
 
     def __init__(
@@ -102,6 +103,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.metadata, self.render_mode = {"render_modes": []}, render_mode
         self.sample_steps = round(SAMPLE_S / self.settings.timestep_s)
         self.dt_s = self.settings.samples_per_action * SAMPLE_S
+        self.shares = np.linspace(0.0, 1.0, self.settings.samples_per_action + 1)[1:, None]
         self.steps = math.ceil(self.settings.episode_s / self.dt_s - 1e-9)
         high = np.zeros(SIZE, dtype=np.float32)
         for where, bound in OBSERVATION.values():
@@ -112,7 +114,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.lower, self.upper = (self.stage.model.jnt_range[arm] + (INSIDE_RAD, -INSIDE_RAD)).T
         self.command = waiting(self.stage.gripper)
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
-        self.touch = ToolContacts(self.stage, self.subject.part_geoms)
+        self.touch, self.sprung = ToolContacts(self.stage, self.subject.part_geoms), self.subject.joint.stiffness > 0.0
         self.root = int(self.stage.model.body_rootid[self.subject.body])
         self.watched: Callable[[mujoco.MjData, float], None] | None = None
         self.begin()
@@ -172,14 +174,14 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             raise ValueError(f"an action must be finite, not {action}: what chooses it has diverged")
         before, data = self.command, self.stage.data
         self.command = self.commanded(np.clip(np.asarray(action, dtype=float), -1.0, 1.0))
-        count = self.settings.samples_per_action
-        for part in range(1, count + 1):
-            data.ctrl[:] = before + (part / count) * (self.command - before)
+        for servos in before + self.shares * (self.command - before):
+            data.ctrl[:] = servos
             touched, work = False, 0.0
-            for _ in range(self.sample_steps):  # a blow may be over before the sample
+            for _ in range(self.sample_steps):
                 mujoco.mj_step(self.stage.model, data)
-                now, power = self.touch.felt(data)
-                touched, work = touched or now, work + power * self.settings.timestep_s
+                touched = touched or self.touch.touches(data)  # a blow may be over before the sample
+                if self.sprung:
+                    work += self.touch.power(data) * self.settings.timestep_s
             self.positions.append(float(data.qpos[self.subject.place]))
             self.touched.append(touched)
             self.heights.append(float(data.subtree_com[self.subject.body, 2]))
@@ -193,10 +195,12 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             return self.last.copy(), 0.0, True, False, {"S": 0.0, "diverged": True, "is_success": False}
         self.last = self.observe()
         reward, info = self.judged()
+        moved = displacement(self.centers[0], self.ups[0], np.array(self.centers[-1:]), np.array(self.ups[-1:]))
+        failed = self.settings.ends_displaced and bool(is_displaced(moved, self.settings.guards)[0])
         ended = self.step_number >= self.steps
-        if ended:
+        if ended or failed:
             info |= self.ending()
-        return self.last.copy(), reward, False, ended, info
+        return self.last.copy(), reward, failed, ended and not failed, info
 
     def commanded(self, action: Array) -> Array:
         """Servo commands after an action: within the joints' limits and not far ahead of the arm."""
@@ -276,15 +280,11 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
 
     def ending(self) -> dict[str, Any]:
         """Further entries of the last step's info: success and guards."""
-        found = self.guards()
+        found = guard(self.rollout(), self.settings.guards)
         limits = self.settings.guards
         pressed = self.subject.task.verb is Verb.PRESS
         done = self.best >= limits.pressed if pressed else self.done >= limits.success
         return {"is_success": done and not found.degenerate, "reached": done, "S_best": self.best, **found.info()}
-
-    def guards(self) -> Guards:
-        """Findings of the guards in the episode so far."""
-        return guard(self.rollout(), self.settings.guards)
 
     def rollout(self) -> Rollout:
         """Recording of the episode so far, a sample every 4 ms."""

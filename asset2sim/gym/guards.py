@@ -33,7 +33,7 @@ class Rollout:
 @dataclass(frozen=True)
 class Guards:
     """Findings of the guards. Shares of the way to the target: ``drift_share`` was gone before anything touched the
-    object, ``fallen_share`` untouched after that but downwards, as a lid falls that was pushed over,
+    object, ``fallen_share`` untouched after that but downwards and no slower, as a lid falls that was pushed over,
     ``untouched_share`` all that was gone untouched but for the fall; ``spring_share`` is the spring's share of the
     spring's and the arm's work. Of the object itself, at most in the episode: ``tilted_rad`` from how it stood,
     ``lifted_m`` and ``travelled_m`` of its root link. ``moved_untouched``, ``drifted``, ``spring_did_it`` and
@@ -78,7 +78,8 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
     first = int(np.argmax(touched)) if touched.any() else len(touched)
     gone = max(float(forward.sum()), 0.0)
     whole, after = max(abs(way), gone, 1e-9), np.arange(len(free)) >= first
-    falls = after & (np.diff(rollout.heights) < 0.0)
+    steady = forward >= settings.steady_share * np.concatenate([[0.0], forward[:-1]])
+    falls = after & (np.diff(rollout.heights) < 0.0) & (steady | at_hand(touched, settings.away_samples)[1:])
     untouched, fallen, drift = (
         max(float(forward[which].sum()), 0.0) / whole for which in (free & ~falls, free & falls, free & ~after)
     )
@@ -86,14 +87,38 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
     sprung = 0.5 * rollout.stiffness * ((start - rest) ** 2 - (end - rest) ** 2)
     worked = max(float(np.sum(rollout.tool_work_j)), 0.0)
     share = sprung / (sprung + worked) if sprung > settings.least_work_j and gone > 0.0 else 0.0
-    tilted = float(np.arccos(np.clip(rollout.ups @ rollout.ups[0], -1.0, 1.0).min()))
-    shifts = rollout.centers - rollout.centers[0]
-    lifted, travelled = float(shifts[:, 2].max()), float(np.hypot(shifts[:, 0], shifts[:, 1]).max())
+    displaced = displacement(rollout.centers[0], rollout.ups[0], rollout.centers, rollout.ups)
+    tilted, lifted, travelled = (float(most) for most in displaced.max(axis=0))
     return Guards(
         solved_at_start(start, rollout.target, rollout.lower, rollout.upper, settings),
         untouched, fallen, drift, share, tilted, lifted, travelled,
         moved_untouched=untouched > settings.untouched_share,
         drifted=drift > settings.drift_share,
         spring_did_it=share > settings.spring_share,
-        displaced=tilted > settings.tilt_rad or lifted > settings.lift_m or travelled > settings.travel_m,
+        displaced=bool(is_displaced(displaced, settings).any()),
     )  # fmt: skip
+
+
+def at_hand(touched: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
+    """(n,) whether a sample lies between two touches that are at most so many samples apart: a part that the hand
+    pushes along hops ahead of it."""
+    numbers = np.arange(len(touched))
+    before = np.maximum.accumulate(np.where(touched, numbers, -len(touched)))
+    after = np.minimum.accumulate(np.where(touched, numbers, 2 * len(touched))[::-1])[::-1]
+    found: NDArray[np.bool_] = after - before <= most
+    return found
+
+
+def displacement(center: Array, up: Array, centers: Array, ups: Array) -> Array:
+    """(n, 3) tilts, rad, lifts and travels along the floor, m, of the object itself: of its root link from ``center``
+    and ``up``, (3,) or (n, 3), to ``centers`` and ``ups``, (n, 3), as in ``Rollout``."""
+    shifts, tilts = centers - center, np.arccos(np.clip((ups * up).sum(axis=1), -1.0, 1.0))
+    return np.stack([tilts, shifts[:, 2], np.hypot(shifts[:, 0], shifts[:, 1])], axis=1)
+
+
+def is_displaced(displaced: Array, settings: GuardSettings) -> NDArray[np.bool_]:
+    """(n,) whether an object so displaced, (n, 3) as from ``displacement``, was tipped, lifted or shoved."""
+    found: NDArray[np.bool_] = np.logical_or.reduce(
+        displaced > (settings.tilt_rad, settings.lift_m, settings.travel_m), axis=1
+    )
+    return found

@@ -71,9 +71,9 @@ def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[
             env = envs[index]
             seen[index], reward, lost, ended, info = env.step(actions[index])
             rewards[index] += reward
-            if lost:
+            if info.get("diverged"):
                 ends[index] = Rolled(seeds[index], starts[index], 0.0, rewards[index], False, diverged=True)
-            elif ended:
+            elif lost or ended:
                 pressed = env.subject.task.verb is Verb.PRESS
                 found = (bool(info[name]) for name in GUARDS)
                 ends[index] = Rolled(

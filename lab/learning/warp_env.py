@@ -10,11 +10,13 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from asset2sim.gym.arm.franka import waiting
 from asset2sim.gym.arm.record import LOST_M
 from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
+from asset2sim.gym.guards import displacement, is_displaced
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.physics.arrays import Array
 from lab.learning.warp_worlds import Worlds
@@ -76,6 +78,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
                 self.positions[world, self.stage.tool_places[:7]] = self.commands[world, :7]
         self.counts[which], self.best[which] = 0, 0.0
         self.first[which] = self.positions[which, subject.place]
+        self.stood = self.roots() if which.all() else np.where(which[:, None, None], self.roots(), self.stood)
         self.worlds.place(*(part.astype(np.float32) for part in (self.positions, self.speeds, self.commands)))
         self.touched_before = which
 
@@ -98,6 +101,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         rewards, info = self.judged()
         rewards[lost] = 0.0
         seen[lost] = last[lost]
+        lost |= self.displaced()
         ended = (self.counts >= self.one.steps) & ~lost
         over = ended | lost
         if over.any():
@@ -107,6 +111,23 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
             seen = np.where(over[:, None], self.look(), seen)
         self.seen = seen
         return seen.copy(), rewards, lost, ended, info
+
+    def roots(self) -> Array:
+        """(n, 2, 3) centres of the root links' mass, m, and up axes in their frames; zeros where roots are held."""
+        place = self.subject.free_place
+        if place is None:
+            return np.zeros((self.num_envs, 2, 3))
+        turns = Rotation.from_quat(self.positions[:, place + 3 : place + 7], scalar_first=True)
+        centers = self.positions[:, place : place + 3] + turns.apply(self.stage.model.body_ipos[self.one.root])
+        return np.stack([centers, turns.as_matrix()[:, 2]], axis=1)
+
+    def displaced(self) -> NDArray[np.bool_]:
+        """(n,) whether an object was tipped, lifted or shoved, which ends its episode where the settings say so."""
+        if self.subject.free_place is None or not self.settings.ends_displaced:
+            return np.zeros(self.num_envs, dtype=bool)
+        now = self.roots()
+        moved = displacement(self.stood[:, 0], self.stood[:, 1], now[:, 0], now[:, 1])
+        return is_displaced(moved, self.settings.guards)
 
     def look(self) -> Arrays:
         """(n, 38) observations of the state as it is."""

@@ -2,7 +2,10 @@
 
 import warp
 
-from asset2sim.gym.contact import LEAST_N, TOUCHING
+from asset2sim.gym.contact import LEAST_N
+
+TOUCHING = 3
+"""Sum of the sides of a contact between tool and object."""
 
 
 @warp.kernel

@@ -40,9 +40,8 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "learn": (
             NINE,
-            'learn OUT={out}/nine ARGS="--tasks paper9 --assets 100221,103755,102181 '
-            "--methods reference,asset2sim --seeds 1 --budget 65536 --published {shared}/paper_tables "
-            '--page docs/learn.md"',
+            'learn OUT={out}/nine ARGS="--tasks paper9 --methods reference,ivw,direct,asset2sim --seeds 3 '
+            '--budget 65536 --published {shared}/paper_tables --page docs/learn.md"',
         ),
         "proposers": (
             "proposers DATA={shared}/partnet_mobility OUT={out}/proposers "

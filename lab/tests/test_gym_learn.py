@@ -6,6 +6,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
 from asset2sim.experiments.isolation import accept_children, stop_children
+from asset2sim.gym.arm.scene import base_at
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.environment import ObjectEnv
 from flows.command import refine, run_command, serve
@@ -176,6 +178,18 @@ def test_cheats_are_in_the_row_and_not_a_success(tmp_path: Path) -> None:
     wide = slider(tmp_path / "wide", upper=20.0)
     row, points = train(lesson(wide, tmp_path / "none"), tell=lambda _: None)
     assert row["outcome"] == "solved at start" and not points and not (tmp_path / "none").exists()
+
+
+def test_a_rollout_that_is_over_since_the_object_was_shoved_is_displaced_and_has_not_diverged(tmp_path: Path) -> None:
+    env = ObjectEnv(slider(tmp_path / "thing", fixed=False), CLOSE, settings=SHORT, base=base_at(0.0, 0.6))
+
+    def shove(data: Any, _: float) -> None:
+        data.xfrc_applied[env.root, 0] = 60.0
+
+    env.watched = shove
+    (found,) = roll([env], lambda seen: np.zeros((len(seen), 7), dtype=np.float32), [1])
+    assert found.displaced and found.travelled_m > 0.05 and not (found.diverged or found.success)
+    assert env.step_number < env.steps
 
 
 def test_files_that_cannot_be_read_cost_their_own_training_alone(out: Path, tmp_path: Path) -> None:
