@@ -118,7 +118,6 @@ def displacement(center: Array, up: Array, centers: Array, ups: Array) -> Array:
 
 def is_displaced(displaced: Array, settings: GuardSettings) -> NDArray[np.bool_]:
     """(n,) whether an object so displaced, (n, 3) as from ``displacement``, was tipped, lifted or shoved."""
-    found: NDArray[np.bool_] = np.logical_or.reduce(
-        displaced > (settings.tilt_rad, settings.lift_m, settings.travel_m), axis=1
-    )
+    bounds = settings.tilt_rad, settings.lift_m, settings.travel_m
+    found: NDArray[np.bool_] = np.logical_or.reduce(displaced > bounds, axis=1)
     return found
