@@ -51,7 +51,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         self.positions, self.speeds = np.zeros((num_envs, model.nq)), np.zeros((num_envs, model.nv))
         self.commands = np.tile(waiting(self.stage.gripper), (num_envs, 1))
         self.counts, self.first = np.zeros(num_envs, dtype=int), np.zeros(num_envs)
-        self.best, self.crowded = np.zeros(num_envs), False
+        self.best, self.crowded, self.stood = np.zeros(num_envs), False, np.zeros((num_envs, 2, 3))
         self.seen: Arrays = np.zeros((num_envs, SIZE), dtype=np.float32)
 
     def reset(
@@ -78,7 +78,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
                 self.positions[world, self.stage.tool_places[:7]] = self.commands[world, :7]
         self.counts[which], self.best[which] = 0, 0.0
         self.first[which] = self.positions[which, subject.place]
-        self.stood = self.roots() if which.all() else np.where(which[:, None, None], self.roots(), self.stood)
+        self.stood[which] = self.roots()[which]
         self.worlds.place(*(part.astype(np.float32) for part in (self.positions, self.speeds, self.commands)))
         self.touched_before = which
 
