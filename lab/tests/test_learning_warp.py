@@ -74,6 +74,16 @@ def test_contacts_without_room_are_said_once(
     assert "left out" in caplog.text
 
 
+def test_an_object_that_was_shoved_ends_its_own_episode_alone(tmp_path: Path) -> None:
+    file = drawer(tmp_path / "thing") / "overlay.json"
+    file.write_text(file.read_text().replace(SupportKind.FIXED, SupportKind.FREESTANDING))
+    many = make_warp_env(file.parent, 2, settings=SHORT, device="cpu")
+    many.reset(options={"start": 0})
+    many.stood[1, 0, 0] -= 0.06
+    _, _, lost, ended, _ = many.step(np.zeros((2, 7), dtype=np.float32))
+    assert lost.tolist() == [False, True] and not ended.any()
+
+
 def test_what_ends_begins_anew_in_the_same_step_and_what_it_last_saw_is_kept(thing: Path) -> None:
     many = make_warp_env(thing, 3, settings=SHORT, device="cpu")
     seen, _ = many.reset(seed=1)
