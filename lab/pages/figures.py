@@ -41,7 +41,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "learn": (
             NINE,
             'learn OUT={out}/nine ARGS="--tasks paper9 --methods reference,ivw,direct,asset2sim --seeds 3 '
-            '--budget 65536 --published {shared}/paper_tables --page docs/learn.md"',
+            '--budget 65536 --minutes 240 --published {shared}/paper_tables --page docs/learn.md"',
         ),
         "proposers": (
             "proposers DATA={shared}/partnet_mobility OUT={out}/proposers "
