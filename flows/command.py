@@ -21,7 +21,7 @@ from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOption
 from asset2sim.runs.options import parse
 from flows import PIPELINE
 from schemas.declared import Command
-from schemas.errors import DONE, FAILED, UsageError, exit_code_of
+from schemas.errors import DONE, FAILED, UsageError, complain, exit_code_of
 from schemas.extensions import commands, named
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ def _refined(request: "RefineRequest", refine: Refine) -> "RunResult":
 
         warning = alert_error(request.out, request.settings.run, error)
         if warning is not None:
-            sys.stderr.write(f"asset2sim: {warning}\n")
+            complain(warning)
         raise
 
 

@@ -2,7 +2,7 @@
 
 from rich.text import Text
 
-from asset2sim.catalog.text import number, output, titled_table
+from asset2sim.catalog.text import duration, number, output, titled_table
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.forecast import Forecast, ForecastCost, forecast
 from asset2sim.runs.remote.output import view_output
@@ -81,11 +81,3 @@ def expected_lines(found: ForecastCost, settings: Settings, assets: int) -> list
         if limit is not None and value is not None and value > limit
     ]
     return [*lines, *(f"          more than {budget} allows" for budget in over)]
-
-
-def duration(seconds: float) -> str:
-    """A time as a person says it."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"

@@ -1,7 +1,5 @@
 """The commands that hand refined objects on, and print what was written."""
 
-import sys
-
 from pydantic_settings import get_subcommand
 from rich.text import Text
 
@@ -9,7 +7,7 @@ from asset2sim.catalog.text import output
 from asset2sim.runs.hand_on_options import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.overlays import apply_overlays, export_overlays
 from asset2sim.runs.request import settings_for_run, stated_settings
-from schemas.errors import printable
+from schemas.errors import complain
 
 REMAKE = "tasks.remake:remake_asset"
 """The function that makes one object again."""
@@ -34,7 +32,8 @@ def print_overlays(options: OverlaysOptions) -> bool:
     if isinstance(chosen, ExportOverlaysOptions):
         written, left_out = export_overlays(chosen.run, chosen.out, chosen.assets)
         output().print(Text(f"{len(written)} objects without geometry in {chosen.out}"))
-        _complain(left_out)
+        for line in left_out:
+            complain(line)
         return not left_out
     assert isinstance(chosen, ApplyOverlaysOptions)
     settings = settings_for_run(chosen.settings, stated_settings(chosen))
@@ -45,11 +44,7 @@ def print_overlays(options: OverlaysOptions) -> bool:
     slowest = max((item.seconds for item in made), default=0.0)
     told = f"{len(same)} of {len(made)} objects made again, byte for byte, in {chosen.out / 'assets'}"
     output().print(Text(f"{told} (the slowest took {slowest:.1f} s)"))
-    _complain([f"{item.asset_id} ({item.outcome}): {item.reason}" for item in made if item.outcome != "same"])
+    for item in made:
+        if item.outcome != "same":
+            complain(f"{item.asset_id} ({item.outcome}): {item.reason}")
     return len(same) == len(made)
-
-
-def _complain(lines: list[str]) -> None:
-    sys.stdout.flush()
-    for line in lines:
-        sys.stderr.write(f"asset2sim: {printable(line)}\n")

@@ -21,7 +21,7 @@ from asset2sim.runs.here import refine_here
 from asset2sim.runs.request import RefineRequest
 from flows import PIPELINE
 from schemas.asset import AssetRecord
-from schemas.errors import DONE, FAILED, UsageError
+from schemas.errors import DONE, FAILED, UsageError, complain
 from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Severity, Status
@@ -122,4 +122,4 @@ def say_what_is_absent() -> None:
     """Say on standard error, once a command, that MuJoCo does the part of PyBullet where that is not installed."""
     if not with_pybullet():
         there = ", ".join(installed()) or "none"
-        sys.stderr.write(f"asset2sim: PyBullet is not installed; engines: {there} ({HOW_TO_INSTALL})\n")
+        complain(f"PyBullet is not installed; engines: {there} ({HOW_TO_INSTALL})")

@@ -16,7 +16,6 @@ from asset2sim.runs.request import bounded_by_memory
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.storage.objects import working_folder
 from flows import PIPELINE
-from flows.run_report import complain
 from flows.steps import (
     assemble,
     discover,
@@ -31,7 +30,7 @@ from flows.steps import (
     report,
 )
 from schemas.asset import FoundAssets
-from schemas.errors import Asset2SimError, is_disk_full
+from schemas.errors import Asset2SimError, complain, is_disk_full
 from schemas.location import Location
 from schemas.settings import Settings
 

@@ -17,7 +17,7 @@ from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.client import count_skipped_runs
-from schemas.errors import printable
+from schemas.errors import complain
 from schemas.location import Location
 from schemas.summary import AssetSummary
 
@@ -138,10 +138,3 @@ def print_night(result: RunResult) -> None:
     sys.stdout.flush()
     for warning in result.warnings:
         complain(warning)
-
-
-def complain(message: str) -> None:
-    """Print one line on standard error."""
-    sys.stdout.flush()
-    sys.stderr.write(f"asset2sim: {printable(' '.join(message.split()))}\n")
-    sys.stderr.flush()

@@ -22,7 +22,7 @@ from prefect.types.entrypoint import EntrypointType
 from asset2sim.catalog.text import output
 from asset2sim.runs.request import RefineRequest
 from flows.nightly import code_of_state, nightly, run_crash_hook
-from flows.run_report import complain, print_served
+from flows.run_report import print_served
 from flows.schedule import chosen_schedule
 from flows.server.client import (
     CRASHED_NIGHT_MESSAGE,
@@ -36,7 +36,7 @@ from flows.server.client import (
 )
 from flows.server.night_secrets import secrets_kept
 from flows.server.server import FLOW, STOP_LIMIT_S, deployment_name
-from schemas.errors import UsageError
+from schemas.errors import UsageError, complain
 
 
 def parameters(request: RefineRequest) -> dict[str, object]:

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from asset2sim.catalog.text import output
 from asset2sim.storage.objects import open_store, working_folder
-from schemas.errors import Asset2SimError, UsageError
+from schemas.errors import Asset2SimError, UsageError, complain
 from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Engine
@@ -58,7 +58,7 @@ def serve_pages(out: Path | str, host: str, report_port: int, prefect_port: int,
         console.print(f"report: none yet; a run or asset2sim report --out {out} writes it", soft_wrap=True)
     sys.stdout.flush()
     if host not in LOOPBACK:
-        sys.stderr.write(f"asset2sim: warning: {host} is open to every machine that reaches this one; {UNGUARDED}\n")
+        complain(f"warning: {host} is open to every machine that reaches this one; {UNGUARDED}")
         # Prefect's pages would ask at the address that the server listens on, which another machine has not.
         os.environ.setdefault("PREFECT_UI_API_URL", "/api")
     with suppress(KeyboardInterrupt), sigterm_as_interrupt():
@@ -130,8 +130,7 @@ def run_programs(commands: Mapping[str, Sequence[str]], stop_limit_s: float = ST
                     if together:
                         raise ProgramError(said)
                     on = f"; {', '.join(left)} goes on" if left else ""
-                    sys.stderr.write(f"asset2sim: {said}{on}\n")
-                    sys.stderr.flush()
+                    complain(f"{said}{on}")
     finally:
         _stop(list(running.values()), stop_limit_s)
     raise ProgramError("nothing is served any more")

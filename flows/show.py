@@ -14,7 +14,7 @@ from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.text import NOTHING, cut, output
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
-from schemas.errors import printable
+from schemas.errors import complain, printable
 from schemas.location import Location
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Grouping, Status
@@ -110,13 +110,10 @@ def print_summary(result: RunResult) -> None:
         console.print(Text(f"scenes:  {result.shown('scenes')}"))
     for line in result.removed:
         console.print(Text(line))
-    sys.stdout.flush()
     for warning in result.warnings:
-        sys.stderr.write(f"asset2sim: {printable(warning)}\n")
+        complain(warning)
     if result.stopped is not None:
-        sys.stderr.write(
-            f"asset2sim: {printable(result.stopped)}; {len(result.records)} finished assets are in the catalog\n"
-        )
+        complain(f"{result.stopped}; {len(result.records)} finished assets are in the catalog")
 
 
 def _unchanged_line(result: RunResult) -> str:
@@ -155,9 +152,8 @@ def print_recorded(out: Path | str, folder: Path) -> None:
             f"run them again with --model recorded/{folder}"
         )
     )
-    sys.stdout.flush()
     for line in found.lost:
-        sys.stderr.write(f"asset2sim: no answer recorded for {line}\n")
+        complain(f"no answer recorded for {line}")
 
 
 def print_questions(
@@ -170,7 +166,7 @@ def print_questions(
 
     written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)
     for asset_id, reason in written.failed.items():
-        sys.stderr.write(f"asset2sim: no question about asset {asset_id}: {reason}\n")
+        complain(f"no question about asset {asset_id}: {reason}")
     if written.answered:
         output().print(Text(f"every question about {len(written.answered)} assets has its answer in {folder}"))
     if not written.origins:
@@ -193,7 +189,7 @@ def print_views(out: Path | str, settings: Settings) -> bool:
     output().print(Text(f"drew views of {sum(not problem for problem in drawn.values())} assets"))
     for asset_id, problem in drawn.items():
         if problem:
-            sys.stderr.write(f"asset2sim: no views of {asset_id}: {printable(problem)}\n")
+            complain(f"no views of {asset_id}: {problem}")
     return not any(drawn.values())
 
 

@@ -4,7 +4,7 @@ import errno
 import re
 import sqlite3
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import partial
 
 from schemas.vocabulary import FailureMode
@@ -53,9 +53,8 @@ class Mistakes:
 class UnknownChoiceError(UsageError):
     """A name that is not among the valid ones."""
 
-    def __init__(self, kind: str, value: str, choices: Iterable[str]) -> None:
-        listed = sorted(choices)
-        shown = ", ".join(listed[:30]) + (f", … ({len(listed)} in all)" if len(listed) > 30 else "")
+    def __init__(self, kind: str, value: str, known: Iterable[str]) -> None:
+        shown = choices(sorted(known), 30)
         super().__init__(f"unknown {kind} '{value}'; choose from: {shown or 'none are known'}")
 
 
@@ -97,6 +96,17 @@ _UNPRINTABLE = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u
 """Control characters but line feed and tab, marks that reorder what is read, and halves of characters."""
 
 
+def listed(words: Collection[str], most: int, between: str = ", ") -> str:
+    """The first words, at most so many, and how many more there are."""
+    more = f"{between.lstrip(',')}and {len(words) - most} more" if len(words) > most else ""
+    return between.join(list(words)[:most]) + more
+
+
+def choices(names: Sequence[str], most: int) -> str:
+    """Names to choose from, at most so many, and how many there are in all; "" for none."""
+    return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "")
+
+
 def printable(text: str) -> str:
     """The text without what a terminal would obey rather than show: a dataset's names and prompts may hold escapes."""
     return _UNPRINTABLE.sub("", text)
@@ -104,6 +114,12 @@ def printable(text: str) -> str:
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Error numbers of a full disk and of an exhausted quota."""
+
+
+def complain(message: str) -> None:
+    """Print one line on standard error, after what was printed before."""
+    sys.stdout.flush()
+    sys.stderr.write(f"asset2sim: {printable(' '.join(message.split()))}\n")
 
 
 def is_disk_full(error: BaseException) -> bool:

@@ -1,13 +1,12 @@
 """A refined folder's recipe, and the folder made again from it and a copy of its asset, with no model and no engine."""
 
-import hashlib
 import os
 import shutil
 from pathlib import Path
 from time import perf_counter
 
 from asset2sim.assets.authored import REFINED_NAME
-from asset2sim.assets.checksums import FILE, changed_files
+from asset2sim.assets.checksums import FILE, changed_files, file_digest
 from asset2sim.assets.extract import INPUTS, Extraction, folder_of
 from asset2sim.assets.folder import URDF_NAME, Folder, staged_folder, write_folder
 from asset2sim.assets.hulls import box_corners, obj_text
@@ -21,7 +20,7 @@ from asset2sim.intake.origin import extract
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.collision.trim import cut_again
 from schemas.asset import AssetRef
-from schemas.errors import AssetError
+from schemas.errors import AssetError, listed
 from schemas.inputs import InputSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.recipe import DECIDING, MEASUREMENT_NAME, RECIPE_NAME, Outcome, Recipe, Remade
@@ -42,7 +41,7 @@ def recipe_of(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, fo
     return Recipe(
         asset_id=job.ref.asset_id,
         originals={
-            _named(file, extraction.folder, settings.inputs): digest_of(file) for file in _originals(extraction)
+            _named(file, extraction.folder, settings.inputs): file_digest(file) for file in _originals(extraction)
         },
         part=job.ref.part,
         keep=extraction.features.keep,
@@ -87,12 +86,6 @@ def _found(name: str, folder: Path, inputs: InputSettings) -> Path:
     return Path(inputs.package_folders.get(package, folder / PACKAGE_URI)) / rest
 
 
-def digest_of(file: Path) -> str:
-    """A file's SHA-256."""
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def remake_asset(ref: AssetRef, brought: Path, out: Path, inputs: InputSettings = INPUTS) -> Remade:
     """Make ``out/assets/<asset_id>`` of a copy of the asset and of the recipe, overlay, measurements and checksums in a
     folder; ``inputs`` says where packages are and what may be read. An asset that cannot be made again is an answer,
@@ -121,8 +114,7 @@ def made_again(ref: AssetRef, brought: Path, out: Path, inputs: InputSettings) -
     others = [f"{name} {old}, here {here.get(name, 'none')}" for name, old in recipe.made_with.items()
               if here.get(name) != old]  # fmt: skip
     why = f"made with {'; '.join(others)}: install those" if others else "the same packages are installed: report this"
-    listed = ", ".join(changed[:4]) + (f" and {len(changed) - 4} more" if len(changed) > 4 else "")
-    return "differs", f"{listed} ({why})"
+    return "differs", f"{listed(changed, 4)} ({why})"
 
 
 def differing(recipe: Recipe, folder: Path, inputs: InputSettings) -> str:
@@ -130,12 +122,9 @@ def differing(recipe: Recipe, folder: Path, inputs: InputSettings) -> str:
     files = {name: _found(name, folder, inputs) for name in recipe.originals}
     lacking = [name for name, file in files.items() if not file.is_file()]
     others = [name for name, digest in recipe.originals.items()
-              if name not in lacking and digest_of(files[name]) != digest]  # fmt: skip
-    said = []
-    for names, what in ((lacking, "not there"), (others, "another file than was refined")):
-        if names:
-            more = f" and {len(names) - 4} more" if len(names) > 4 else ""
-            said.append(f"{', '.join(names[:4])}{more}: {what}")
+              if name not in lacking and file_digest(files[name]) != digest]  # fmt: skip
+    kinds = ((lacking, "not there"), (others, "another file than was refined"))
+    said = [f"{listed(names, 4)}: {what}" for names, what in kinds if names]
     packed = any(name.startswith(PACKAGE_URI) for name in lacking)
     where = "; --package NAME=FOLDER says where a package is" if packed else ""
     return f"{folder}: {'; '.join(said)}; bring the dataset's own release of it{where}" if said else ""

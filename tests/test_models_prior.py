@@ -91,7 +91,7 @@ def test_sizes_are_consistent(size: tables.Size) -> None:
     assert 0.0 < size.min_m <= size.typical_m <= size.max_m
     assert 0.0 < size.mass_min_kg < size.mass_max_kg
     assert size.contact in tables.materials()
-    assert all(other in tables.sizes() for other in size.refines if other)
+    assert all(other in tables.sizes() for other in size.refines)
 
 
 def test_every_row_states_its_source() -> None:

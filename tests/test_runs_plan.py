@@ -27,6 +27,7 @@ from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 from asset2sim.runs.plan.content_hash import content_hash, counted_files, package_versions, shared_hash
 from asset2sim.runs.plan.plan import asset_files_hashes, must_redo
 from asset2sim.runs.plan.state import folder_files_hash, open_state
+from schemas import source_code
 from schemas.alignment import Reference
 from schemas.asset import AssetRef
 from schemas.settings import EngineSettings, ModelSettings, PhysicsSettings, RunSettings, Settings, ViewSettings
@@ -267,8 +268,8 @@ def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_a
 ) -> None:
     for name in (*code.ROOMS, *code.IRRELEVANT_SOURCES):
         assert (ROOT / name).exists(), name
-    root, cached = copied(tmp_path), functools.cache(code.bare_code)
-    monkeypatch.setattr(code, "bare_code", cached)
+    root, cached = copied(tmp_path), functools.cache(source_code.bare_code)
+    monkeypatch.setattr(source_code, "bare_code", cached)
     same = code.source_version.__wrapped__(root)
     files = counted_files(root)
     assert files == counted_files(ROOT) and same == code.source_version()
@@ -291,10 +292,12 @@ def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_a
 
 
 def test_prose_is_no_code() -> None:
-    bare = code.bare_code(b'"""Text."""\nLIMIT = 3\n"""Why 3."""\n\ndef f(a):\n    "Say."\n    return [a, "word"]\n')
-    assert bare == code.bare_code(b'LIMIT = 3  # three\ndef f(a):\n    """Other."""\n    return [a,\n "word"]\n')
+    bare = source_code.bare_code(
+        b'"""Text."""\nLIMIT = 3\n"""Why 3."""\n\ndef f(a):\n    "Say."\n    return [a, "word"]\n'
+    )
+    assert bare == source_code.bare_code(b'LIMIT = 3  # three\ndef f(a):\n    """Other."""\n    return [a,\n "word"]\n')
     for other in (b'LIMIT = 4\ndef f(a):\n return [a, "word"]', b'LIMIT = 3\ndef f(a):\n return [a, "Word"]'):
-        assert bare != code.bare_code(other)
+        assert bare != source_code.bare_code(other)
 
 
 def test_sources_are_read_beside_other_threads_while_the_collector_is_watched() -> None:
@@ -310,7 +313,7 @@ def test_sources_are_read_beside_other_threads_while_the_collector_is_watched() 
     sys.setswitchinterval(1e-6)
     try:
         with ThreadPoolExecutor(3) as pool:
-            first, *others = pool.map(lambda _: [code.bare_code(source) for source in sources], range(3))
+            first, *others = pool.map(lambda _: [source_code.bare_code(source) for source in sources], range(3))
     finally:
         gc.callbacks.remove(watch)
         gc.set_threshold(*limits)

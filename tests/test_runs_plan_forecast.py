@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.catalog.text import duration
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.runs.plan import state
 from asset2sim.runs.plan.forecast import Forecast, forecast
 from flows.command import run_command
-from flows.dry_run import duration, expected_lines
+from flows.dry_run import expected_lines
 from schemas.errors import GATE
 from schemas.settings import ModelSettings, PhysicsSettings, RunSettings, Settings
 from schemas.vocabulary import FailureMode, Redo

@@ -13,7 +13,7 @@ def write_checksums(folder: Path) -> None:
         name = path.relative_to(folder).as_posix()
         # The format has escapes for such names, which no mesh has.
         if not {"\n", "\\"} & set(name):
-            lines.append(f"{_digest(path)}  {name}\n")
+            lines.append(f"{file_digest(path)}  {name}\n")
     (folder / FILE).write_text("".join(lines), encoding="utf-8", errors="surrogateescape")
 
 
@@ -32,13 +32,14 @@ def changed_files(folder: Path) -> tuple[str, ...] | None:
 
 def _change(path: Path, name: str, digest: str) -> str:
     try:
-        return (
-            "" if path.is_file() and _digest(path) == digest else f"{name} {'changed' if path.exists() else 'removed'}"
-        )
+        if path.is_file() and file_digest(path) == digest:
+            return ""
+        return f"{name} {'changed' if path.exists() else 'removed'}"
     except OSError as error:
         return f"{name} unreadable ({error.strerror})"
 
 
-def _digest(path: Path) -> str:
+def file_digest(path: Path) -> str:
+    """A file's SHA-256, in hexadecimal."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()

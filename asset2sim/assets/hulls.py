@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.links import LinkGeometry
 from asset2sim.assets.meshes.hull import hull_of, spread_directions
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, corners_of_box
 
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
@@ -83,8 +83,7 @@ def box_corners(points: Array) -> Array:
     """(8, 3) corners of the box of (n, 3) points, no edge of it thinner than a sheet, m."""
     low, high = points.min(axis=0), points.max(axis=0)
     thin = np.maximum(SHEET_THICKNESS_M - (high - low), 0.0) / 2.0
-    low, high = low - thin, high + thin
-    return np.array([[(low, high)[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)])
+    return corners_of_box(np.array([low - thin, high + thin]))
 
 
 FOLDER = "collision"

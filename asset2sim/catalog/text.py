@@ -93,6 +93,14 @@ def further_lines(asset: Mapping[str, object]) -> list[tuple[str, str, str]]:
     return found
 
 
+def duration(seconds: float) -> str:
+    """Seconds as people say them: "48 s", "12 min", "3 h 05 min"."""
+    minutes = round(seconds / 60.0)
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int] = ()) -> str:
     """Markdown table; ``right`` holds the indices of right-aligned columns. A cell becomes one line, and each ``|`` in
     it that has no backslash yet gets one."""

@@ -25,6 +25,7 @@ from asset2sim.engines.registry import OWN, engine_version, versions_of
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
+from schemas.source_code import code_digest
 from schemas.vocabulary import DECIDING_PACKAGES, Engine, FailureMode
 
 REPORT_CACHE = ".cache/reports"
@@ -105,12 +106,10 @@ def digest(folder: Folder, overlay: PhysicsOverlay, extraction: Extraction, sett
 
 @cache
 def sources() -> str:
-    """SHA-256 over the sources of ``ROOMS`` and the versions of packages that decide numbers; once a process, 10 ms."""
+    """Hash of the sources of ``ROOMS``, and versions of the packages that decide numbers; once a process, 10 ms."""
     root = Path(asset2sim.checks.__file__).parents[2]
-    whole = hashlib.sha256(json.dumps(versions_of(DECIDING_PACKAGES)).encode())
-    for file in sorted(file for room in ROOMS for file in (root / room).rglob("*.py")):
-        whole.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
-    return whole.hexdigest()
+    files = {file.relative_to(root).as_posix(): file for room in ROOMS for file in (root / room).rglob("*.py")}
+    return json.dumps(versions_of(DECIDING_PACKAGES)) + code_digest(files, prose=True)
 
 
 @cache

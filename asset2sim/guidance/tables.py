@@ -3,10 +3,15 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import cast
+from typing import Annotated
 
-from asset2sim.guidance.csv_rows import csv_rows
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from asset2sim.guidance.csv_rows import csv_rows, typed_rows
 from schemas.mechanism import MechanismName
+
+Names = Annotated[tuple[str, ...], BeforeValidator(lambda cell: cell.split("|"))]
+"""Names with bars between them."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +27,12 @@ class Size:
     typical_m: float
     min_m: float
     max_m: float
-    across_max_m: float
     mass_min_kg: float
     mass_max_kg: float
     contact: str
-    refines: tuple[str, ...]
     lies: bool
+    across_max_m: float = 0.0
+    refines: Names = ()
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class Proportions:
 class Material:
     """Density, the thickness of its walls relative to moulded plastic, and the Coulomb coefficient on a table."""
 
-    name: str
+    name: Annotated[str, Field(alias="material")]
     density_kg_m3: float
     wall_factor: float
     friction: float
@@ -64,29 +69,40 @@ class PartContent:
     """Something heavy inside a part of an object of typical size: its mass, kg, its height in the part's box and its
     depth from the front, as shares. An object that has one of the parts in ``unless`` has it there, not inside."""
 
-    name: str
+    name: Annotated[str, Field(alias="content")]
     mass_kg: float
     height: float
     depth: float
-    unless: tuple[str, ...]
+    unless: Names = ()
 
 
 @dataclass(frozen=True)
 class PartMechanism:
-    """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``usual_rad``: how far a hinged part is
-    opened in use, from closed: no lid is by 270°. ``kind``: what people call it. ``press_n``: with what its spring
-    resists at the start and at the end of its travel, N, at a hinged part's far edge, ``lets_go_n`` with what a catch
-    or gasket does at first; None for that of most. ``click_rad``: the turn from one detent to the next; 0 without."""
+    """How a part moves. ``role``: main (opens), cap, control, roll, minor. ``kind``: what people call it.
+    ``usual_rad``: how far a hinged part is opened in use, from closed: no lid is by 270°. ``click_rad``: the turn from
+    one detent to the next; 0 without."""
 
     role: str
     coast_s: float
-    spring_hz: float | None
-    spring_rest: str
-    kind: MechanismName
-    usual_rad: float
-    press_n: tuple[float, float] | None
-    lets_go_n: float | None
-    click_rad: float
+    kind: Annotated[MechanismName, Field(alias="mechanism")]
+    spring_hz: float | None = None
+    spring_rest: str = ""
+    usual_rad: Annotated[float, Field(alias="usual_deg"), AfterValidator(math.radians)] = math.inf
+    press_start_n: float | None = None
+    press_end_n: float | None = None
+    click_rad: Annotated[float, Field(alias="click_deg"), AfterValidator(math.radians)] = 0.0
+
+    @property
+    def press_n(self) -> tuple[float, float] | None:
+        """Resistance of its spring at the start and the end of its travel, N, at a hinged part's far edge; None for
+        most."""
+        start, end = self.press_start_n, self.press_end_n
+        return None if start is None or end is None else (start, end)
+
+    @property
+    def lets_go_n(self) -> float | None:
+        """Resistance of a catch or gasket at first, N, at the same edge; None without."""
+        return self.press_start_n if self.press_end_n is None else None
 
 
 @dataclass(frozen=True)
@@ -97,14 +113,14 @@ class PartEffort:
     holds the object meanwhile."""
 
     kind: str
-    up_to_m: float
     least_n: float
     least_share: float
     most_n: float
-    anywhere: bool
+    anywhere: Annotated[bool, Field(alias="left"), BeforeValidator(lambda cell: cell == "anywhere")]
     counterbalanced: bool
     braced: bool
     source: str
+    up_to_m: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -112,10 +128,10 @@ class MotionWord:
     """Meaning of a word about motion: seconds to fall shut from half open, metres (slider) or radians (hinge)
     that it glides when let go, seconds in which a spring brings it back."""
 
-    closes_s: float | None
-    stops_m: float | None
-    stops_rad: float | None
-    returns_s: float | None
+    closes_s: float | None = None
+    stops_m: float | None = None
+    stops_rad: float | None = None
+    returns_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -132,31 +148,13 @@ Phrase = tuple[str, ...]
 @lru_cache
 def sizes() -> dict[str, Size]:
     """Category → size; "*" is the fallback."""
-    return {
-        row["category"]: Size(
-            category=row["category"],
-            dimension=row["dimension"],
-            typical_m=float(row["typical_m"]),
-            min_m=float(row["min_m"]),
-            max_m=float(row["max_m"]),
-            across_max_m=float(row["across_max_m"] or 0.0),
-            mass_min_kg=float(row["mass_min_kg"]),
-            mass_max_kg=float(row["mass_max_kg"]),
-            contact=row["contact"],
-            refines=tuple(row["refines"].split("|")),
-            lies=row["lies"] == "yes",
-        )
-        for row in csv_rows("sizes")
-    }
+    return {size.category: size for _, size in typed_rows("sizes", Size)}
 
 
 @lru_cache
 def materials() -> dict[str, Material]:
     """Name → material."""
-    keys = ("density_kg_m3", "wall_factor", "friction")
-    return {
-        row["material"]: Material(row["material"], *(float(row[key]) for key in keys)) for row in csv_rows("materials")
-    }
+    return {material.name: material for _, material in typed_rows("materials", Material)}
 
 
 @lru_cache
@@ -222,13 +220,7 @@ def coast_times() -> dict[str, float]:
 @lru_cache
 def wishes() -> dict[str, MotionWord]:
     """A word about motion → the time or distance that it stands for."""
-    return {
-        row["word"]: MotionWord(*(float(row[key]) if row[key] else None for key in _WISHES))
-        for row in csv_rows("wishes")
-    }
-
-
-_WISHES = ("closes_s", "stops_m", "stops_rad", "returns_s")
+    return {row["word"]: word for row, word in typed_rows("wishes", MotionWord)}
 
 
 @lru_cache
@@ -243,17 +235,8 @@ def part_material(category: str, part: str) -> PartMaterial:
 @lru_cache
 def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
     """Contents of that part of an object of that category, "" being its body."""
-    return tuple(
-        PartContent(
-            name=row["content"],
-            mass_kg=float(row["mass_kg"]),
-            height=float(row["height"]),
-            depth=float(row["depth"]),
-            unless=tuple(row["unless"].split("|")) if row["unless"] else (),
-        )
-        for row in csv_rows("contents")
-        if row["category"] == category and row["part"] == (part or "*")
-    )
+    rows = typed_rows("contents", PartContent)
+    return tuple(found for row, found in rows if row["category"] == category and row["part"] == (part or "*"))
 
 
 @lru_cache
@@ -279,18 +262,7 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
 @lru_cache
 def _part_efforts() -> dict[tuple[str, str, str], tuple[PartEffort, ...]]:
     table: dict[tuple[str, str, str], tuple[PartEffort, ...]] = {}
-    for row in csv_rows("efforts"):
-        effort = PartEffort(
-            kind=row["kind"],
-            up_to_m=float(row["up_to_m"] or math.inf),
-            least_n=float(row["least_n"]),
-            least_share=float(row["least_share"]),
-            most_n=float(row["most_n"]),
-            anywhere=row["left"] == "anywhere",
-            counterbalanced=row["counterbalanced"] == "yes",
-            braced=row["braced"] == "yes",
-            source=row["source"],
-        )
+    for row, effort in typed_rows("efforts", PartEffort):
         key = (row["part"], row["category"], row["motion"])
         table[key] = (*table.get(key, ()), effort)
     return table
@@ -310,17 +282,5 @@ def _part_materials() -> dict[tuple[str, str], PartMaterial]:
 
 @lru_cache
 def _mechanisms() -> dict[tuple[str, str, str], PartMechanism]:
-    return {
-        (row["part"], row["category"], row["motion"]): PartMechanism(
-            role=row["role"],
-            coast_s=float(row["coast_s"]),
-            spring_hz=float(row["spring_hz"]) if row["spring_hz"] else None,
-            spring_rest=row["spring_rest"],
-            kind=cast(MechanismName, row["mechanism"]),
-            usual_rad=math.radians(float(row["usual_deg"])) if row["usual_deg"] else math.inf,
-            press_n=(float(row["press_start_n"]), float(row["press_end_n"])) if row["press_end_n"] else None,
-            lets_go_n=float(row["press_start_n"]) if row["press_start_n"] and not row["press_end_n"] else None,
-            click_rad=math.radians(float(row["click_deg"] or 0.0)),
-        )
-        for row in csv_rows("mechanisms")
-    }
+    rows = typed_rows("mechanisms", PartMechanism)
+    return {(row["part"], row["category"], row["motion"]): found for row, found in rows}

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from asset2sim.storage.regular_files import printable
-from schemas.errors import Mistakes, UsageError, shortened
+from schemas.errors import Mistakes, UsageError, listed, shortened
 
 MAX_TABLE_BYTES = 256 * 1024 * 1024
 """Largest table that is read: a million assets with a long prompt each."""
@@ -115,8 +115,8 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
     named = [column for column in heading if column]
     if len(named) == 1 and (wrong := next((word for mark, word in SEPARATORS.items() if mark in named[0]), None)):
         raise UsageError(f"{name}: its heading is '{_shown(named[0])}'; separate cells by commas, not by {wrong}")
-    listed = f"it has {', '.join(map(_shown, named[:20])) or 'none'}, and columns may be "
-    listed += ", ".join([*columns.known, *(f"{prefix}…" for prefix in columns.prefixes)])
+    may_be = f"it has {', '.join(map(_shown, named[:20])) or 'none'}, and columns may be "
+    may_be += ", ".join([*columns.known, *(f"{prefix}…" for prefix in columns.prefixes)])
     wrong_ones = [f"column '{each}' names nothing after its colon" for each in named if each in columns.prefixes]
     unknown = [each for each in named if each not in columns.known and not each.startswith(columns.prefixes)]
     meant = set[str]()
@@ -131,11 +131,10 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
     if twice := [column for column, count in Counter(named).items() if count > 1]:
         wrong_ones.append(f"column {', '.join(map(_shown, twice[:5]))} more than once; keep one of each")
     if wrong_ones:
-        raise UsageError(*(f"{name}: {each}" for each in wrong_ones[:-1]), f"{name}: {wrong_ones[-1]}; {listed}")
+        raise UsageError(*(f"{name}: {each}" for each in wrong_ones[:-1]), f"{name}: {wrong_ones[-1]}; {may_be}")
     if unknown:
-        more = f" and {len(unknown) - 10} more" if len(unknown) > 10 else ""
-        said = ", ".join(map(_shown, unknown[:10]))
-        logger.warning("%s: nothing reads column %s%s; columns may be %s", name, said, more, listed.split("may be ")[1])
+        said = listed([*map(_shown, unknown)], 10)
+        logger.warning("%s: nothing reads column %s; columns may be %s", name, said, may_be.split("may be ")[1])
 
 
 def _shown(cell: str) -> str:

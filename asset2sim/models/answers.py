@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from asset2sim.models.lenient_json import parse_json
 from schemas.base import Finite, Frozen
-from schemas.errors import InvalidAnswerError, shortened
+from schemas.errors import InvalidAnswerError, choices, listed, shortened
 from schemas.features import Features
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 
@@ -39,9 +39,7 @@ class InvalidFieldsError(InvalidAnswerError):
 
     def __init__(self, violations: Sequence[str]) -> None:
         self.violations = tuple(violations)
-        shown = "; ".join(self.violations[:MAX_VIOLATIONS])
-        more = len(self.violations) - MAX_VIOLATIONS
-        super().__init__(shown + (f"; and {more} more" if more > 0 else ""))
+        super().__init__(listed(self.violations, MAX_VIOLATIONS, "; "))
 
     def __reduce__(self) -> tuple[object, ...]:
         return InvalidFieldsError, (self.violations,)
@@ -65,7 +63,7 @@ def parse_overlay(text: str, features: Features) -> Overlay:
         *_key_violations("initial_joint_positions", positions, "movable joint", movable),
         *_key_violations("uncertainty", overlay.uncertainty, "movable joint, or scale", ("scale", *movable)),
         *(
-            f"asked[{index}]: '{_quoted(name)}' is neither 'scale' nor a joint; joints are: {_listed(joints)}"
+            f"asked[{index}]: '{_quoted(name)}' is neither 'scale' nor a joint; joints are: {_choices(joints)}"
             for index, name in enumerate(overlay.asked)
             if name != "scale" and name not in joints and not name.startswith(tuple(f"{joint}." for joint in joints))
         ),
@@ -80,7 +78,7 @@ def _dispute_violations(overlay: Overlay, links: Sequence[str], joints: Sequence
     known: dict[str, Sequence[str]] = {"size": ["", "scale"], "mass": links, "contact": links}
     return [
         f"disagrees[{index}].about: '{_quoted(item.about)}' has no {item.quantity}; choose from "
-        f"{_listed(known.get(item.quantity, joints))}"
+        f"{_choices(known.get(item.quantity, joints))}"
         for index, item in enumerate(overlay.disagrees)
         if item.about not in known.get(item.quantity, joints)
     ]
@@ -111,7 +109,7 @@ def _violation(item: ErrorDetails, model: type[Frozen]) -> str:
     path = ".".join(_path(loc))
     if item["type"] == "extra_forbidden":
         owner = _PARTS.get(str(loc[0]), model) if len(loc) > 1 else model
-        return f"{path}: no such field; fields are: {_listed(sorted(owner.model_fields))}"
+        return f"{path}: no such field; fields are: {_choices(sorted(owner.model_fields))}"
     if item["type"] == "missing":
         return f"{path}: this field is required"
     return f"{path or 'the answer'}: {item['msg']}, not {_quoted(json.dumps(item['input'], default=str))}"
@@ -129,7 +127,7 @@ def _path(loc: Iterable[int | str]) -> list[str]:
 
 def _name_violations(path: str, names: Sequence[str], kind: str, known: Sequence[str]) -> list[str]:
     unknown = [
-        f"{path}[{index}].name: unknown {kind} '{_quoted(name)}'; {kind}s are: {_listed(known)}"
+        f"{path}[{index}].name: unknown {kind} '{_quoted(name)}'; {kind}s are: {_choices(known)}"
         for index, name in enumerate(names)
         if name not in known
     ]
@@ -143,15 +141,10 @@ def _name_violations(path: str, names: Sequence[str], kind: str, known: Sequence
 
 def _key_violations(path: str, names: Iterable[str], kind: str, known: Sequence[str]) -> list[str]:
     return [
-        f"{path}.{_quoted(name)}: '{_quoted(name)}' is not a {kind}; {kind}s are: {_listed(known)}"
+        f"{path}.{_quoted(name)}: '{_quoted(name)}' is not a {kind}; {kind}s are: {_choices(known)}"
         for name in names
         if name not in known
     ]
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - MAX_CHOICES
-    return ", ".join(names[:MAX_CHOICES]) + (f", … ({len(names)} in all)" if more > 0 else "") or "none"
 
 
 def _json_type(value: object) -> str:
@@ -212,3 +205,7 @@ def trimmed(value: object, without: frozenset[str]) -> Any:
     if named is None:
         return rest
     return {**rest, "properties": {key: trimmed(item, without) for key, item in named.items() if key not in without}}
+
+
+def _choices(names: Sequence[str]) -> str:
+    return choices(names, MAX_CHOICES) or "none"

@@ -65,8 +65,6 @@ class Pack:
     """How it is opened: a shell line."""
     exports: tuple[Export, ...] = ()
     finish: Finish | None = None
-    opened_by: str = ""
-    """By what our tests open it."""
 
 
 @functools.cache

@@ -51,7 +51,5 @@ PACKS = (
         contents="A dataset repository: `objects.parquet` is what its viewer shows, `objects` the files.",
         opens="hf upload USER/NAME . --repo-type dataset",
         finish=write_table,
-        opened_by="PyArrow, Pillow (the pictures) and huggingface_hub's own reader of cards; datasets where it is "
-        "installed",
     ),
 )

@@ -68,6 +68,5 @@ PACKS = (
         opens="python -c 'from refined_objects import RefinedObject; print(RefinedObject(\"NAME\").joints)'",
         exports=(Export.MJCF,),
         finish=write_objects,
-        opened_by="robosuite where it is installed: built into a task with an arm and stepped",
     ),
 )

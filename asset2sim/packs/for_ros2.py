@@ -36,6 +36,5 @@ PACKS = (
         opens="colcon build && . install/setup.sh && ros2 launch refined_objects view.launch.py object:=NAME",
         exports=(Export.SDF,),
         finish=write_urdfs,
-        opened_by="yourdfpy with the package's URIs; catkin_pkg where it is installed; not by colcon",
     ),
 )

@@ -11,7 +11,6 @@ PACKS = (
         "The joints' zero is the initial state.",
         opens="GZ_SIM_RESOURCE_PATH=$PWD/objects gz sim world.sdf",
         exports=(Export.SDF,),
-        opened_by="libsdformat as Drake has it, where Drake is installed; else our own reader of SDF",
     ),
     Pack(
         name="isaaclab",
@@ -20,8 +19,6 @@ PACKS = (
         "its initial state; put the folder where your project imports from.",
         opens="./isaaclab.sh -p YOUR_SCRIPT.py  # from refined_objects import CONFIGS",
         exports=(Export.USD,),
-        opened_by="usd-core (every prim and reference resolved); Newton where it is installed; the module is compiled, "
-        "not run in Isaac Lab",
     ),
     Pack(
         name="lerobot",
@@ -30,7 +27,6 @@ PACKS = (
         "pins what it runs on. Pin the commit where you use it.",
         opens="pip install -r requirements.txt && python -c 'import env; print(env.make_env(2).reset()[0].shape)'",
         exports=(Export.MJCF,),
-        opened_by="Gymnasium: `make_env` called as LeRobot calls it, reset and stepped; LeRobot where it is installed",
     ),
     Pack(
         name="maniskill",
@@ -38,7 +34,6 @@ PACKS = (
         contents="`refined_objects.py`: `add(self.scene, name)` in a task's `_load_scene`, `reset(items)` in its "
         "`_initialize_episode`. For the CPU backend.",
         opens="python -c 'import refined_objects; print(refined_objects.NAMES)'",
-        opened_by="SAPIEN 3, whose scenes ManiSkill's hold; ManiSkill where it is installed",
     ),
     Pack(
         name="mujoco",
@@ -47,6 +42,5 @@ PACKS = (
         "object alone; the keyframe `home` is its initial state.",
         opens="python -m mujoco.viewer --mjcf=objects/NAME/scene.xml",
         exports=(Export.MJCF,),
-        opened_by="MuJoCo 4: compiled, reset to `home`, stepped until it has rested for a second",
     ),
 )

@@ -31,3 +31,9 @@ def norms(vectors: Array) -> Array:
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     found: Array = np.sqrt(x * x + y * y + z * z)
     return found
+
+
+def corners_of_box(points: Array) -> Array:
+    """(8, 3) corners of the box around (n, 3) points along the axes of their frame, x varying fastest."""
+    ends = np.array([points.min(axis=0), points.max(axis=0)])
+    return np.array([[ends[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)])

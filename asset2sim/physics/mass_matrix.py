@@ -1,6 +1,5 @@
 """The floating-base mass matrix of an articulated object, with each joint's effective inertia and gravity force."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,19 +30,6 @@ class Pull:
         angle = np.asarray(positions, dtype=float) - self.position
         wave: Array = self.force * np.cos(angle) + self.slope * np.sin(angle)
         return wave
-
-    def largest(self, lower: float | None, upper: float | None) -> float:
-        """The largest magnitude between these positions (None: anywhere), N·m or N."""
-        if self.prismatic:
-            return abs(self.force)
-        amplitude = math.hypot(self.force, self.slope)
-        if lower is None or upper is None:
-            return amplitude
-        crest = self.position + math.atan2(self.slope, self.force)
-        # Crests and troughs are half a turn apart.
-        if math.floor((upper - crest) / math.pi) >= math.ceil((lower - crest) / math.pi):
-            return amplitude
-        return float(np.abs(self.at(np.array([lower, upper]))).max())
 
 
 @dataclass(frozen=True)

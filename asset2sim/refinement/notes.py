@@ -8,6 +8,7 @@ from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.collision.trim import Cut
 from asset2sim.refinement.context import Log, info, warning
 from asset2sim.refinement.position_bands import Pose
+from schemas.errors import listed
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 
@@ -31,7 +32,7 @@ def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
     for link in sorted({cut.link for cut in cuts}):
         own = [cut for cut in cuts if cut.link == link]
         deepest = max(own, key=lambda cut: cut.depth_m)
-        others = ", ".join(f"'{cut.other}'" for cut in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
+        others = listed([f"'{cut.other}'" for cut in own], 4)
         text = (
             f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm ({deepest.share:.0%} of a hull) "
             f"{where} {others} {when}; its looks are unchanged"

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from asset2sim.catalog.text import NOTHING, number, percent
+from asset2sim.catalog.text import NOTHING, duration, number, percent
 from asset2sim.report.charts import histogram, line
 from asset2sim.report.snapshot import Row, Snapshot
 from schemas.errors import shortened
@@ -110,14 +110,6 @@ def _count(
     shown: Callable[[float], str] = lambda v: f"{v:,}",
 ) -> HeadlineFigure:
     return HeadlineFigure(name, shown(of(now)), NOTHING if then is None else shown(of(then)))
-
-
-def duration(seconds: float) -> str:
-    """Seconds as people say them: "48 s", "12 min", "3 h 05 min"."""
-    minutes = round(seconds / 60.0)
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def _changes(found: Snapshot) -> dict[tuple[str, ...], str]:

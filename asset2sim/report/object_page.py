@@ -16,6 +16,7 @@ from asset2sim.report.hand_feel import felt, position
 from asset2sim.report.index_page import longest, method_of
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, SIZE
 from asset2sim.report.snapshot import Row
+from schemas.errors import listed
 from schemas.vocabulary import Source, Stage
 
 Rows = Mapping[str, Sequence[Row]]
@@ -23,7 +24,7 @@ Rows = Mapping[str, Sequence[Row]]
 SOURCES = {
     Source.USER: "stated by the user: guidance, manifest or overrides.csv",
     Source.MODEL: "proposed by the model",
-    Source.PRIOR: "proposed by the offline model's tables",
+    Source.PRIOR: "looked up in the tables of prior/household",
     Source.RULE: "computed or bounded by a rule",
     Source.SEARCH: "found by the search, or by a mend of a failing check",
     Source.AUTHORED: "as the asset's own file has it",
@@ -156,8 +157,7 @@ def kept(asset: Row) -> list[tuple[str, str, str]]:
 
 def named(names: Sequence[str]) -> str:
     """The first few names in brackets, and how many more; "" for none."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f" ({', '.join(names[:MOST_NAMED])}{more})" if names else ""
+    return f" ({listed(names, MOST_NAMED)})" if names else ""
 
 
 def pictures(asset: Row, files: Collection[str]) -> list[Picture]:

@@ -10,9 +10,8 @@ from urllib.parse import quote
 from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from asset2sim.catalog.text import number
+from asset2sim.catalog.text import duration, number
 from asset2sim.report.charts import counted
-from asset2sim.report.index_page import duration
 from asset2sim.storage.objects import cache_root
 from asset2sim.storage.regular_files import write_whole
 from schemas.errors import printable

@@ -21,7 +21,7 @@ STILL = 2e-5
 LABELLED = 5
 """Contacts whose depth is written beside them, the deepest."""
 EDGES = ((0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7))
-"""Pairs of corners of a box, in ``box_corners``' order, that an edge joins."""
+"""Pairs of corners of a box, in ``corners_of_box``' order, that an edge joins."""
 CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 Grabbed = Callable[[str, str, str, Array, Array], None]

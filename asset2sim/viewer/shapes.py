@@ -19,7 +19,7 @@ from asset2sim.assets.exports.visuals import together
 from asset2sim.assets.surfaces.scene import painted_shapes
 from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.assets.urdf.read import read_urdf
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, corners_of_box
 
 Part = TypeVar("Part")
 
@@ -92,16 +92,13 @@ def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
             for link in robot.links
             if link.inertial is not None and link.inertial.inertia is not None and link.inertial.mass
         },
-        corners={name: box_corners(parts) for name, parts in seen.items() if parts},
+        corners={
+            name: corners_of_box(np.concatenate([part.vertices for part in parts]))
+            for name, parts in seen.items()
+            if parts
+        },
         links=names,
     )
-
-
-def box_corners(parts: list[Surface]) -> Array:
-    """(8, 3) corners of the box of surfaces along their frame's axes."""
-    points = np.concatenate([part.vertices for part in parts])
-    ends = np.array([points.min(axis=0), points.max(axis=0)])
-    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 def painted(parts: list[Surface], opacity: float) -> list[trimesh.Trimesh]:

@@ -11,14 +11,11 @@ import pandas as pd
 
 from asset2sim.catalog.read import latest_rows, query
 from asset2sim.catalog.text import NOTHING, markdown_table
-from asset2sim.checks.alignment.expectations import SWINGS
 from lab.comparisons.figure_specs import NINE_SUBSET
 from lab.comparisons.meaning import met_cells
 from lab.comparisons.method_runs import MethodRun
-from lab.comparisons.object_rows import drift_passes, oscillation_passes, read_objects
+from lab.comparisons.object_rows import asked_joints, drift_passes, oscillation_passes, read_objects
 from lab.pages.blocks import Pages
-from schemas.alignment import NOTHING as NOTHING_ASKED
-from schemas.alignment import SIZE
 from schemas.errors import DONE, exit_code_of
 from schemas.settings import Thresholds
 from schemas.vocabulary import Method
@@ -80,13 +77,12 @@ def exempt_text(out: Path, chosen: "pd.Series[str]") -> str:
 
 def rest_text(expected: pd.DataFrame) -> str:
     """Joints that ended as expected of those that must stay at rest, then of all, with those that may swing."""
-    joints = expected[~expected["what"].isin([SIZE, NOTHING_ASKED]) & expected["met_at_start"].notna()]
+    joints = asked_joints(expected)
     if joints.empty:
         return NOTHING
-    swings = joints["unit"] == SWINGS
-    ended = joints["met_at_start"].where(swings, joints["met_at_rest"]).astype("boolean").fillna(False)
-    still = ended[~swings]
-    return f"{int(still.sum())} of {len(still)}; with those that may swing {int(ended.sum())} of {len(ended)}"
+    met = joints["met"]
+    still = met[~joints["swings"]]
+    return f"{int(still.sum())} of {len(still)}; with those that may swing {int(met.sum())} of {len(met)}"
 
 
 def by_engine(measured: pd.DataFrame, engines: Sequence[str], count: int, passes: "pd.Series[bool]") -> str:

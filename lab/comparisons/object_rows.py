@@ -90,6 +90,14 @@ def _spent(calls: pd.DataFrame) -> pd.DataFrame:
     return spent.reset_index()
 
 
+def asked_joints(expected: pd.DataFrame) -> pd.DataFrame:
+    """The expectations of joints, each with ``met``, whether it ended as expected: what ``swings`` started so."""
+    joints = expected[~expected["what"].isin([SIZE, NOTHING]) & expected["met_at_start"].notna()]
+    swings = joints["unit"] == SWINGS
+    met = true_of(joints["met_at_start"].where(swings, joints["met_at_rest"]))
+    return joints.assign(swings=swings, met=met)
+
+
 JOINT_COUNTS = ("joints_asked", "joints_met_at_start", "joints_met")
 
 
@@ -98,13 +106,12 @@ def _met(expected: pd.DataFrame) -> pd.DataFrame:
     rows: list[dict[str, object]] = []
     for asset_id, own in expected.groupby("asset_id"):
         size = own.loc[own["what"] == SIZE, "met_at_start"].dropna()
-        joints = own[~own["what"].isin([SIZE, NOTHING]) & own["met_at_start"].notna()]
-        ends = joints["met_at_start"].where(joints["unit"] == SWINGS, joints["met_at_rest"])
+        joints = asked_joints(own)
         halves = [float(size.iloc[0])] if len(size) else []
-        halves += [float(true_of(ends).mean())] if len(joints) else []
+        halves += [float(joints["met"].mean())] if len(joints) else []
         row: dict[str, object] = {"asset_id": asset_id, "meaning": float(np.mean(halves)) if halves else np.nan}
         row |= {"size_met": bool(size.iloc[0]) if len(size) else None}
-        counts = (len(joints), int(true_of(joints["met_at_start"]).sum()), int(true_of(ends).sum()))
+        counts = (len(joints), int(true_of(joints["met_at_start"]).sum()), int(joints["met"].sum()))
         rows.append(row | dict(zip(JOINT_COUNTS, counts, strict=True)))
     return pd.DataFrame(rows, columns=["asset_id", "meaning", "size_met", *JOINT_COUNTS])
 

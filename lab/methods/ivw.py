@@ -13,7 +13,7 @@ from asset2sim.models.prompts import IVW, overlay_request
 from asset2sim.render import VIEW_NAMES
 from asset2sim.render.marked import question_pictures
 from lab.methods.fusion import fuse
-from schemas.errors import InvalidAnswerError
+from schemas.errors import InvalidAnswerError, listed
 from schemas.features import Features, RestOverlap
 from schemas.finding import Finding
 from schemas.overlay import Overlay
@@ -128,13 +128,13 @@ def dropped(got: Answers, wanted: int) -> Finding:
     count = len(got.reasons)
     return Finding(
         stage=Stage.SYNTHESIZE, severity=Severity.WARNING, code="answers_dropped", value=float(count),
-        message=f"{len(got.valid)} answers of {wanted} wanted are fused, {count} dropped: {listed(got)}",
+        message=f"{len(got.valid)} answers of {wanted} wanted are fused, {count} dropped: {reasons_of(got)}",
     )  # fmt: skip
 
 
 def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:
     """Error for too few valid answers to fuse."""
-    told = f"{len(got.valid)} valid answers of {wanted} wanted, and half are needed: {listed(got)}"
+    told = f"{len(got.valid)} valid answers of {wanted} wanted, and half are needed: {reasons_of(got)}"
     if spent:
         return SynthesisError(FailureMode.BUDGET, "budget_spent", told, got.calls)
     if got.answered == 0:
@@ -142,11 +142,9 @@ def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:
     return SynthesisError(FailureMode.NO_VALID_ESTIMATE, "invalid_answers", told, got.calls)
 
 
-def listed(got: Answers) -> str:
+def reasons_of(got: Answers) -> str:
     """The first few distinct reasons, as text."""
-    different = list(dict.fromkeys(got.reasons))
-    more = len(different) - MAX_REASONS
-    return "; ".join(different[:MAX_REASONS]) + (f"; and {more} more" if more > 0 else "")
+    return listed(dict.fromkeys(got.reasons), MAX_REASONS, "; ")
 
 
 def propose(job: ProposalJob, extraction: Extraction) -> Proposed:

@@ -1,7 +1,6 @@
 """The last line of a measured block: commit, date, command, models, machine, and hashes of the block and of what it
 measures, by which a test finds blocks that were edited by hand and names those that the code has left behind."""
 
-import functools
 import hashlib
 import os
 import platform
@@ -13,8 +12,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 
-from asset2sim.runs.plan.content_hash import CHECKOUT, bare_code, source_version
+from asset2sim.runs.plan.content_hash import CHECKOUT, source_version
 from schemas.model_names import described
+from schemas.source_code import code_digest
 
 DIGITS = 12
 """Hexadecimal digits kept of a hash: enough to tell any two states apart."""
@@ -45,8 +45,6 @@ SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """Measured block → rooms and modules that decide it beside those that decide an asset's result."""
 NOISY_STUDIES = ("judged", "learn", "probe")
 """Studies of variants that the simulation of a fallible model proposed; others have the default model."""
-_bare = functools.cache(bare_code)
-"""Each source is parsed once, of however many blocks it is."""
 _MODELS = re.compile(r"\b(?:prior/\w+(?:@[\d.]+)?|recorded/[\w./-]*\w)")
 _STAMP = re.compile(
     r"^<sub>Made at (?P<commit>.+?), (?P<date>[\d-]+), by `(?P<command>[^`]+)`; (?P<models>.+?); (?P<machine>.+?); "
@@ -120,15 +118,12 @@ def machine_now() -> str:
 def code_hash(name: str, root: Path = CHECKOUT) -> str:
     """Hash of what a block measures: the code, prompts and tables that decide an asset's result, and the rooms of its
     own study, without comments and docstrings."""
-    digest = hashlib.sha256(source_version(root).encode())
+    files: dict[str, Path] = {}
     for room in SOURCES[name]:
         place = root / room
-        for file in [place] if place.is_file() else sorted(place.rglob("*")):
-            if file.suffix in SUFFIXES:
-                content = file.read_bytes()
-                code = _bare(content) if file.suffix == ".py" else content
-                digest.update(f"{file.relative_to(root).as_posix()}\0{hashlib.sha256(code).hexdigest()}\n".encode())
-    return digest.hexdigest()[:DIGITS]
+        found = [place] if place.is_file() else place.rglob("*")
+        files |= {file.relative_to(root).as_posix(): file for file in found if file.suffix in SUFFIXES}
+    return hashlib.sha256((source_version(root) + code_digest(files)).encode()).hexdigest()[:DIGITS]
 
 
 def text_hash(block: str) -> str:

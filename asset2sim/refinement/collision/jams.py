@@ -13,7 +13,7 @@ import numpy as np
 from asset2sim.assets.authored_overlap import TOUCHING_M, AuthoredShapes, authored_depth
 from asset2sim.assets.meshes.hull import boxes_meet
 from asset2sim.engines.static_object import MARGIN_M
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import corners_of_box
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.refinement.collision.hull_world import FAR_M, REACH_M, HullWorld, boxes_at, candidates
 from asset2sim.refinement.collision.travel import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
@@ -157,17 +157,11 @@ def near_links(world: HullWorld, machine: JamContext, path: Travel) -> list[tupl
     low, high = np.array([box[0].min(axis=0) for box in boxes]), np.array([box[1].max(axis=0) for box in boxes])
     found = []
     for a in moving:
-        corners = box_corners(np.vstack(hulls[a]))
+        corners = corners_of_box(np.vstack(hulls[a]))
         placed = np.einsum("pij,kj->pki", path.poses(a)[:, :3, :3], corners) + path.poses(a)[:, None, :3, 3]
         meet = boxes_meet((placed.min(axis=1), placed.max(axis=1)), (low, high), REACH_M).any(axis=0)
         found += [(a, still_ones[j]) for j in np.flatnonzero(meet) if machine.collide(a, still_ones[j])]
     return found
-
-
-def box_corners(points: Array) -> Array:
-    """(8, 3) corners of the box around (n, 3) points."""
-    ends = np.array([points.min(axis=0), points.max(axis=0)])
-    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 def pair_hits(world: HullWorld, path: Travel, a: str, b: str, tolerance: float) -> Iterator[Hit]:

@@ -1,12 +1,10 @@
 """Content hash of an asset: everything that its result depends on, the code and the packages' versions included."""
 
-import ast
 import functools
 import hashlib
 import json
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from schemas.declared import CHECK, ENGINE, METHOD, extensions, outside_code
 from schemas.extensions import further_check, local_models
 from schemas.model_names import named_models
 from schemas.settings import EngineSettings, Settings
+from schemas.source_code import code_digest
 from schemas.vocabulary import DECIDING_PACKAGES, Engine, Method
 
 CHECKOUT = Path(__file__).resolve().parents[3]
@@ -36,11 +35,6 @@ IRRELEVANT_SOURCES = ("tasks/check.py",)
 """Sources within them that do not: tables of a study, and what only looks."""
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
-
-
-PARSE_TRIES = 20
-"""Times that a source is parsed beside other threads; of 450 so parsed, with Python code in each garbage collection, 14
-failed the first."""
 
 
 def counted_files(root: Path) -> list[str]:
@@ -86,45 +80,7 @@ def source_version(root: Path = CHECKOUT, modules: tuple[str, ...] = ()) -> str:
     files = {name: root / name for name in counted_files(root)}
     for module in modules:
         files |= module_files(module)
-    digest = hashlib.sha256()
-    for name, file in sorted(files.items()):
-        content = file.read_bytes()
-        code = bare_code(content) if name.endswith(".py") else content
-        digest.update(f"{name}\0{hashlib.sha256(code).hexdigest()}\n".encode())
-    return digest.hexdigest()
-
-
-def bare_code(source: bytes) -> bytes:
-    """A source's syntax tree as text: no comments, no layout, and no texts that are statements, as docstrings are."""
-    words: list[str] = []
-    _spell(_parsed(source), words)
-    return " ".join(words).encode(errors="surrogatepass")
-
-
-def _parsed(source: bytes) -> ast.Module:
-    """A source's syntax tree, also while another thread parses. Python 3.11 counts the depth of all threads together,
-    and raises SystemError where garbage collection, as Dask watches it, lets another one go on in between
-    (python/cpython#106905)."""
-    for _ in range(PARSE_TRIES - 1):
-        with suppress(SystemError):
-            return ast.parse(source)
-    return ast.parse(source)
-
-
-def _spell(part: object, words: list[str]) -> None:
-    if isinstance(part, ast.AST):
-        if isinstance(part, ast.Expr) and isinstance(part.value, ast.Constant) and isinstance(part.value.value, str):
-            return
-        words.append(type(part).__name__)
-        for field in part._fields:
-            _spell(getattr(part, field, None), words)
-    elif isinstance(part, list):
-        words.append("[")
-        for item in part:
-            _spell(item, words)
-        words.append("]")
-    else:
-        words.append(repr(part))
+    return code_digest(files)
 
 
 def package_versions(settings: EngineSettings) -> dict[str, str]:

@@ -3,7 +3,7 @@ what they were before."""
 
 import json
 from collections import defaultdict
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from asset2sim.runs.plan.content_hash import IRRELEVANT_SETTINGS, package_versio
 from asset2sim.runs.plan.plan import Plan, Why, make_plan
 from asset2sim.runs.plan.state import changed_inputs, read_state
 from schemas.asset import AssetRef
+from schemas.errors import listed
 from schemas.location import Location
 from schemas.model_names import is_prior, settings_for
 from schemas.settings import Settings
@@ -88,7 +89,7 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
             if not Location(ref.path).is_url and (
                 files := changed_inputs(state, Path(ref.path), allowed_folders(ref, settings.inputs))
             ):
-                parts.insert(0, f"files {_listed(files)}")
+                parts.insert(0, f"files {listed(files, MAX_FILES)}")
             for name, now in (("prompt", ref.prompt), ("subset", ref.subset), ("overrides", ref.own_numbers)):
                 if (None if pd.isna(row[name]) else row[name]) != now:
                     parts.insert(0, f"its {name}")
@@ -103,10 +104,11 @@ def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]
     if names := sorted(name for name in then.keys() | now.keys() if then.get(name) != now.get(name)):
         nested = [f"{name}.{inner}" for name in names for inner in _different(then.get(name), now.get(name))]
         nested = [name for name in nested if not _is_irrelevant(name)]
-        parts += [f"settings {_listed(nested or names)}"] if nested or any(not _is_irrelevant(n) for n in names) else []
+        if nested or any(not _is_irrelevant(name) for name in names):
+            parts.append(f"settings {listed(nested or names, MAX_FILES)}")
     versions = json.loads(run["versions_json"])
     packages = [name for name, version in package_versions(settings.engine).items() if versions.get(name) != version]
-    return [*parts, f"packages {_listed(packages)}"] if packages else parts
+    return [*parts, f"packages {listed(packages, MAX_FILES)}"] if packages else parts
 
 
 def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> ForecastCost:
@@ -163,8 +165,3 @@ def _is_irrelevant(name: str) -> bool:
     section, _, inner = name.partition(".")
     left_out = IRRELEVANT_SETTINGS.get(section, set())
     return left_out is True or (isinstance(left_out, set) and inner in left_out)
-
-
-def _listed(names: Collection[str]) -> str:
-    shown = ", ".join(list(names)[:MAX_FILES])
-    return f"{shown} and {len(names) - MAX_FILES} more" if len(names) > MAX_FILES else shown

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
+from asset2sim.assets.checksums import file_digest
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
@@ -193,7 +194,6 @@ def _digest(file: AssetFile) -> str:
     if file.size < 0:
         return UNREADABLE
     try:
-        with open(file.path, "rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+        return file_digest(Path(file.path))
     except OSError:
         return UNREADABLE
