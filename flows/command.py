@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 
 from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
+from asset2sim.runs import object_options as objects
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.extras import missing_package
-from asset2sim.runs.hand_on_options import OverlaysOptions, PackOptions
+from asset2sim.runs.object_options import CheckOptions, ConvertOptions, DescribeOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
 from asset2sim.runs.options import parse
 from flows import PIPELINE
@@ -62,7 +63,7 @@ def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -
 
 def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
     # --help needs none of it.
-    from asset2sim.runs.request import refine_request, settings_for_run, stated_settings
+    from asset2sim.runs.request import refine_request, settings_of
 
     match options:
         case asked.NightlyOptions():
@@ -72,19 +73,17 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
         case asked.SettingsOptions():
             from asset2sim.runs.settings_file import settings_text
 
-            sys.stdout.write(settings_text(settings_for_run(options.settings, {}), options.format))
+            sys.stdout.write(settings_text(settings_of(options), options.format))
             return DONE
-        case asked.CheckOptions():
+        case objects.CheckOptions():
             from flows.local import check_listed
 
-            settings = settings_for_run(options.settings, stated_settings(options))
-            return check_listed(options.folders, settings, options.json_, options.sarif, options.fix)
-        case asked.ConvertOptions():
+            return check_listed(options.folders, settings_of(options), options.json_, options.sarif, options.fix)
+        case objects.ConvertOptions():
             from flows.local import convert_listed
 
-            settings = settings_for_run(options.settings, stated_settings(options))
-            return convert_listed(options.data, options.out, settings)
-        case asked.DescribeOptions():
+            return convert_listed(options.data, options.out, settings_of(options))
+        case objects.DescribeOptions():
             from asset2sim.load import LoadError, describe
 
             try:
@@ -95,13 +94,13 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
         case ViewOptions():
             from flows.serve_pages import serve_viewer
 
-            settings = settings_for_run(options.settings, {})
+            settings = settings_of(options)
             serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
             return DONE
         case ReportOptions():
             from flows.show import print_site
 
-            print_site(options.out, settings_for_run(options.settings, stated_settings(options)), options.force)
+            print_site(options.out, settings_of(options), options.force)
             return DONE
     added = next((item for item in commands() if type(options) is named(item.options)), None)
     return _print(options) if added is None else _run_added(added, options)
@@ -110,16 +109,15 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 def _run_added(command: Command, options: Options) -> int:
     """Run an extension's command. Returns the exit code."""
     from asset2sim.models.gateway.environment import quiet_environment
-    from asset2sim.runs.request import settings_for_run, stated_settings
+    from asset2sim.runs.request import settings_of
 
     quiet_environment()
-    settings = settings_for_run(getattr(options, "settings", None), stated_settings(options))
-    return named(command.run)(options, settings) or DONE
+    return named(command.run)(options, settings_of(options)) or DONE
 
 
 def _print(options: Options) -> int:
     """Run a command that only looks and prints. Returns the exit code."""
-    from asset2sim.runs.request import settings_for_run, stated_settings
+    from asset2sim.runs.request import settings_of
     from flows import show
 
     match options:
@@ -130,26 +128,23 @@ def _print(options: Options) -> int:
         case asked.ShowOptions():
             show.print_asset(options.out, options.asset_id)
         case asked.ViewsOptions():
-            settings = settings_for_run(options.settings, stated_settings(options))
-            return DONE if show.print_views(options.out, settings) else FAILED
+            return DONE if show.print_views(options.out, settings_of(options)) else FAILED
         case asked.RecordOptions():
             show.print_recorded(options.out, options.folder)
         case asked.AskOptions():
-            settings = settings_for_run(options.settings, stated_settings(options))
+            settings = settings_of(options)
             chosen = options.subset, options.assets, options.limit
             return DONE if show.print_questions(options.data, options.folder, settings, *chosen) else FAILED
         case PagesOptions():
             from flows.serve_pages import serve_pages
 
-            ports = options.report_port, options.prefect_port, options.mlflow_port
-            serve_pages(options.out, options.host, *ports)
-        case OverlaysOptions() | PackOptions():
+            serve_pages(options.out, options.host, options.report_port, options.prefect_port, options.mlflow_port)
+        case objects.OverlaysOptions() | objects.PackOptions():
             from flows.hand_on import hand_on
 
             return DONE if hand_on(options) else FAILED
         case asked.DoctorOptions():
-            model = settings_for_run(options.settings, stated_settings(options)).model
-            return DONE if show.print_doctor(options.out, model) else FAILED
+            return DONE if show.print_doctor(options.out, settings_of(options).model) else FAILED
     return DONE
 
 

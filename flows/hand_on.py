@@ -4,9 +4,9 @@ from pydantic_settings import get_subcommand
 from rich.text import Text
 
 from asset2sim.catalog.text import output
-from asset2sim.runs.hand_on_options import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions, PackOptions
+from asset2sim.runs.object_options import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.overlays import apply_overlays, export_overlays
-from asset2sim.runs.request import settings_for_run, stated_settings
+from asset2sim.runs.request import settings_of
 from schemas.errors import complain
 
 REMAKE = "tasks.remake:remake_asset"
@@ -36,7 +36,7 @@ def print_overlays(options: OverlaysOptions) -> bool:
             complain(line)
         return not left_out
     assert isinstance(chosen, ApplyOverlaysOptions)
-    settings = settings_for_run(chosen.settings, stated_settings(chosen))
+    settings = settings_of(chosen)
     made = apply_overlays(
         chosen.overlays, chosen.data, chosen.out, settings.run, REMAKE, chosen.assets, settings.inputs
     )

@@ -15,7 +15,6 @@ from schemas.vocabulary import MassRule, Source, VolumeSource
 Level = Literal["super low", "low", "medium", "high", "super high"]
 """The paper's words for a place in a range."""
 
-
 NoteKind = Literal["size", "mass", "motion", "state", "support", "data", "unmet"]
 """What a model's remark is about: ``data`` is what is odd about the object as it was given, ``unmet`` what the user
 asked for that cannot be done."""

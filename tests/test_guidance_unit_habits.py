@@ -10,7 +10,7 @@ import pytest
 from asset2sim.guidance.category import named_in_file
 from asset2sim.intake.origin import extract
 from asset2sim.models.ask_overlay import ask_overlay
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.prompts import SYNTHESIS, overlay_request
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.settings import PhysicsSettings
@@ -58,7 +58,7 @@ def size_over_truth(name: str, habit: str, folder: Path, named: str = "folder") 
                        limit="0 1.5"))  # fmt: skip
     urdf = re.sub(r'<robot name="[^"]*"', f'<robot name="{name if named == "robot" else "object"}"', urdf)
     item = extract(AssetRef(asset_id=place, path=str(written(folder / habit / named / name / place, urdf, files))))
-    overlay, _, _ = ask_overlay(synthesis_request(item.features, None), item.features, prior)
+    overlay, _, _ = ask_overlay(overlay_request(SYNTHESIS, item.features, None), item.features, prior)
     done, _ = validate(item, overlay, Source.PRIOR, 0.5, PhysicsSettings())
     longest = done.scale * max(item.features.closed_size)
     return longest / max(edges), done.scale == 1.0

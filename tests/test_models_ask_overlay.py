@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.models.ask_overlay import SynthesisError, ask_overlay
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.prompts import SYNTHESIS, overlay_request
 from schemas.finding import Finding
 from schemas.overlay import Overlay
 from schemas.request import ModelCall
@@ -32,7 +32,7 @@ def run(server: ModelServer) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Find
     settings = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=60.0, max_attempts=2)
     asker = functools.partial(ask, settings=settings)
     features = make_features("7")
-    return ask_overlay(synthesis_request(features, "a small box"), features, asker)
+    return ask_overlay(overlay_request(SYNTHESIS, features, "a small box"), features, asker)
 
 
 def test_a_good_answer_takes_one_call_and_no_finding() -> None:
@@ -81,7 +81,9 @@ def test_two_bad_answers_end_it_with_both_calls_kept() -> None:
 def test_the_prior_answers_the_prompt_at_once() -> None:
     asker = functools.partial(ask, settings=ModelSettings())
     features = make_features("7")
-    overlay, calls, findings = ask_overlay(synthesis_request(features, "a small box, hinge half open"), features, asker)
+    overlay, calls, findings = ask_overlay(
+        overlay_request(SYNTHESIS, features, "a small box, hinge half open"), features, asker
+    )
     assert overlay.scale > 0.0 and findings == ()
     (call,) = calls
     assert (call.model, call.outcome, call.cost_usd) == ("prior/household", "ok", 0.0)

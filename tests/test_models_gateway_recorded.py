@@ -10,7 +10,7 @@ from asset2sim.models.gateway.ask import ask, prompt_hash
 from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.recorded import answer_digests, answer_names, answer_text
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.prompts import SYNTHESIS, overlay_request
 from asset2sim.runs.doctor import check_model_answers
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import settings_for
@@ -21,7 +21,7 @@ from tests.factories import make_features
 
 SETTINGS = ModelSettings(model="recorded/answers", run_calls=0, run_usd=0.0)
 FEATURES = make_features("7")
-REQUEST = synthesis_request(FEATURES, None)
+REQUEST = overlay_request(SYNTHESIS, FEATURES, None)
 TOOL = Tool(name="render", description="Draws it.", parameters={})
 
 

@@ -421,7 +421,7 @@ def test_every_category_of_the_manifest_has_a_size() -> None:
 @needs_objects
 def test_paper9_scales_are_near_the_experts() -> None:
     from asset2sim.intake.origin import extract
-    from asset2sim.models.prompts import synthesis_request
+    from asset2sim.models.prompts import SYNTHESIS, overlay_request
 
     with (MOBILITY / "reference.csv").open(encoding="utf-8") as file:
         reference = {row["asset_id"]: float(row["scale"]) for row in csv.DictReader(file)}
@@ -431,7 +431,7 @@ def test_paper9_scales_are_near_the_experts() -> None:
     for row in rows:
         ref = AssetRef(asset_id=row["asset_id"], path=str(MOBILITY / row["path"]), category=row["category"])
         found = extract(ref).features
-        request = synthesis_request(found, row["prompt"])
+        request = overlay_request(SYNTHESIS, found, row["prompt"])
         overlay = Overlay.model_validate_json(answer(request.text))
         assert overlay.initial_joint_positions, row["prompt"]
         errors[row["asset_id"]] = abs(overlay.scale / reference[row["asset_id"]] - 1.0)

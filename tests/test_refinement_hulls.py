@@ -8,7 +8,7 @@ from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.engines import static_object
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
-from asset2sim.refinement.collision.cleared import cleared, hull_world
+from asset2sim.refinement.collision.part_links import cleared, hull_world
 from asset2sim.refinement.collision.trim import Trimmer
 from tests.builders import corners
 
@@ -20,7 +20,7 @@ CUBE = corners((0.0, 0.0, 0.0), (0.1, 0.1, 0.1))
 
 @pytest.fixture
 def without_pybullet(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in ("asset2sim.refinement.collision.cleared", "asset2sim.engines.static_object"):
+    for module in ("asset2sim.refinement.collision.part_links", "asset2sim.engines.static_object"):
         monkeypatch.setattr(f"{module}.with_pybullet", lambda: False)
 
 
@@ -57,7 +57,7 @@ def test_hulls_at_random_poses_are_as_far_apart_as_in_pybullet(monkeypatch: pyte
     turns = Rotation.random(40, rng=5)
     seen: dict[bool, list[tuple[float, Array]]] = {}
     for bullet in (True, False):
-        monkeypatch.setattr("asset2sim.refinement.collision.cleared.with_pybullet", lambda bullet=bullet: bullet)
+        monkeypatch.setattr("asset2sim.refinement.collision.part_links.with_pybullet", lambda bullet=bullet: bullet)
         seen[bullet] = []
         with hull_world(Trimmer(rocks(3))) as world:
             for number, turn in enumerate(turns):
@@ -77,7 +77,7 @@ def test_hulls_that_were_cut_in_mujoco_are_clear_in_pybullet(monkeypatch: pytest
     hulls, poses = rocks(4), {"a": HERE, "b": at(0.06)}
     cut, lost = cleared(hulls, poses, [("a", "b")])
     assert lost
-    monkeypatch.setattr("asset2sim.refinement.collision.cleared.with_pybullet", lambda: True)
+    monkeypatch.setattr("asset2sim.refinement.collision.part_links.with_pybullet", lambda: True)
     for pieces, overlaps in ((hulls, True), (cut, False)):
         with hull_world(Trimmer(pieces)) as world:
             assert (world.overlap(("a", 0), ("b", 0), poses["a"], poses["b"], 0.0) is not None) is overlaps

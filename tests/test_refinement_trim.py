@@ -13,7 +13,7 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import MARGIN_M, contacts_at
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, transform
-from asset2sim.refinement.collision.cleared import cleared
+from asset2sim.refinement.collision.part_links import cleared
 from asset2sim.refinement.collision.pybullet_hulls import quaternion
 from asset2sim.refinement.collision.trim import (
     CLEARANCE_M,

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.prompts import SYNTHESIS, overlay_request
 from asset2sim.validation.build import Built, built_link
 from asset2sim.validation.validate import validate
 from schemas.features import LinkFeatures
@@ -112,7 +112,7 @@ def test_a_door_drawn_as_a_sheet_is_as_heavy_as_its_kind(
     )
     folder = written(tmp_path, urdf, {"semantics.txt": f"body hinge body\nleaf hinge {label}\n"})
     extraction = read(folder, category)
-    answer = prior(synthesis_request(extraction.features, "")).content
+    answer = prior(overlay_request(SYNTHESIS, extraction.features, "")).content
     assert answer is not None
     overlay = Overlay.model_validate_json(answer)
     done, _ = validate(extraction, overlay, Source.PRIOR, 0.5, SETTINGS)

@@ -10,7 +10,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.models.answers import overlay_schema, parse_overlay
 from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.prompts import DIRECT, synthesis_request
+from asset2sim.models.prompts import DIRECT, SYNTHESIS, overlay_request
 from asset2sim.validation.validate import validate
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
@@ -92,7 +92,7 @@ def sorted_by_message(overlay: PhysicsOverlay, found: list[Finding]) -> tuple[Ph
 
 def test_only_of_a_file_in_metres_a_model_is_asked_and_names_must_be_known(tmp_path: Path) -> None:
     metric, unknown = cabinet(tmp_path / "a", HINGE), cabinet(tmp_path / "b", HINGE, weighed=False)
-    asked, plain = (synthesis_request(item.features, None) for item in (metric, unknown))
+    asked, plain = (overlay_request(SYNTHESIS, item.features, None) for item in (metric, unknown))
     assert "# Numbers of its file" in asked.system and "disagrees" in json.dumps(asked.answer_schema)
     assert "disagrees" not in plain.system and "disagrees" not in json.dumps(plain.answer_schema)
     assert "disagrees" not in json.dumps(overlay_schema(DIRECT))
@@ -113,7 +113,7 @@ def test_over_http_a_model_reads_what_is_stated_and_its_objection_comes_to_a_num
     ]}  # fmt: skip
     with serve([Reply(json.dumps(answer))]) as server:
         settings = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=60.0, max_attempts=2)
-        request = synthesis_request(item.features, "a glazed cabinet")
+        request = overlay_request(SYNTHESIS, item.features, "a glazed cabinet")
         overlay, calls, _ = ask_overlay(request, item.features, functools.partial(ask, settings=settings))
     told = information(server.requests[0]["messages"][1]["content"])
     assert {link["name"]: link["mass_kg"] for link in told["links"]} == {"body": 20.0, "door": 3.0, "drawer": 1.5}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from asset2sim.validation.link_units import convert_link_units
+from asset2sim.validation.sanity import convert_link_units
 from schemas.finding import Notes
 from schemas.overlay import LinkProposal, Overlay
 from tests.factories import make_features

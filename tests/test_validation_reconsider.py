@@ -13,7 +13,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
-from asset2sim.models.prompts import synthesis_request
+from asset2sim.models.prompts import SYNTHESIS, overlay_request
 from asset2sim.validation.doubts import ObjectQuestion, completed, fallen, outcome
 from asset2sim.validation.reconsider import reconsidered
 from schemas.finding import Finding
@@ -74,7 +74,7 @@ class Model:
 
 
 def taken(model: Model, about: ObjectQuestion) -> tuple[Overlay, int, tuple[Finding, ...]]:
-    request = synthesis_request(about.extraction.features, WORDS)
+    request = overlay_request(SYNTHESIS, about.extraction.features, WORDS)
     answer, calls, findings = reconsidered(request, ask_overlay(request, box().features, model), about, model)
     assert len(calls) == len(model.requests)
     return answer, len(calls), findings
@@ -157,7 +157,7 @@ def test_the_second_question_has_the_answer_the_consequence_and_a_picture() -> N
     ],
 )
 def test_without_a_second_answer_the_first_stands_and_says_so(second: ModelAnswer | str, why: str) -> None:
-    request = synthesis_request(box().features, WORDS)
+    request = overlay_request(SYNTHESIS, box().features, WORDS)
     model = Model(said(SMALL), second)
     answer, calls, findings = reconsidered(request, ask_overlay(request, box().features, model), asked(), model)
     assert answer == said(SMALL)
@@ -202,7 +202,7 @@ def test_samples_are_spent_where_the_model_is_unsure(answers: list[Overlay], cal
 def test_a_budget_that_ends_amid_samples_leaves_the_median_of_those_that_came() -> None:
     spent = ModelAnswer(content=None, calls=(), error="the budget is spent", budget_spent=True)
     model = Model(said(RIGHT, uncertainty={"scale": 0.9}), said(0.35), spent)
-    request = synthesis_request(box().features, WORDS)
+    request = overlay_request(SYNTHESIS, box().features, WORDS)
     answer, calls, findings = reconsidered(
         request, ask_overlay(request, box().features, model), asked(samples=5), model
     )
@@ -230,7 +230,7 @@ def test_a_recording_answers_a_second_time_where_it_has_an_answer(tmp_path: Path
         (tmp_path / name).write_text(answer.model_dump_json(exclude_defaults=True))
     model = ModelSettings(model=f"recorded/{tmp_path}")
     session = open_gateway_session(tmp_path / "out", "run", "box", model)
-    request = synthesis_request(box().features, WORDS)
+    request = overlay_request(SYNTHESIS, box().features, WORDS)
 
     def answers(question: ModelRequest) -> ModelAnswer:
         return ask(question, model, session)

@@ -109,6 +109,13 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
     return Previous(modes, gone)
 
 
+def like_latest(runs: pd.DataFrame) -> pd.DataFrame:
+    """The runs that can be compared with the latest, oldest first, it included."""
+    ordered = runs.sort_values(["started_at", "run_id"]).reset_index(drop=True)
+    same = compared(ordered)
+    return ordered[(same == same.iloc[-1]).all(axis=1)] if len(ordered) else ordered
+
+
 def compared(runs: pd.DataFrame) -> pd.DataFrame:
     """Columns that two runs must have in common to be compared, a column each; "" for a subset or a selection of
     all."""

@@ -10,7 +10,7 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
-from asset2sim.catalog.changes import compared
+from asset2sim.catalog.changes import like_latest
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.text import NOTHING, cut, titled_table
@@ -89,20 +89,17 @@ def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
 def find_run(out: Path | str, name: str) -> str:
     """The id of the run that a user names. Raises UsageError."""
     runs = read_table(out, "runs").sort_values(["started_at", "run_id"])
-    if name in (LATEST, PREVIOUS):
-        runs = runs.reset_index(drop=True)
-        latest = runs.iloc[-1]
-        if name == LATEST:
-            return str(latest["run_id"])
-        same = compared(runs)
-        like = runs[(same == same.iloc[-1]).all(axis=1)]
+    ids = [str(run_id) for run_id in runs["run_id"]]
+    if name == LATEST:
+        return ids[-1]
+    if name == PREVIOUS:
+        like = like_latest(runs)
         if len(like) < 2:
             raise UsageError(
-                f"run {latest['run_id']} is the first over this part of its dataset with its method and model; name "
-                "two runs by their ids"
+                f"run {ids[-1]} is the first over this part of its dataset with its method and model; name two runs by "
+                "their ids"
             )
         return str(like.iloc[-2]["run_id"])
-    ids = [str(run_id) for run_id in runs["run_id"]]
     found = [name] if name in ids else [run_id for run_id in ids if name and run_id.startswith(name)]
     if len(found) > 1:
         raise UsageError(f"'{name}' is the beginning of {len(found)} runs: {', '.join(found[-5:])}; write more of it")

@@ -24,13 +24,6 @@ AUTHORED = "authored"
 _ESCAPES = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 
 
-def synthesis_request(
-    features: Features, guidance: str | None, images: Sequence[LabelledImage] = (), overlaps: Sequence[RestOverlap] = ()
-) -> ModelRequest:
-    """The request for an overlay by our method, with ``overlaps`` of the object as drawn; see ``overlay_request``."""
-    return overlay_request(SYNTHESIS, features, guidance, images, overlaps=overlaps)
-
-
 def overlay_request(
     purpose: str,
     features: Features,

@@ -14,7 +14,7 @@ from asset2sim.checks.verify import engines_of
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.collision.shapes import collision_shapes
-from asset2sim.refinement.context import Log, RefinementContext, warning
+from asset2sim.refinement.context import Log, RefinementContext, refused, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend
 from asset2sim.refinement.dynamics.remedies import mendable
 from asset2sim.refinement.dynamics.supply import with_supplied_terms
@@ -208,14 +208,6 @@ def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAt
 def with_steps(tried: RefinedAttempt, steps: tuple[TraceStep, ...]) -> RefinedAttempt:
     """The attempt with these steps after those of its state."""
     return replace(tried, state=replace(tried.state, trace=(*tried.state.trace, *steps)))
-
-
-def refused(step: TraceStep) -> TraceStep:
-    """The step marked as refused: after all checks it was no better."""
-    if not step.accepted:
-        return step
-    taken_back = {"accepted": False, "moved": {}, "phi_after_m": step.phi_before_m}
-    return step.model_copy(update={**taken_back, "reason": "judged in full, it is no better"})
 
 
 def largest_phi(tried: RefinedAttempt) -> float:

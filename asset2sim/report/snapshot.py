@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from asset2sim.catalog.changes import compared
+from asset2sim.catalog.changes import like_latest
 from asset2sim.catalog.read import TableSlice, read_assets, read_tables
 from schemas.errors import UsageError
 from schemas.table import ASSET_KEY
@@ -57,8 +57,8 @@ class Snapshot:
 
 def read_snapshot(out: Path | str) -> Snapshot:
     """The catalog of OUT, a folder or a URL. Raises UsageError where there is none, or no run in it."""
-    tables = read_tables(out, NEEDED, lambda runs: [row["run_id"] for row in _comparable(runs)[-2:]])
-    runs = _comparable(tables["runs"])
+    tables = read_tables(out, NEEDED, lambda runs: [row["run_id"] for row in rows(like_latest(runs))[-2:]])
+    runs = rows(like_latest(tables["runs"]))
     if not runs:
         raise UsageError(f"{out}: its catalog has no run; refine a dataset into it first")
     modes: dict[str, dict[tuple[str, ...], str]] = {row["run_id"]: {} for row in runs[-2:]}
@@ -98,9 +98,3 @@ def _value(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return None if value is pd.NA or value is pd.NaT else value
-
-
-def _comparable(runs: pd.DataFrame) -> Sequence[Row]:
-    ordered = runs.sort_values(["started_at", "run_id"]).reset_index(drop=True)
-    same = compared(ordered)
-    return rows(ordered[(same == same.iloc[-1]).all(axis=1)]) if len(ordered) else []

@@ -11,7 +11,7 @@ from pydantic_settings import get_subcommand as chosen_command
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from asset2sim.runs.hand_on_options import OverlaysOptions, PackOptions
+from asset2sim.runs.object_options import CheckOptions, ConvertOptions, DescribeOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import (
     AnswerOptions,
     CatalogOptions,
@@ -236,55 +236,6 @@ class AskOptions(FileOptions, Chosen):
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
     method: typed.METHOD = Field(Method.ASSET2SIM, description="whose questions")
     workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
-
-
-class CheckOptions(FileOptions):
-    """Check objects as they are, in any format: refined, edited by hand, or foreign. Exits with 0 where all
-    pass, 1 where one fails, 2 for a mistake in the command."""
-
-    folders: CliPositionalArg[typed.FOLDERS] = Field(description="assets' folders or files, or folders of those")
-    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
-        None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
-    )
-    interaction: CliDualFlag[bool] = Field(
-        True, description="drops, nudges, sweeps and resets beside the paper's tests"
-    )
-    support: typed.SUPPORT | None = Field(
-        None, description=f"{', '.join(SupportKind)}: what carries them (default: their overlay.json, else found)"
-    )
-    up: typed.AXIS | None = Field(
-        None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)"
-    )
-    json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
-    sarif: typed.FILE | None = Field(
-        None, description="a file to write failures and warnings to as SARIF 2.1.0, which GitHub shows"
-    )
-    fix: typed.FILE | None = Field(
-        None, description="a folder into which those that fail are refined; exits with 0 where all pass then"
-    )
-    workers: typed.N | None = Field(None, description="assets checked at once (default: all cores)")
-
-
-class ConvertOptions(FileOptions):
-    """Convert objects of any format to URDF, MJCF and USD, their numbers as they are. Exits with 1 if one fails."""
-
-    data: CliPositionalArg[Location] = Field(description="objects, as asset2sim refine takes them")
-    out: typed.FILE = Field(description="the output folder: OUT/assets/<asset_id>")
-    to: typed.Listed[typed.FORMATS] = Field((), description=f"formats beside the URDF: {', '.join(Export)}")
-    up: typed.AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files")
-    package: typed.Listed[typed.PACKAGES] = Field(
-        (), description="a folder outside data that is read as package://NAME/…, repeatable"
-    )
-    macro: typed.NAME = Field(
-        "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
-    )
-    workers: typed.N | None = Field(None, description="objects converted at once (default: all cores)")
-
-
-class DescribeOptions(Options):
-    """Say what a refined object is: joints, ranges, what holds, where to pull, support, mass, verdict."""
-
-    folder: CliPositionalArg[Path] = Field(description="a refined object's folder: OUT/assets/<asset_id>")
 
 
 class Command(Options):

@@ -130,6 +130,12 @@ def stated_settings(options: Options) -> dict[str, Any]:
     return found
 
 
+def settings_of(options: Options) -> Settings:
+    """The settings of a command: as its options state, else as in its settings file, else built in. Raises UsageError
+    as ``settings_for_run``."""
+    return settings_for_run(getattr(options, "settings", None), stated_settings(options))
+
+
 def settings_for_run(file: Path | None, stated: Mapping[str, Any], below: Mapping[str, Any] | None = None) -> Settings:
     """The settings of a run on this machine: as stated, else as in the file, else as ``below``, else built in, with a
     worker a core. Raises UsageError for a file that cannot be read or that states something else than settings, and for

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
@@ -30,7 +29,6 @@ from asset2sim.validation.holding import (
 )
 from asset2sim.validation.joint_coupling import bound_together
 from asset2sim.validation.joint_reports import report, report_holding, report_plain_spring
-from asset2sim.validation.limits import Range
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.mechanisms import (
     SNAP_FRICTION,
@@ -40,42 +38,12 @@ from asset2sim.validation.mechanisms import (
     snaps,
     strut,
 )
-from asset2sim.validation.positions import Start, turned
+from asset2sim.validation.positions import Start, spanning_poses, turned
 from schemas.features import Features
 from schemas.finding import Notes
 from schemas.overlay import JointPhysics, JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule, Source
-
-SHARES = (0.0, 0.5, 1.0)
-"""Shares of each joint's range."""
-MOST_COMBINED = 3
-"""Joints up to which every combination of shares is taken; 27 poses."""
-
-
-def spanning_poses(starts: Mapping[str, Start]) -> list[dict[str, float]]:
-    """Sample poses (joint → rad or m): the start, then every combination of ends and middles; with more joints than
-    ``MOST_COMBINED``, all joints together and every other one."""
-    names = list(starts)
-    ranges = [starts[name].range for name in names]
-    if len(names) <= MOST_COMBINED:
-        combinations = list(product(SHARES, repeat=len(names)))
-    else:
-        even = [index % 2 == 0 for index in range(len(names))]
-        combinations = [tuple(share for _ in names) for share in SHARES]
-        combinations += [tuple(float(flag is first) for flag in even) for first in (True, False)]
-    poses = [{name: start.position for name, start in starts.items()}]
-    for shares in combinations:
-        poses.append({n: at_share(span, share) for n, span, share in zip(names, ranges, shares, strict=True)})
-    return poses
-
-
-def at_share(span: Range, share: float) -> float:
-    """The position at a share of a range; of a whole turn for continuous joints."""
-    if span.lower is None or span.upper is None:
-        return 2.0 * math.pi * share * (2.0 / 3.0)  # both ends of a whole turn are the same place
-    return span.lower + share * (span.upper - span.lower)
-
 
 UPRIGHT = 0.05
 """Share of gravity's largest pull below which a hinge counts as upright: within 3 degrees."""

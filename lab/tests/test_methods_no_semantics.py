@@ -8,7 +8,7 @@ import pytest
 
 from asset2sim.intake.origin import extract
 from asset2sim.models.gateway.recorded import UnrecordedError, find_answer
-from asset2sim.models.prompts import overlay_request, synthesis_request, with_validation_errors
+from asset2sim.models.prompts import SYNTHESIS, overlay_request, with_validation_errors
 from lab.methods.no_semantics import anonymized_request, name_aliases, restored, without_semantics
 from schemas.features import Features
 from schemas.overlay import Overlay
@@ -47,7 +47,7 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
     ref = sample(asset_id)
     extraction = extract(ref)
     features, words = extraction.features, semantic_strings(extraction.features)
-    plain = synthesis_request(features, ref.prompt)
+    plain = overlay_request(SYNTHESIS, features, ref.prompt)
     assert len(leaks(plain, words)) >= 4, "the test can fail"
     refused = with_validation_errors(plain, [f"links[0].name: unknown; links are: {', '.join(words)}"])
     for request in (plain, refused):
@@ -58,8 +58,8 @@ def test_no_semantic_string_of_the_asset_is_in_the_request(asset_id: str) -> Non
 
 def test_everything_else_of_the_request_stays() -> None:
     image = LabelledImage(label="front", png=b"png")
-    plain = synthesis_request(
-        make_features("7").model_copy(update={"link_centers": {"door": (0.0, 1.0, 2.0)}}), "a box", [image]
+    plain = overlay_request(
+        SYNTHESIS, make_features("7").model_copy(update={"link_centers": {"door": (0.0, 1.0, 2.0)}}), "a box", [image]
     )
     blind = anonymized_request(plain, name_aliases(make_features("7")))
     assert (blind.images, blind.system, blind.answer_schema) == (plain.images, plain.system, plain.answer_schema)
@@ -157,7 +157,7 @@ def test_the_whole_pipeline_runs_on_it(tmp_path: Path, asset_id: str) -> None:
 
 def test_an_answer_recorded_for_ours_is_none_to_the_question_without_semantics(tmp_path: Path) -> None:
     features = make_features("7")
-    request = anonymized_request(synthesis_request(features, None), name_aliases(features))
+    request = anonymized_request(overlay_request(SYNTHESIS, features, None), name_aliases(features))
     (tmp_path / "7.json").write_text("{}", encoding="utf-8")
     with pytest.raises(UnrecordedError, match=r"7\.no_semantics\.json"):
         find_answer(tmp_path, "7", request, 1)

@@ -42,8 +42,7 @@ def export_mjcf(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> Pat
     """Write ``mobility.xml``, ``scene.xml`` and the meshes of its looks into a refined folder; the former's path.
     Everything is in SI units and radians. Options and constraints are those of the checks' own MuJoCo world at
     ``timestep_s``, except that a state which is no longer a number is reset. Raises what ``read_object`` raises."""
-    item = read_object(folder, overlay)
-    document = mjcf_of(item, timestep_s)
+    document = mjcf_of(read_object(folder, overlay), timestep_s)
     etree.indent(document, space="  ")
     path = folder / MJCF_NAME
     path.write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))

@@ -16,7 +16,6 @@ from asset2sim.assets.hulls import Hulls
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.refinement.collision.cleared import hull_world
 from asset2sim.refinement.collision.hull_world import HullWorld, clear_pose
 from asset2sim.refinement.collision.jams import (
     JAM_M,
@@ -30,6 +29,7 @@ from asset2sim.refinement.collision.jams import (
     rest_hits,
     worst_jams,
 )
+from asset2sim.refinement.collision.part_links import hull_world
 from asset2sim.refinement.collision.travel import Limits, range_of, samples, stance_at, travel, within
 from asset2sim.refinement.collision.trim import Cut, Key, PlaneCut, TrimBound, Trimmer
 from schemas.vocabulary import OverlapCause

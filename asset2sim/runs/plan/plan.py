@@ -16,7 +16,7 @@ from asset2sim.intake.url_files import allowed_urls, remote_content_hashes
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
-from asset2sim.runs.plan.records import KeptRecord, drop_record, kept_records, read_record
+from asset2sim.runs.plan.records import KeptRecord, LeftRecords, drop_record, kept_records
 from asset2sim.runs.plan.set_aside import Stamp, stamp
 from asset2sim.runs.plan.state import (
     folder_files_hash,
@@ -69,26 +69,6 @@ class Why(StrEnum):
     AGAIN = "failed in a way that may pass"
     FOLDER = "its refined folder is not there, or another method or run wrote it"
     LEFT = "an interrupted run refined it: it is only published"
-
-
-@dataclass(frozen=True)
-class LeftRecords(Collection[AssetRecord]):
-    """Records that a killed run left for these assets, each read from its file as it is asked for."""
-
-    out: Path
-    refs: tuple[AssetRef, ...] = ()
-    hashes: Mapping[str, str] = field(default_factory=dict)
-
-    def __iter__(self) -> Iterator[AssetRecord]:
-        for ref in self.refs:
-            if (kept := read_record(self.out, self.hashes[ref.asset_id])) is not None:
-                yield kept.record.model_copy(update={"ref": ref})
-
-    def __len__(self) -> int:
-        return len(self.refs)
-
-    def __contains__(self, item: object) -> bool:
-        return any(record == item for record in self)
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,14 @@ run leaves to the next."""
 import contextlib
 import json
 import logging
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pydantic import BaseModel, ValidationError
 
 from asset2sim.storage.regular_files import write_whole
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, AssetRef
 from schemas.base import Frozen
 from schemas.request import ModelCall
 from schemas.vocabulary import Redo
@@ -96,6 +97,26 @@ def drop_record(out: Path, content_hash: str) -> None:
     """Delete a record's file, once the catalog holds it or it is of no use any more."""
     with contextlib.suppress(OSError):
         record_file(out, content_hash).unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class LeftRecords(Collection[AssetRecord]):
+    """Records that a killed run left for these assets, each read from its file as it is asked for."""
+
+    out: Path
+    refs: tuple[AssetRef, ...] = ()
+    hashes: Mapping[str, str] = field(default_factory=dict)
+
+    def __iter__(self) -> Iterator[AssetRecord]:
+        for ref in self.refs:
+            if (kept := read_record(self.out, self.hashes[ref.asset_id])) is not None:
+                yield kept.record.model_copy(update={"ref": ref})
+
+    def __len__(self) -> int:
+        return len(self.refs)
+
+    def __contains__(self, item: object) -> bool:
+        return any(record == item for record in self)
 
 
 CALLS_FOLDER = ".cache/calls"

@@ -17,8 +17,8 @@ from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.experiments.isolation.children import warm_up
 from asset2sim.models.gateway.environment import preload_litellm
-from asset2sim.runs.plan.plan import LeftRecords, Plan
-from asset2sim.runs.plan.records import KeptRecord, drop_record, keep_record
+from asset2sim.runs.plan.plan import Plan
+from asset2sim.runs.plan.records import KeptRecord, LeftRecords, drop_record, keep_record
 from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.harvest import (
     Harvest,
