@@ -17,9 +17,7 @@ from asset2sim.runs import object_options as objects
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.extras import missing_package
-from asset2sim.runs.object_options import CheckOptions, ConvertOptions, DescribeOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
-from asset2sim.runs.options import parse
 from flows import PIPELINE
 from schemas.declared import Command
 from schemas.errors import DONE, FAILED, UsageError, complain, exit_code_of
@@ -54,7 +52,7 @@ def run_command(arguments: Sequence[str], *, refine: Refine, nightly: Nightly) -
 
     def run() -> int:
         try:
-            return _dispatch(parse(arguments), refine, nightly)
+            return _dispatch(asked.parse(arguments), refine, nightly)
         except ModuleNotFoundError as error:
             raise missing_package(error) from error
 
@@ -261,10 +259,9 @@ def serve(request: "RefineRequest") -> int:
         remove_old_secrets(request.out)
         try:
             with secrets_kept(request) as safe:
-                server = [address] if address else []
                 # Any user of the machine may read a command line.
-                program = [sys.executable, "-m", "flows.serve_nightly", safe.model_dump_json(), *server]
-                run_programs({"nightly": program}, STOP_LIMIT_S, together=True)
+                program = [sys.executable, "-m", "flows.serve_nightly", safe.model_dump_json()]
+                run_programs({"nightly": [*program, *filter(None, [address])]}, STOP_LIMIT_S, together=True)
         finally:
             remove_old_secrets(request.out)
     return DONE
