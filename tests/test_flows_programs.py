@@ -12,16 +12,9 @@ import pytest
 from flows.command import main
 from flows.serve_pages import ProgramError, commands, run_programs
 from tests.assets import ROOT
-from tests.processes import alive, wait_until
+from tests.processes import alive, gone, wait_until
 
 SLEEPER = "import subprocess, sys, pathlib\nchild = subprocess.Popen(['sleep', '600'])\n"
-
-
-def gone(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[0] == "Z"
-    except FileNotFoundError:
-        return True
 
 
 @pytest.mark.system

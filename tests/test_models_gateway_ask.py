@@ -156,37 +156,6 @@ def test_keys_of_every_shape_are_blotted_out(text: str) -> None:
 
 
 @pytest.mark.system
-def test_images_follow_their_labels() -> None:
-    images = (LabelledImage(label="front", png=PNG), LabelledImage(label="left", png=PNG))
-    with serve([Reply("{}")]) as server:
-        ask(REQUEST.model_copy(update={"images": images}), settings(server.api_base))
-    text, front, front_image, left, left_image = server.requests[0]["messages"][1]["content"]
-    assert (text["text"], front["text"], left["text"]) == ("What is it?", "Image: front", "Image: left")
-    for part in (front_image, left_image):
-        kind, data = part["image_url"]["url"].split(",")
-        assert kind == "data:image/png;base64" and base64.b64decode(data) == PNG
-
-
-@pytest.mark.system
-def test_a_model_known_to_be_blind_gets_text_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
-    with serve([Reply("{}")]) as server:
-        ask(request, settings(server.api_base, model="openai/gpt-3.5-turbo"))
-    assert server.requests[0]["messages"][1]["content"] == "What is it?"
-
-
-@pytest.mark.system
-def test_a_server_without_json_mode_or_images_is_asked_without_them() -> None:
-    request = REQUEST.model_copy(update={"images": (LabelledImage(label="front", png=PNG),)})
-    refusals = [Reply("'response_format.type' must be text", status=400), Reply("image input is off", status=400)]
-    with serve([*refusals, Reply("{}")]) as server:
-        answer = ask(request, settings(server.api_base))
-    assert answer.content == "{}" and len(answer.calls) == 3
-    assert "response_format" not in server.requests[1]
-    assert server.requests[2]["messages"][1]["content"] == "What is it?"
-
-
-@pytest.mark.system
 @pytest.mark.parametrize(
     ("content", "reason", "word"), [("", "length", "max_completion_tokens"), (None, "stop", "stop")]
 )

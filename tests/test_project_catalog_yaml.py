@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import yaml
 
 from asset2sim.catalog.failures import Review
 from asset2sim.catalog.own_files import OwnFile
@@ -44,15 +43,6 @@ def as_text(frame: pd.DataFrame, columns: list[str]) -> list[tuple[str, ...]]:
     numbers = cells.map(lambda value: list(value) if hasattr(value, "tolist") and hasattr(value, "__len__") else value)
     plain = numbers.map(lambda value: float(value) if isinstance(value, (int, float)) else value)
     return sorted(tuple(map(str, row)) for row in plain.itertuples(index=False, name=None))
-
-
-def test_the_file_lists_every_table_and_no_other() -> None:
-    content = yaml.safe_load(FILE.read_text(encoding="utf-8"))
-    assert set(content["entries"]) == set(content["aliases"]) == set(PUBLISHED)
-    for name, table in PUBLISHED.items():
-        said = content["entries"][name]["metadata"]
-        assert (said["key"], said["grain"]) == (list(table.key), table.grain), name
-        assert said["description"] == table.description
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
