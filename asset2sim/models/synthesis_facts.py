@@ -37,18 +37,18 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
         if key == "size_closed_m":
             told["sizes"] = sizes(features)
     told["links"] = [
-        without_nothing(told_link | more_of_link(link, colors.get(link.name), poses[link.name], longest))
-        for told_link, link in zip(dict_list(facts["links"]), features.links, strict=True)
+        without_empty(told_link | further_link_facts(link, colors.get(link.name), poses[link.name], longest))
+        for told_link, link in zip(copied_mappings(facts["links"]), features.links, strict=True)
     ]
     joints, known = [], dict[tuple[str, str], str]()
-    for item in dict_list(facts["joints"]):
+    for item in copied_mappings(facts["joints"]):
         found = motions.get(str(item["name"]))
         if found is not None:
             words = (found.opens, found.gravity)
             same = known.setdefault(words, str(item["name"]))
             said = dict(zip(ALIKE, words, strict=True)) if same == item["name"] else {"moves_like": same}
             item |= {"origin_m": rounded(np.round(found.origin, 6).tolist(), 3)} | said
-        joints.append(without_nothing(item))
+        joints.append(without_empty(item))
     told["joints"] = joints
     told["overlaps_at_rest"] = [
         {
@@ -78,7 +78,7 @@ def sizes(features: Features) -> list[dict[str, object]]:
     ]
 
 
-def more_of_link(link: LinkFeatures, color: str | None, pose: Array, longest_m: float) -> dict[str, object]:
+def further_link_facts(link: LinkFeatures, color: str | None, pose: Array, longest_m: float) -> dict[str, object]:
     """Further facts of a link; ``pose`` is its (4, 4) link-to-root transform at rest."""
     if not link.has_geometry or longest_m <= 0.0:
         return dict.fromkeys(SHAPE)
@@ -106,11 +106,11 @@ def volume_means(link: LinkFeatures) -> str:
     )
 
 
-def without_nothing(item: dict[str, object]) -> dict[str, object]:
+def without_empty(item: dict[str, object]) -> dict[str, object]:
     """The mapping without what is unknown or empty."""
     return {key: value for key, value in item.items() if value is not None and value != () and value != ""}
 
 
-def dict_list(value: object) -> list[dict[str, object]]:
-    """A list of mappings, as such, each copied."""
+def copied_mappings(value: object) -> list[dict[str, object]]:
+    """Copies of the mappings in a list; empty for anything else."""
     return [dict(item) for item in value] if isinstance(value, list) else []

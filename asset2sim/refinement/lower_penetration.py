@@ -12,7 +12,7 @@ from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.collision.trim import cuts_of
 from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.model_loop import refine_by_model
-from asset2sim.refinement.notes import move_findings, note_shapes
+from asset2sim.refinement.notes import move_findings, note_cuts
 from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reaches
 from asset2sim.refinement.search_state import refine_state
 from schemas.finding import Finding, TraceStep
@@ -79,7 +79,7 @@ def write_best(loop: RefinementContext, folder: Folder, best: CutAttempt) -> Ref
     if best.changed:
         why = "collision shapes cut where no state near the requested one parts them"
         log.step(trace_step("shape", best.phi_before, best.phi, True, why, evaluations=2))
-        note_shapes(best, log)
+        note_cuts(best.cut, "where it overlaps", "in every state near the requested one", log)
     if loop.settings.collision.mode is not CollisionMode.KEEP:
         overlay, hulls = let_joints_move(loop, overlay, best.hulls)
         folder = folder if hulls is loop.hulls else replace_hulls(folder, hulls)

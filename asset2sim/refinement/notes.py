@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.collision.trim import Cut
 from asset2sim.refinement.context import Log, info, warning
 from asset2sim.refinement.position_bands import Pose
@@ -20,11 +19,6 @@ def move_findings(requested: Pose, moved: Mapping[str, float], why: str) -> list
         text = f"joint '{name}' starts at {value:.4g} in place of {requested[name]:.4g}: {why}"
         findings.append(info(code="state_moved", message=text, joint=name, value=value, limit=requested[name]))
     return findings
-
-
-def note_shapes(best: CutAttempt, log: Log) -> None:
-    """A finding for every link cut to clear a state, with the links it overlapped."""
-    note_cuts(best.cut, "where it overlaps", "in every state near the requested one", log)
 
 
 def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:

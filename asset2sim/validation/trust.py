@@ -1,5 +1,5 @@
-"""Belief in what a file in metres says of masses and joints: by the volumes that masses fill, by
-what hands do with parts, and by whether one number stands for parts that differ. Pure."""
+"""Belief in what a file in metres says of its joints, by what hands do with parts and by whether one number stands for
+parts that differ, and the keeping of what is believed. Pure."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,18 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
-from asset2sim.assets.metric import LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3, are_placeholders, authored_density
 from asset2sim.assets.urdf.read import Dynamics
-from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.dynamics import WEAKEST_HZ
-from asset2sim.physics.inertia import tensor_of
 from asset2sim.validation.disputes import Disputes, Judge
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import felt_friction
 from schemas.authored import Authored, Belief, wanted
-from schemas.features import Features, LinkFeatures, LinkInertial
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -32,23 +26,16 @@ TERMS: Mapping[Quantity, str] = {
 """Quantity of a joint's dynamics → its field."""
 QUARTER_TURN, FREE_SLIDE_M = math.pi / 2.0, 0.3
 """Range of a joint without limits, rad or m, that a hand takes it through."""
-
-
-ALONE = Belief(trust=Trust.DOUBTFUL, reason="the mass that it belongs to is not believed")
-PLAUSIBLE_MASS = Belief(
-    trust=Trust.PLAUSIBLE,
-    reason=f"{LEAST_DENSITY_KG_M3:g} to {MOST_DENSITY_KG_M3:g} kg/m³ over its hull, as bodies have",
-)
 PLAUSIBLE_TERM = Belief(trust=Trust.PLAUSIBLE, reason="a hand moves such a part so")
 
 
 def impossible(reason: str) -> Belief:
-    """A number that no body has."""
+    """The belief that a number is impossible: no body has it."""
     return Belief(trust=Trust.IMPOSSIBLE, reason=reason)
 
 
 def doubtful(reason: str) -> Belief:
-    """A number that such a part does not have."""
+    """The belief that a number is doubtful: such a part does not have it."""
     return Belief(trust=Trust.DOUBTFUL, reason=reason)
 
 
@@ -99,68 +86,6 @@ class Opinion:
         )
 
 
-def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
-    """Add how far the masses, centres and inertias of an object are believed."""
-    placeholders = are_placeholders(features.links)
-    tied = {joint.child for joint in features.joints if joint.mimic is not None}
-    for link in features.links:
-        if link.inertial is None:
-            continue
-        least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
-        belief = judged_mass(link, link.inertial, placeholders, least)
-        other = partial(judged_other_mass, link, link.inertial, least)
-        mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
-        rest = (ALONE, ALONE)
-        if mass.trust is Trust.PLAUSIBLE:
-            rest = judged_centre(link, link.inertial), judged_inertia(link, link.inertial, settings)
-        if mass.trust is not Trust.IMPOSSIBLE:
-            for quantity, belief in zip((Quantity.CENTRE, Quantity.INERTIA), rest, strict=True):
-                opinion.add(quantity, link.name, belief)
-
-
-def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool, least: float) -> Belief:
-    """A mass, by the hull that it fills, of at ``least`` this density (kg/m³): none for a part that follows another's
-    joint, which its author made light for the hand that moves both. ``placeholders``: all links have the same."""
-    if stated.mass_kg <= 0.0:
-        return impossible("no body is without mass")
-    density = authored_density(link)
-    if density is None:
-        return doubtful("it has no geometry that could weigh this")
-    if placeholders:
-        return doubtful("every link has the same mass and inertia, as exporters write where nothing was weighed")
-    if not least <= density <= MOST_DENSITY_KG_M3:
-        return doubtful(f"not {PLAUSIBLE_MASS.reason}")
-    return PLAUSIBLE_MASS
-
-
-def judged_other_mass(link: LinkFeatures, stated: LinkInertial, least: float, mass_kg: float) -> Belief:
-    """Another mass in place of the stated one, kg."""
-    other = stated.model_copy(update={"mass_kg": mass_kg})
-    return judged_mass(link.model_copy(update={"inertial": other}), other, placeholders=False, least=least)
-
-
-def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
-    """A centre of mass, by the box of its link."""
-    low, high = np.asarray(link.box_min), np.asarray(link.box_max)
-    margin, com = BOX_MARGIN * (high - low), np.asarray(stated.com)
-    inside = bool(np.all(com >= low - margin) and np.all(com <= high + margin))
-    return (
-        Belief(trust=Trust.PLAUSIBLE, reason="it lies in its part") if inside else doubtful("it lies outside its part")
-    )
-
-
-def judged_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings) -> Belief:
-    """An inertia, by what a body can have, and by what the mass has in the link's shape."""
-    moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
-    if moments[0] <= 0.0 or moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
-        return impossible("no body has such moments")
-    ratio = float(moments.sum()) / (stated.mass_kg * float(np.trace(tensor_of(link.unit_inertia))))
-    factor = settings.inertia_factor
-    if not 1.0 / factor <= ratio <= factor:
-        return doubtful(f"more than {factor:g} times off what its mass has in its shape")
-    return Belief(trust=Trust.PLAUSIBLE, reason=f"within {factor:g} times of what its mass has in its shape")
-
-
 def judge_joints(
     opinion: Opinion,
     joints: Iterable[JointPhysics],
@@ -203,7 +128,7 @@ def shared_by_unlike(
 def judged_value(
     quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, settings: PhysicsSettings, value: float
 ) -> Belief:
-    """A value of one term beside the others that are stated."""
+    """Belief in a value of one term of a joint, beside the others that are stated."""
     if value < 0.0:
         return impossible("it would feed the motion instead of braking it")
     changed: dict[str, Any] = {TERMS[quantity]: value}
@@ -213,7 +138,8 @@ def judged_value(
 def judged_term(
     quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, settings: PhysicsSettings
 ) -> Belief:
-    """One term of a joint, by what a hand needs for it at the part's edge, and by whether it does anything."""
+    """Belief in one stated term of a joint, by what a hand needs for it at the part's edge, and by whether it does
+    anything."""
     slides = joint.type == "prismatic"
     span = FREE_SLIDE_M if slides else QUARTER_TURN
     if joint.lower is not None and joint.upper is not None:

@@ -32,12 +32,12 @@ from asset2sim.validation.suspension import with_suspensions
 from asset2sim.validation.trust import (
     Opinion,
     judge_joints,
-    judge_links,
     with_authored_sources,
     with_kept_terms,
     with_limits,
     without_bounds_of,
 )
+from asset2sim.validation.trust_links import judge_links
 from asset2sim.validation.trust_surroundings import judge_contact, judge_shapes, judge_starts
 from schemas.authored import KEPT_AS_ASKED
 from schemas.features import LinkFeatures

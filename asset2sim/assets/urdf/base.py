@@ -31,7 +31,7 @@ def hung_from_world(document: bytes, height_m: float) -> bytes:
 
 
 def taken_from_world(document: bytes, root: str) -> bytes:
-    """The document that ``hung_from_world`` hung up, of an object whose own root is this link, as it was before."""
+    """The document as it was before ``hung_from_world``, of an object whose own root is this link."""
     robot = etree.fromstring(document)
     for joint in robot.findall(f"joint/child[@link='{root}']/.."):
         robot.remove(joint)

@@ -14,9 +14,9 @@ from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not
 from lab.methods.agent.conversation import bounded, model_turn
 from lab.methods.agent.draft import short
 from lab.methods.agent.results import cut
-from lab.methods.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOLS
+from lab.methods.agent.scratch_folder import ScratchFolder, ToolError
+from lab.methods.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOL_SHARE, TOOLS
 from lab.methods.agent.tools import AgentSession, run_tool
-from lab.methods.agent.trial import ToolError, open_bench
 from schemas.errors import InvalidAnswerError
 from schemas.finding import Finding
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, Turn
@@ -57,8 +57,9 @@ def run_agent(job: ProposalJob, extraction: Extraction) -> Synthesized:
     """
     talk, steps = Conversation(), job.settings.methods.agent_steps
     with tempfile.TemporaryDirectory(prefix="asset2sim-agent-") as name:
-        bench = open_bench(extraction, job.settings, job.source, Path(name), job.guidance)
-        session = AgentSession(bench, blind="the prior looks at no pictures" if job.source is Source.PRIOR else None)
+        seconds = TOOL_SHARE * job.settings.run.asset_time_limit_s
+        scratch = ScratchFolder(extraction, job.settings, job.source, Path(name), seconds, job.guidance)
+        session = AgentSession(scratch, blind="the prior looks at no pictures" if job.source is Source.PRIOR else None)
         first = opening(job, extraction)
         while talk.ended is None:
             answer = job.ask(first.model_copy(update={"turns": bounded(talk.turns)}))

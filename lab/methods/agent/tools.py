@@ -8,8 +8,8 @@ from asset2sim.render import VIEW_NAMES
 from lab.methods.agent.conversation import arguments_of
 from lab.methods.agent.draft import Draft, checked, merged, short
 from lab.methods.agent.results import boxes_text, cut, read_part, refused, simulated, text_of, touching
+from lab.methods.agent.scratch_folder import ScratchFolder, ToolError
 from lab.methods.agent.specs import MAX_NOTE_CHARS, MAX_NOTES, READ_PARTS, TOOL_NAMES, argument_names
-from lab.methods.agent.trial import Bench, ToolError
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ToolCall
@@ -20,7 +20,7 @@ class AgentSession:
     """Parameters that the agent has set so far, and the state of its tools: ``images`` are rendered but not yet sent,
     ``blind`` is the reason why no pictures are sent (None: they are), ``refusals`` the text of every refusal."""
 
-    bench: Bench
+    scratch: ScratchFolder
     blind: str | None = None
     draft: Draft = field(default_factory=dict)
     overlay: Overlay | None = None
@@ -35,7 +35,7 @@ class AgentSession:
         """Parameters to try: those set so far, at the authored scale while none is set."""
         if self.overlay is not None:
             return self.overlay
-        return checked({**self.draft, "scale": 1.0}, self.bench.extraction.features) or Overlay(scale=1.0)
+        return checked({**self.draft, "scale": 1.0}, self.scratch.extraction.features) or Overlay(scale=1.0)
 
 
 Arguments = Mapping[str, Any]
@@ -52,17 +52,17 @@ def run_tool(session: AgentSession, call: ToolCall) -> str:
         for name in arguments:
             if name not in argument_names(call.name):
                 raise UnknownChoiceError(f"argument of {call.name}", short(name), argument_names(call.name))
-        return cut(without_paths(session.bench, tool(session, arguments)))
+        return cut(without_paths(session.scratch, tool(session, arguments)))
     except (ToolError, InvalidAnswerError, UnknownChoiceError) as error:
-        message = without_paths(session.bench, str(error))
+        message = without_paths(session.scratch, str(error))
         session.refusals.append(f"{short(call.name)}: {message}")
         return cut(refused(message))
 
 
-def without_paths(bench: Bench, text: str) -> str:
+def without_paths(scratch: ScratchFolder, text: str) -> str:
     """The text without this machine's folder names: they differ in every run, so that the same conversation would miss
     the answer cache, and a model must not see them."""
-    for folder in (bench.path, bench.extraction.folder):
+    for folder in (scratch.path, scratch.extraction.folder):
         text = text.replace(str(folder), "asset")
     return text
 
@@ -71,14 +71,14 @@ def _read_asset(session: AgentSession, arguments: Arguments) -> str:
     start = arguments.get("start") or 0
     if not isinstance(start, int) or start < 0:
         raise ToolError("start: an integer of 0 or more is wanted")
-    return read_part(session.bench.extraction, _choice("part", arguments.get("part", "summary"), READ_PARTS), start)
+    return read_part(session.scratch.extraction, _choice("part", arguments.get("part", "summary"), READ_PARTS), start)
 
 
 def _set_parameters(session: AgentSession, arguments: Arguments) -> str:
     draft = merged(session.draft, arguments)
-    overlay = checked(draft, session.bench.extraction.features)
+    overlay = checked(draft, session.scratch.extraction.features)
     if overlay is not None:
-        session.bench.completed(overlay)
+        session.scratch.completed(overlay)
     session.draft, session.overlay = draft, overlay
     return text_of({
         "scale": draft.get("scale", "not set yet; 1 is tried, and you cannot finish without it"),
@@ -89,12 +89,12 @@ def _set_parameters(session: AgentSession, arguments: Arguments) -> str:
 
 
 def _simulate(session: AgentSession, arguments: Arguments) -> str:
-    physics, measurement = session.bench.simulate(session.present)
-    return simulated(measurement, physics, session.bench.settings.thresholds)
+    physics, measurement = session.scratch.simulate(session.present)
+    return simulated(measurement, physics, session.scratch.settings.thresholds)
 
 
 def _read_contacts(session: AgentSession, arguments: Arguments) -> str:
-    return touching(session.bench.contacts(session.present))
+    return touching(session.scratch.contacts(session.present))
 
 
 def _render(session: AgentSession, arguments: Arguments) -> str:
@@ -103,10 +103,10 @@ def _render(session: AgentSession, arguments: Arguments) -> str:
     if not isinstance(views, list) or not views:
         raise ToolError(f"views: an array with at least one of these is wanted: {', '.join(VIEW_NAMES)}")
     wanted = tuple(dict.fromkeys(_choice("view", view, VIEW_NAMES) for view in views))
-    boxes = session.bench.boxes(session.present)
+    boxes = session.scratch.boxes(session.present)
     if session.blind is not None:
         return boxes_text(boxes, f"not sent: {session.blind}")
-    session.images = session.bench.pictures(session.present, wanted)
+    session.images = session.scratch.pictures(session.present, wanted)
     return boxes_text(boxes, "they follow, each after its label")
 
 

@@ -1,4 +1,4 @@
-"""Scratch folder in which an agent's parameters are written and simulated in PyBullet."""
+"""The folder in which an agent tries parameters: they are written there, and simulated in PyBullet."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render import png_bytes, render_views
 from asset2sim.validation.support import carried
-from lab.methods.agent.specs import MIN_TOOL_S, TOOL_LIMIT_S, TOOL_SHARE
+from lab.methods.agent.specs import MIN_TOOL_S, TOOL_LIMIT_S
 from schemas.errors import AssetError
 from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.interaction import ContactPair, Measurement
@@ -36,8 +36,8 @@ class ToolError(Exception):
 
 
 @dataclass
-class Bench:
-    """Scratch folder of one asset, and the wall time left for its tools, s."""
+class ScratchFolder:
+    """An agent's folder for one asset, ``path``, and the wall time left for its tools, s."""
 
     extraction: Extraction
     settings: Settings
@@ -115,13 +115,6 @@ class Bench:
         if ended.value is None:
             raise ToolError(ended.problem or "it ended without a result")
         return ended.value
-
-
-def open_bench(
-    extraction: Extraction, settings: Settings, source: Source, path: Path, guidance: Guidance = NOTHING_ASKED
-) -> Bench:
-    """Bench in this folder, with ``TOOL_SHARE`` of the asset's time limit."""
-    return Bench(extraction, settings, source, path, TOOL_SHARE * settings.run.asset_time_limit_s, guidance)
 
 
 def first_line(error: Exception) -> str:

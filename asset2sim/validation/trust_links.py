@@ -1,0 +1,83 @@
+"""Belief in what a file in metres says of its links: masses, centres of mass and inertias. Pure."""
+
+from functools import partial
+
+import numpy as np
+
+from asset2sim.assets.metric import LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3, are_placeholders, authored_density
+from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
+from asset2sim.physics.inertia import tensor_of
+from asset2sim.validation.trust import Opinion, doubtful, impossible
+from schemas.authored import Belief
+from schemas.features import Features, LinkFeatures, LinkInertial
+from schemas.settings import PhysicsSettings
+from schemas.vocabulary import Quantity, Trust
+
+ALONE = Belief(trust=Trust.DOUBTFUL, reason="the mass that it belongs to is not believed")
+PLAUSIBLE_MASS = Belief(
+    trust=Trust.PLAUSIBLE,
+    reason=f"{LEAST_DENSITY_KG_M3:g} to {MOST_DENSITY_KG_M3:g} kg/m³ over its hull, as bodies have",
+)
+
+
+def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
+    """Add how far the masses, centres and inertias of an object are believed."""
+    placeholders = are_placeholders(features.links)
+    tied = {joint.child for joint in features.joints if joint.mimic is not None}
+    for link in features.links:
+        if link.inertial is None:
+            continue
+        least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
+        belief = judged_mass(link, link.inertial, placeholders, least)
+        other = partial(judged_other_mass, link, link.inertial, least)
+        mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
+        rest = (ALONE, ALONE)
+        if mass.trust is Trust.PLAUSIBLE:
+            rest = judged_centre(link, link.inertial), judged_inertia(link, link.inertial, settings)
+        if mass.trust is not Trust.IMPOSSIBLE:
+            for quantity, belief in zip((Quantity.CENTRE, Quantity.INERTIA), rest, strict=True):
+                opinion.add(quantity, link.name, belief)
+
+
+def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool, least: float) -> Belief:
+    """Belief in a stated mass, by its density over its hull. ``least`` of that, kg/m³, is 0 for a part that follows
+    another's joint, which its author made light for the hand that moves both. ``placeholders``: all links have the
+    same."""
+    if stated.mass_kg <= 0.0:
+        return impossible("no body is without mass")
+    density = authored_density(link)
+    if density is None:
+        return doubtful("it has no geometry that could weigh this")
+    if placeholders:
+        return doubtful("every link has the same mass and inertia, as exporters write where nothing was weighed")
+    if not least <= density <= MOST_DENSITY_KG_M3:
+        return doubtful(f"not {PLAUSIBLE_MASS.reason}")
+    return PLAUSIBLE_MASS
+
+
+def judged_other_mass(link: LinkFeatures, stated: LinkInertial, least: float, mass_kg: float) -> Belief:
+    """Belief in another mass, kg, in place of the stated one."""
+    other = stated.model_copy(update={"mass_kg": mass_kg})
+    return judged_mass(link.model_copy(update={"inertial": other}), other, placeholders=False, least=least)
+
+
+def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
+    """Belief in a stated centre of mass, by the box of its link."""
+    low, high = np.asarray(link.box_min), np.asarray(link.box_max)
+    margin, com = BOX_MARGIN * (high - low), np.asarray(stated.com)
+    inside = bool(np.all(com >= low - margin) and np.all(com <= high + margin))
+    return (
+        Belief(trust=Trust.PLAUSIBLE, reason="it lies in its part") if inside else doubtful("it lies outside its part")
+    )
+
+
+def judged_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings) -> Belief:
+    """Belief in a stated inertia, by what a body can have, and by what the mass has in the link's shape."""
+    moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
+    if moments[0] <= 0.0 or moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
+        return impossible("no body has such moments")
+    ratio = float(moments.sum()) / (stated.mass_kg * float(np.trace(tensor_of(link.unit_inertia))))
+    factor = settings.inertia_factor
+    if not 1.0 / factor <= ratio <= factor:
+        return doubtful(f"more than {factor:g} times off what its mass has in its shape")
+    return Belief(trust=Trust.PLAUSIBLE, reason=f"within {factor:g} times of what its mass has in its shape")
