@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.enforce import CatalogError, check_key, conform
 from asset2sim.catalog.parts import ROW_GROUP
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import recorded_run_ids, table_path
+from asset2sim.catalog.stored_tables import recorded_run_ids, stored_columns
 from asset2sim.catalog.switch import replace_file, replace_folder, sync
 from schemas.table import ASSET_KEY, TIME
 from schemas.tables import COST_COLUMNS, HISTORY, TABLES
@@ -176,9 +176,6 @@ def remove_old_history(out: Path, now: datetime, days: int) -> str | None:
 
 def newest_runs(out: Path) -> frozenset[str]:
     """Ids of the last run over each dataset and subset with its method and model."""
-    path = table_path(out, TABLES["runs"])
-    if path is None:
-        return frozenset()
     same = ("dataset", "subset", "method", "model")
-    rows = pq.read_table(path, columns=["run_id", "started_at", *same]).sort_by("started_at").to_pylist()
+    rows = stored_columns(out, TABLES["runs"], ("run_id", "started_at", *same)).sort_by("started_at").to_pylist()
     return frozenset({tuple(row[name] for name in same): row["run_id"] for row in rows}.values())

@@ -34,11 +34,8 @@ class RecordedResult:
 
 def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedResult]:
     """Asset id → its row of this method and model; empty where OUT has no catalog."""
-    path = table_path(out, TABLES["assets"])
-    if path is None:
-        return {}
     own = ["asset_id", "status", "failure_mode", "content_hash", "run_id"]
-    table = pq.read_table(path, columns=[*own, "method", "model"])
+    table = stored_columns(out, TABLES["assets"], (*own, "method", "model"))
     is_mine = pc.and_(pc.equal(table["method"], method), pc.equal(table["model"], model))
     others = set(table.filter(pc.invert(is_mine))["asset_id"].to_pylist())
     return {
@@ -55,8 +52,7 @@ def recorded_assets(out: Path, method: str, model: str) -> dict[str, RecordedRes
 
 def recorded_run_ids(out: Path) -> frozenset[str]:
     """The ids of all runs in OUT's catalog."""
-    path = table_path(out, TABLES["runs"])
-    return frozenset(pq.read_table(path, columns=["run_id"])["run_id"].to_pylist()) if path is not None else frozenset()
+    return frozenset(stored_columns(out, TABLES["runs"], ("run_id",))["run_id"].to_pylist())
 
 
 def check_catalog(out: Path) -> None:

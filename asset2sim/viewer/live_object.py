@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,6 +12,7 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.viewer.handles import GROUND, Handle, WorldContact
 from asset2sim.viewer.viewed_object import Movable, ViewedObject
 from schemas.errors import UsageError
@@ -137,8 +138,7 @@ class LiveObject:
     def drag(self, target: Array) -> None:
         """Bring the other end of the hand's spring to a (3,) place in the world."""
         if self.grip is not None:
-            held = self.grip
-            self.grip = PullSpring(held.link, held.place, np.array(target), held.stiffness_n_m, held.damping_n_s_m)
+            self.grip = replace(self.grip, target=np.array(target))
 
     def release(self) -> None:
         """Let go."""
@@ -238,9 +238,7 @@ def nudge_speed(joint: Movable, position: float, settings: EngineSettings) -> fl
 
 
 @contextmanager
-def open_live_object(
-    subject: ViewedObject, engine: Engine, settings: EngineSettings, gravity_m_s2: float = 9.81
-) -> Iterator[LiveObject]:
+def open_live_object(subject: ViewedObject, engine: Engine, settings: EngineSettings) -> Iterator[LiveObject]:
     """The subject in a world of the engine, until the context ends. Raises AssetError where the engine refuses it."""
     with open_world(
         engine,
@@ -248,9 +246,8 @@ def open_live_object(
         plane=not subject.held,
         timestep_s=settings.timestep_s,
         contact_friction=subject.contact_friction,
-        gravity_m_s2=gravity_m_s2,
     ) as world:
-        yield LiveObject(subject, world, settings, gravity_m_s2)
+        yield LiveObject(subject, world, settings, GRAVITY_M_S2)
 
 
 def handle_of(world: World) -> Handle:

@@ -8,11 +8,10 @@ from itertools import islice
 from pathlib import Path
 
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 from distributed import Client, Future, as_completed
 from distributed.client import FutureCancelledError
 
-from asset2sim.catalog.switch import find_catalog
+from asset2sim.catalog.stored_tables import stored_columns
 from asset2sim.runs.asset_attempt import FirstAttempt
 from asset2sim.runs.plan.records import KeptRecord
 from schemas.asset import AssetRef
@@ -64,11 +63,7 @@ def jobs_of(
 
 def last_seconds(out: Path, method: Method) -> dict[str, float]:
     """Asset id → wall time of its last refinement by this method, s; empty where OUT has no catalog."""
-    folder = find_catalog(out)
-    path = folder / TABLES["assets"].file if folder is not None else None
-    if path is None or not path.is_file():
-        return {}
-    table = pq.read_table(path, columns=["asset_id", "method", "seconds_total"])
+    table = stored_columns(out, TABLES["assets"], ("asset_id", "method", "seconds_total"))
     mine = table.filter(pc.equal(table["method"], method.value))
     return dict(zip(mine["asset_id"].to_pylist(), mine["seconds_total"].to_pylist(), strict=True))
 
