@@ -194,11 +194,11 @@ summary: $(INSTALLED) ## write the table of OUT's latest run into docs/output.md
 	@$(BIN)/python -m lab.pages.blocks summary "$(OUT)" docs/output.md
 
 loaders: $(INSTALLED) ## what each engine's own loader honours of OUT's URDFs, measured, into docs/load.md
-	@$(BIN)/python -m lab.loaders.loader_table "$(OUT)" docs/load.md
+	@$(BIN)/python -m lab.pages.blocks loaders "$(OUT)" docs/load.md
 
 held: $(INSTALLED) ## what holds in every engine, by its own URDF loader and through asset2sim.load, into docs/load.md
 	@$(MAKE) --no-print-directory .venv-load/.installed || echo "Drake, Genesis or Newton cannot be installed; their rows will say so" >&2
-	@$(BIN)/python -m lab.loaders.held_table "$(OUT)" docs/load.md
+	@$(BIN)/python -m lab.pages.blocks held "$(OUT)" docs/load.md
 
 touched: $(INSTALLED) ## every check once more by the ways in which users get OUT's objects: load, MJCF, USD; into OUT/touched.jsonl
 	@$(BIN)/python -m lab.loaders.touched "$(OUT)" "$(OUT)/touched.jsonl" $(ARGS)

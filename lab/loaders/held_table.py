@@ -1,5 +1,5 @@
 """The table of what holds: the refined samples in every engine, by the engine's own URDF loader and through
-``asset2sim.load``. ``python -m lab.loaders.held_table OUT PAGE`` writes it.
+``asset2sim.load``. ``make held`` writes it.
 
 An engine that is not installed beside us is looked for in ``.venv-load``, which ``make held`` sets up: Newton's extra
 pins another MuJoCo than ours, and Genesis brings torch.
@@ -21,8 +21,7 @@ from asset2sim.assets.folder import LOADER_NAME
 from asset2sim.catalog.index import loader_source
 from asset2sim.catalog.text import markdown_table
 from lab.loaders import hold
-from lab.pages.blocks import check_page, write_block
-from schemas.errors import DONE, UsageError, exit_code_of
+from schemas.errors import UsageError
 
 BLOCK = "held"
 PACKAGES = {engine: engine for engine in hold.PLAIN} | {"genesis": "genesis-world"}
@@ -109,16 +108,3 @@ def held_block(out: Path) -> str:
         "moves the joint."
     )
     return f"{table}\n\n{textwrap.fill(about, 130, break_long_words=False, break_on_hyphens=False)}"
-
-
-def write_table(out: Path, page: Path) -> int:
-    """Measure, and write the page's block; the exit code. Raises UsageError for a page without its markers and for
-    an OUT without samples."""
-    check_page(page, BLOCK)
-    write_block(page, BLOCK, held_block(out))
-    return DONE
-
-
-if __name__ == "__main__":
-    refined, target = map(Path, sys.argv[1:])
-    sys.exit(exit_code_of("held", lambda: write_table(refined, target)))

@@ -1,10 +1,9 @@
 """The table of what a URDF cannot say: what every engine's own loader honours, measured, and the remedy.
-``python -m lab.loaders.loader_table OUT PAGE`` writes it from a refined sample dataset."""
+``make loaders`` writes it from a refined sample dataset."""
 
 import json
 import math
 import shutil
-import sys
 import tempfile
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
@@ -20,8 +19,7 @@ from asset2sim.catalog.text import markdown_table
 from asset2sim.engines.registry import engine_version, installed, known_engines
 from lab.loaders import probes
 from lab.loaders.loaded import Loader
-from lab.pages.blocks import check_page, write_block
-from schemas.errors import DONE, UsageError, exit_code_of
+from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 
@@ -259,16 +257,3 @@ def loaders_block(out: Path) -> str:
     )
     about = textwrap.fill(about, 130, break_long_words=False, break_on_hyphens=False)
     return f"{table}\n\n{about}\n\nReported by others or read in their sources, not measured here:\n\n{others}"
-
-
-def write_table(out: Path, page: Path) -> int:
-    """Measure, and write the page's block; the exit code. Raises UsageError for a page without its markers and for
-    an OUT without the samples."""
-    check_page(page, BLOCK)
-    write_block(page, BLOCK, loaders_block(out))
-    return DONE
-
-
-if __name__ == "__main__":
-    refined, target = map(Path, sys.argv[1:])
-    sys.exit(exit_code_of("loaders", lambda: write_table(refined, target)))

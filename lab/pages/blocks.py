@@ -1,8 +1,8 @@
-"""Generated blocks of the documentation, each between two markers that name it. ``python -m
-lab.pages.blocks summary|questions OUT PAGE`` writes one from OUT's catalog."""
+"""Generated blocks of the documentation, each between two markers that name it. ``python -m lab.pages.blocks NAME OUT
+PAGE`` writes one of those that are made of a refined sample dataset."""
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -12,7 +12,8 @@ import pandas as pd
 from asset2sim.catalog.read import latest_rows, query
 from asset2sim.catalog.text import NOTHING, markdown_table
 from lab.pages.stamp import SOURCES, new_stamp
-from schemas.errors import UsageError
+from schemas.errors import DONE, UsageError, exit_code_of
+from schemas.extensions import named
 
 QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
 """Example questions to a catalog, in their order: an SQL file each, whose first line is the question in words."""
@@ -135,8 +136,26 @@ def _cell(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-BLOCKS = {"summary": summary_block, "questions": questions_block}
+BLOCKS = {
+    "summary": "lab.pages.blocks:summary_block",
+    "questions": "lab.pages.blocks:questions_block",
+    "loaders": "lab.loaders.loader_table:loaders_block",
+    "held": "lab.loaders.held_table:held_block",
+}
+"""Block → the function that makes it of an OUT."""
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line, ``NAME OUT PAGE``, and return its exit code."""
+    name, out, page = words
+
+    def make() -> int:
+        check_page(Path(page), name)
+        write_block(Path(page), name, named(BLOCKS[name])(Path(out)))
+        return DONE
+
+    return exit_code_of(name, make)
+
 
 if __name__ == "__main__":
-    block_name, refined, target = sys.argv[1:]
-    write_block(Path(target), block_name, BLOCKS[block_name](Path(refined)))
+    sys.exit(main(sys.argv[1:]))

@@ -20,9 +20,8 @@ from lab.loaders.loader_table import (
     compared,
     measured,
     samples_of,
-    write_table,
 )
-from lab.pages.blocks import markers
+from lab.pages.blocks import main, markers
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
@@ -91,9 +90,9 @@ def test_a_term_is_honoured_within_a_tenth() -> None:
     assert compared(0.85, 1.0, "N·m").text == "no: 0.85 N·m"
 
 
-def test_an_output_without_the_samples_is_a_mistake(tmp_path: Path) -> None:
+def test_an_output_without_the_samples_is_a_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(UsageError, match="no refined 'laptop_silver'"), samples_of(tmp_path):
         pass
     (tmp_path / "PAGE.md").write_text("nothing", encoding="utf-8")
-    with pytest.raises(UsageError, match="lacks the lines"):
-        write_table(tmp_path, tmp_path / "PAGE.md")
+    assert main(["loaders", str(tmp_path), str(tmp_path / "PAGE.md")]) == 2
+    assert "lacks the lines" in capsys.readouterr().err

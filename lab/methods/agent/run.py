@@ -136,8 +136,8 @@ def take_text(answer: ModelAnswer, talk: Conversation, session: AgentSession) ->
     """Process an answer without a tool call: an overlay ends the conversation, other text is refused once."""
     content = answer.content or ""
     try:
-        overlay = parse_overlay(content, session.bench.extraction.features)
-        session.bench.completed(overlay)
+        overlay = parse_overlay(content, session.scratch.extraction.features)
+        session.scratch.completed(overlay)
     except (InvalidAnswerError, ToolError) as error:
         session.refusals.append(f"text: {error}")
         talk.turns.append(Turn(role="assistant", content=cut(content, MAX_SAID_CHARS)))
