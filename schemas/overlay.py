@@ -274,6 +274,8 @@ class PhysicsOverlay(Frozen):
     joints: tuple[JointPhysics, ...]
     followers: tuple[JointPhysics, ...] = ()
     notes: tuple[str, ...] = ()
+    passing: tuple[tuple[str, str], ...] = Field((), exclude_if=lambda pairs: not pairs)
+    """Pairs of links that pass through each other, since they meet as drawn in every state."""
     authored: tuple[Authored, ...] = Field((), exclude_if=lambda judged: not judged)
     """What a file in metres says, by how far it is believed; a number beside whose source stands ``authored`` is
     kept."""

@@ -239,7 +239,7 @@ def test_a_link_passes_what_is_fixed_to_what_it_moves_in_where_the_file_lets_it(
         made = urdf_of_mjcf(written(tmp_path, world), tmp_path)
         return [(item.get("link1"), item.get("link2")) for item in made.robot.findall("disable_collisions")]
 
-    assert pairs(' contype="0" conaffinity="1"') == [("lid", "base")], "the mount is its parent, which engines let pass"
+    assert pairs(' contype="0" conaffinity="1"') == [("base", "lid")], "the mount is its parent, which engines let pass"
     assert pairs("") == []
 
 

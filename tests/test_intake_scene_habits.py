@@ -10,8 +10,12 @@ from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake.formats.mjcf import urdf_of_mjcf
 from asset2sim.intake.formats.sdf import urdf_of_sdf
 from asset2sim.intake.up_axis import find_up
+from asset2sim.validation.validate import validate
 from schemas.errors import AssetError
-from schemas.vocabulary import UpAxis
+from schemas.overlay import Overlay
+from schemas.settings import PhysicsSettings
+from schemas.support import SupportKind
+from schemas.vocabulary import Source, UpAxis
 from tests.assets import near, read
 
 pytestmark = pytest.mark.system
@@ -166,3 +170,42 @@ def test_a_format_of_simulators_is_not_turned_upright(tmp_path: Path) -> None:
     assert found.opened is not None
     unsaid = replace(found, opened=replace(found.opened, metric_format=""))
     assert find_up(unsaid)[0] is UpAxis.Y, "of any other file the shape decides"
+
+
+def held(folder: Path) -> tuple[SupportKind, Source]:
+    found = validate(read(folder), Overlay(scale=1.0), Source.PRIOR, 0.5, PhysicsSettings())[0].support
+    return found.kind, found.source
+
+
+def test_what_moves_on_the_world_alone_is_held_by_it(tmp_path: Path) -> None:
+    cup = f'<body name="cup" pos="0 0 0.6"><joint name="x" type="slide" axis="1 0 0" range="-1 1"/>{BOX}</body>'
+    mjcf(tmp_path / "cup", cup)
+    assert held(tmp_path / "cup") == (SupportKind.FIXED, Source.AUTHORED)
+    mjcf(tmp_path / "rail", '<geom type="capsule" size="0.02 1" euler="0 90 0" pos="0 0 0.6"/>' + cup)
+    assert held(tmp_path / "rail") == (SupportKind.FIXED, Source.AUTHORED), "shapes of the world do not fall"
+    mjcf(tmp_path / "chest", f'<body name="chest">{BOX}{DOOR}</body>')
+    assert held(tmp_path / "chest")[0] is SupportKind.FREESTANDING, "where a program puts it, it stands"
+    (tmp_path / "sdf").mkdir()
+    fixed = '<joint name="f" type="fixed"><parent>world</parent><child>box</child></joint>'
+    sdf(tmp_path / "sdf", sdf_link("box") + fixed)
+    assert held(tmp_path / "sdf") == (SupportKind.FIXED, Source.AUTHORED)
+
+
+@pytest.mark.parametrize(
+    ("bits", "rest", "pairs"),
+    [
+        ('contype="0" conaffinity="1"', "", [("base", "lid"), ("base", "knob")]),
+        ('contype="0" conaffinity="0"', "", [("base", "lid")]),
+        ("", '<option><flag contact="disable"/></option>', [("base", "lid"), ("base", "knob")]),
+        ("", '<contact><exclude body1="base" body2="knob"/></contact>', [("base", "knob")]),
+        ("", "", []),
+    ],
+)
+def test_what_its_file_lets_pass_passes(tmp_path: Path, bits: str, rest: str, pairs: list[tuple[str, str]]) -> None:
+    solid = f'<geom size="0.1" mass="1" {bits}/>'
+    knob = f'<body name="knob"><joint name="turn" axis="0 1 0"/>{solid}</body>'
+    lid = f'<body name="mount">{solid}<body name="lid"><joint name="hinge" axis="1 0 0"/>{solid}{knob}</body></body>'
+    file = mjcf(tmp_path, f'<body name="base">{solid}{lid}</body>', rest)
+    found = [(item.get("link1"), item.get("link2"))
+             for item in urdf_of_mjcf(file, tmp_path).robot.findall("disable_collisions")]  # fmt: skip
+    assert [pair for pair in found if "mount" not in pair] == pairs

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.urdf.document import read_document
+from asset2sim.assets.urdf.read import passing_pairs
 from schemas.errors import AssetError
 from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 
@@ -50,3 +52,21 @@ def test_letters_lead_to_nothing_outside(tmp_path: Path) -> None:
     (tmp_path / "Other" / "b.obj").write_text(box_obj((0, 0, 0), (1, 1, 1)))
     with pytest.raises(AssetError, match=r"not there|outside"):
         read(written(tmp_path / "thing", robot(link("a", mesh("../other/B.obj")))))
+
+
+def test_a_spherical_joint_is_three_hinges_whose_links_pass(tmp_path: Path) -> None:
+    text = robot(link("a", shape("1 1 1")), link("b", shape("0.1 0.1 1")), joint("ball", "spherical", "a", "b"))
+    folder = written(tmp_path, text)
+    found = read(folder)
+    turns = {item.axis_in_root for item in found.features.movable_joints}
+    assert turns == {(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)}
+    assert ("a", "b") in passing_pairs(read_document(folder / "mobility.urdf").robot)
+    assert "joint_in_steps" in [finding.code for finding in found.findings]
+
+
+def test_a_link_of_boxes_without_a_size_is_a_frame(tmp_path: Path) -> None:
+    text = robot(link("origin", shape("0 0 0")), link("a", shape("1 1 1")), joint("on", "fixed", "origin", "a"))
+    found = read(written(tmp_path, text))
+    assert not found.features.link("origin").has_geometry and found.features.link("a").has_geometry
+    with pytest.raises(AssetError, match="nothing is left of the link"):
+        read(written(tmp_path, text.replace('size="0 0 0"', 'size="0 1 1"')))

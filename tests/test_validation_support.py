@@ -103,3 +103,33 @@ def test_a_fixed_door_is_heavy_to_no_hand_and_tips_nothing(tmp_path: Path) -> No
     assert fixed.effective_inertia > 1.5 * free.effective_inertia
     assert fixed.least_inertia == pytest.approx(free.least_inertia), "what bounds damping is that of a free base"
     assert fixed.effort_range is not None and fixed.effort_range.most_n < 100.0
+
+
+def test_parts_that_hang_on_a_frame_are_held_unless_such_things_stand(tmp_path: Path) -> None:
+    hung = robot(
+        link("frame"),
+        link("bar", shape("0.5 0.8 0.5", xyz="0 0 0.25")),
+        joint("swing", "revolute", "frame", "bar", axis="1 0 0", limit="0 1"),
+    )
+    found = support(tmp_path, hung)
+    assert (found.kind, found.source) == (SupportKind.FIXED, Source.RULE)
+    standing = SupportProposal(kind=SupportKind.FREESTANDING, confidence=0.8, reason="a chest")
+    assert support(tmp_path, hung, said=standing).kind is SupportKind.FREESTANDING
+
+
+def test_no_hand_is_asked_to_lift_a_stage(tmp_path: Path) -> None:
+    def lift(name: str, kg: float) -> float:
+        weight = f'<inertial><mass value="{kg}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        text = robot(
+            link("post", shape("0.3 0.3 0.05", xyz="0 0 0.025")),
+            link(name, shape("0.12 0.13 0.1", xyz="0 0 0.3") + weight),
+            joint("up", "prismatic", "post", name, axis="0 0 1", limit="0 0.3"),
+        )
+        item = read(written(tmp_path / f"{name}{kg}", text))
+        made, _ = validate(item, Overlay(scale=1.0), Source.PRIOR, 0.5, NO_VIEWS.physics)
+        (found,) = made.joints
+        assert found.effort_range is not None
+        return found.effort_range.most_n
+
+    assert lift("stage", 10.0) > 100.0 > lift("stage", 1.0)
+    assert lift("drawer", 10.0) < 100.0, "what a hand operates is for a hand, whatever it weighs"

@@ -60,6 +60,8 @@ class DescriptionFile:
     """Whether it holds several objects, some of them free of the world that holds the others."""
     up: UpAxis = UpAxis.Z
     """The axis that points up in the file."""
+    held: str = ""
+    """Why the file holds the object where it is, in words; empty where it leaves that open."""
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:

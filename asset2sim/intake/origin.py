@@ -104,9 +104,9 @@ def open_origin(
         findings.append(remark(Stage.EXTRACT, code, message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     form = FORMATS[file.suffix]
-    scene = part is None and bool(converted.free)
+    scene, held = part is None and bool(converted.free), converted.held if part is None else ""
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
-    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up)
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up, held)
 
 
 def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":

@@ -6,6 +6,8 @@ from functools import partial
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.urdf.document import known_robot
+from asset2sim.assets.urdf.read import passing_pairs
 from asset2sim.refinement.collision.trim import PlaneCut
 from asset2sim.validation.validate import validate
 from schemas.finding import Finding, TraceStep
@@ -61,6 +63,11 @@ class RefinementContext:
     settings: Settings
     log: Log
     guidance: str | None = None
+
+    @property
+    def passing(self) -> tuple[tuple[str, str], ...]:
+        """The pairs of links that the asset's URDF lets pass through each other."""
+        return passing_pairs(known_robot(self.extraction.urdf))
 
     def validated_at(
         self, overlay: PhysicsOverlay, placed: Mapping[str, float], *, keep_terms: bool = True

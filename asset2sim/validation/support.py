@@ -60,15 +60,27 @@ def carried(
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
     hangs = hangs_on_wall(features, points, scale, guidance.category)
-    support = support_of(features, proposal, source, guidance, *standing, hung=is_hung(extraction), hangs=hangs)
+    support = support_of(features, proposal, source, guidance, *standing, held=held_by_file(extraction), hangs=hangs)
     return overlay.model_copy(update={"support": support})
 
 
-def is_hung(extraction: Extraction) -> bool:
-    """Whether its URDF hangs it from an empty link ``world``, and does not let it float there."""
+def held_by_file(extraction: Extraction) -> str:
+    """How its file holds the object where it is, in words: by its world, or a URDF by an empty link ``world`` on which
+    it does not float; empty where it does not."""
     features = extraction.features
+    if extraction.opened is not None and extraction.opened.held:
+        return extraction.opened.held
     floats = any(finding.code == "root_floats" for finding in extraction.findings)
-    return features.root == WORLD and not features.link(WORLD).has_geometry and not floats
+    hung = features.root == WORLD and not features.link(WORLD).has_geometry and not floats
+    return "its URDF hangs it from a link 'world'" if hung else ""
+
+
+def on_a_frame(features: Features) -> bool:
+    """Whether the root, with all that is fixed to it, has no shape: parts that move hang on a frame."""
+    still = {features.root}
+    for _ in features.joints:
+        still |= {joint.child for joint in features.joints if joint.type == "fixed" and joint.parent in still}
+    return not any(features.link(name).has_geometry for name in still)
 
 
 def closed_polygon(
@@ -107,11 +119,11 @@ def support_of(
     polygon: SupportPolygon,
     points: Array,
     *,
-    hung: bool = False,
+    held: str = "",
     hangs: str = "",
 ) -> Support:
-    """The support of the object, of the first that says so: the guidance, the URDF by hanging it from a link ``world``,
-    the proposal (of ``source``), the shape of a wall cupboard (``hangs``: why, in words), the tables, the shape.
+    """The support of the object, of the first that says so: the guidance, its file (``held``: how, in words), the
+    proposal (of ``source``), the shape of a wall cupboard (``hangs``: why, in words), the tables, the shape.
     ``polygon`` and ``points`` are of ``closed_polygon``."""
     # Of the asset's name models are told; rules take no more from it than from the shape.
     usual = usual_support(replace(object_info(features), asset_id=""), guidance.called)
@@ -119,13 +131,8 @@ def support_of(
     if said is not None:
         mount = usual.mount if usual is not None and said.mount is None else said.mount
         return stated(said.model_copy(update={"mount": mount}), Source.USER)
-    if hung:
-        return Support(
-            kind=SupportKind.FIXED,
-            source=Source.AUTHORED,
-            confidence=0.9,
-            reason="its URDF hangs it from a link 'world'",
-        )
+    if held:
+        return Support(kind=SupportKind.FIXED, source=Source.AUTHORED, confidence=0.9, reason=held)
     if proposal is not None and proposal.support is not None:
         return stated(doubted(proposal.support, polygon), source)
     if hangs and (usual is None or usual.confidence <= STANDS_CONFIDENCE):
@@ -135,7 +142,7 @@ def support_of(
         )
     if usual is not None:
         return stated(doubted(usual, polygon), Source.PRIOR)
-    return by_shape(polygon, points)
+    return by_shape(polygon, points, frame=on_a_frame(features))
 
 
 def stated(said: SupportProposal, source: Source) -> Support:
@@ -154,9 +161,12 @@ def doubted(said: SupportProposal, polygon: SupportPolygon) -> SupportProposal:
     return SupportProposal(kind=SupportKind.FREESTANDING, confidence=said.confidence, reason=reason)
 
 
-def by_shape(polygon: SupportPolygon, points: Array) -> Support:
-    """The support by the shape alone: what stands is freestanding; of what does not, small things are held in a hand,
-    and the rest is fixed, to a wall where it has a flat back."""
+def by_shape(polygon: SupportPolygon, points: Array, *, frame: bool = False) -> Support:
+    """The support by the shape alone: parts that hang on a ``frame`` are held by it; what stands is freestanding; of
+    what does not, small things are held in a hand, and the rest is fixed, to a wall where it has a flat back."""
+    if frame:
+        why = "all its parts move on a root without a shape, which something must hold"
+        return Support(kind=SupportKind.FIXED, source=Source.RULE, confidence=SHAPE_CONFIDENCE, reason=why)
     size = np.ptp(points, axis=0)
     margin = f"closed, it tips over at {np.degrees(polygon.margin_rad):.2g}°"
     if polygon.margin_rad >= STANDS_RAD:

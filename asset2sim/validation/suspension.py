@@ -1,6 +1,6 @@
-"""Suspensions: joints with springs through which an object stands on the ground, as a cart's wheels carry its chassis.
+"""Parts that no hand moves: suspensions, through whose springs an object stands as a cart on its wheels, and stages.
 
-No hand moves such a part against the object's stand, so its spring is judged by what it carries.
+What they take is judged by what they carry.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from asset2sim.guidance.tables import part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, beyond, link_to_root
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
@@ -16,6 +17,9 @@ from asset2sim.validation.handling import Handling, standing_part
 TOUCHING = 0.02
 """Height over the lowest point, as a share of the object's height, within which a part stands on the ground: wheels
 that are carried by springs hang a little lower or higher than each other."""
+
+UNKNOWN_KINDS = frozenset(part_effort("", "", "slider", length).kind for length in (0.0, 0.1, 1.0))
+"""What sliders are called of which nothing is known but their size."""
 
 
 def with_suspensions(
@@ -46,6 +50,27 @@ def with_suspensions(
     for name in carrying.keys() & handled.keys():
         load = pushed * lift_of(name, carrying[name] & feet, tree, poses, clouds)
         found[name] = replace(standing_part(handled[name]), ground_load=load)
+    return found
+
+
+def with_machines(
+    handled: Mapping[str, Handling],
+    tree: Sequence[TreeJoint],
+    root: str,
+    bodies: Mapping[str, Body],
+    positions: Mapping[str, float],
+) -> dict[str, Handling]:
+    """The handling of joints, where a slider of no known kind weighs more along its axis than its kind takes of a hand,
+    as a stage or a lift does: what drives it bears it, which here is its friction, and no hand is asked to."""
+    poses, found = link_to_root(tree, root, positions), dict(handled)
+    for joint in tree:
+        kind = handled.get(joint.name)
+        if kind is None or joint.type != "prismatic" or kind.range.kind not in UNKNOWN_KINDS:
+            continue
+        along = abs(float((poses[joint.parent] @ joint.child_to_parent)[2, :3] @ joint.axis))
+        if GRAVITY_M_S2 * sum(bodies[link].mass for link in beyond(tree, joint.name)) * along > kind.range.most_n:
+            driven = kind.range.model_copy(update={"kind": "part that a machine lifts"})
+            found[joint.name] = standing_part(replace(kind, range=driven))
     return found
 
 

@@ -27,8 +27,8 @@ from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
 from asset2sim.validation.positions import hanging, initial_positions, note_guessed_ends
-from asset2sim.validation.support import closed_polygon, is_hung, support_of
-from asset2sim.validation.suspension import with_suspensions
+from asset2sim.validation.support import closed_polygon, held_by_file, support_of
+from asset2sim.validation.suspension import with_machines, with_suspensions
 from asset2sim.validation.trust import (
     Opinion,
     judge_joints,
@@ -165,14 +165,15 @@ def complete(
     positions = {name: start.position for name, start in starts.items()}
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
-        hung, hangs = is_hung(extraction), hangs_on_wall(features, points, scale, given.guidance.category)
-        support = support_of(features, overlay, source, given.guidance, *standing, hung=hung, hangs=hangs)
+        held, hangs = held_by_file(extraction), hangs_on_wall(features, points, scale, given.guidance.category)
+        support = support_of(features, overlay, source, given.guidance, *standing, held=held, hangs=hangs)
     if support.fixed:
         starts = hanging(starts, tree, features.root, bodies)
         positions = {name: start.position for name, start in starts.items()}
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
     )
+    handled = with_machines(handled, tree, features.root, bodies, positions)
     if support.kind is SupportKind.FREESTANDING:
         springs = [joint.name for joint in features.joints if joint.stiffness]
         handled = with_suspensions(handled, springs, tree, features.root, bodies, points, positions)

@@ -66,11 +66,11 @@ def refined_urdf(
         elif authored.movable:
             lock_joint(element, authored, overlay.scale)
     edit_textures(robot, mesh_places)
+    robot.extend([etree.Element("disable_collisions", link1=a, link2=b, reason="Default") for a, b in overlay.passing])
     if any(overlay.turned_rad):
         turn_root(robot, features.root, Rotation.from_rotvec(overlay.turned_rad))
-    for node in list(robot):
-        if isinstance(node, etree._Comment) and (node.text or "").startswith(" asset2sim"):
-            robot.remove(node)
+    for node in robot.xpath("comment()[starts-with(., ' asset2sim')]"):
+        robot.remove(node)
     robot.insert(0, state_comment(overlay))
     return serialised(robot)
 

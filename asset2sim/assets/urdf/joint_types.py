@@ -1,6 +1,7 @@
 """Joints of a URDF brought to the types that every engine has: fixed, hinge, slider; limits as they are meant."""
 
 import re
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
@@ -40,9 +42,10 @@ def without_infinite_limits(robot: Element) -> list[Finding]:
 
 
 def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
-    """Bring planar and floating joints to types that engines move; a finding for each.
+    """Bring planar, spherical and floating joints to types that engines move; a finding for each.
 
-    A planar joint becomes two sliders and a hinge about the plane's normal. A root without a shape on which the rest
+    A planar joint becomes two sliders and a hinge about the plane's normal, a spherical one (Bullet's) three hinges. A
+    root without a shape on which the rest
     floats is removed with the joint: they say only that the object is free. Any other part that floats is held where
     it stands, as the free parts of other formats' files are: ``--split`` makes it an object of its own. Raises
     AssetError (invalid_joint_configuration) for several objects that nothing holds.
@@ -57,9 +60,11 @@ def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
     for joint in robot.findall("joint"):
         kind, name = str(joint.get("type")), str(joint.get("name"))
         parent, child = (str(end.get("link")) for tag in ("parent", "child") if (end := joint.find(tag)) is not None)
-        if kind == "planar":
-            in_steps(robot, joint)
-            message = f"joint '{name}': type 'planar' is two sliders and a hinge about the plane's normal"
+        if kind in IN_STEPS:
+            steps, said = IN_STEPS[kind]
+            in_steps(robot, joint, steps(joint))
+            etree.SubElement(robot, "disable_collisions", link1=parent, link2=child, reason="Adjacent")
+            message = f"joint '{name}': type '{kind}' is {said}"
             findings.append(info(code="joint_in_steps", message=message, joint=name))
         if kind != "floating":
             continue
@@ -81,33 +86,47 @@ def settle_joint_types(path: Path, robot: Element) -> list[Finding]:
     return findings
 
 
-def in_steps(robot: Element, joint: Element) -> None:
-    """Put two sliders, along axes in the plane, between a planar joint's parent and the joint, which then turns about
-    the plane's normal. Its numbers, which have no units for three ways to move, are left out."""
-    axis, name = joint.find("axis"), str(joint.get("name"))
+def plane_steps(joint: Element) -> list[tuple[str, Array]]:
+    """Two sliders along axes in a planar joint's plane, and a hinge about its normal: kinds and (3,) axes."""
+    axis = joint.find("axis")
     normal = np.array([float(word) for word in str("1 0 0" if axis is None else axis.get("xyz", "1 0 0")).split()])
     normal = normal / max(float(np.linalg.norm(normal)), 1e-12)
     first = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
     first /= max(float(np.linalg.norm(first)), 1e-12)
+    return [("prismatic", first), ("prismatic", np.cross(normal, first)), ("continuous", normal)]
+
+
+def in_steps(robot: Element, joint: Element, steps: Sequence[tuple[str, Array]]) -> None:
+    """Put all but the last of these kinds and (3,) axes as joints of their own between a joint's parent and the joint,
+    which then is the last. Its numbers, which have no units for three ways to move, are left out."""
+    name = str(joint.get("name"))
     taken = {str(item.get("name")) for tag in ("link", "joint") for item in robot.findall(tag)}
     above: Element | None = joint.find("parent")
     origin = joint.find("origin")
-    for number, along in enumerate((first, np.cross(normal, first)), start=1):
+    for number, (kind, along) in enumerate(steps[:-1], start=1):
         label = next(text for n in range(len(taken) + 1) if (text := f"{name}_{number}{'_' * n}") not in taken)
         etree.SubElement(robot, "link", name=label)
-        slider = etree.SubElement(robot, "joint", name=label, type="prismatic")
+        step = etree.SubElement(robot, "joint", name=label, type=kind)
         for item in (above, origin):
             if item is not None:
-                slider.append(item)
-        etree.SubElement(slider, "child", link=label)
-        etree.SubElement(slider, "axis", xyz=" ".join(f"{value:.12g}" for value in along))
+                step.append(item)
+        etree.SubElement(step, "child", link=label)
+        etree.SubElement(step, "axis", xyz=" ".join(f"{value:.12g}" for value in along))
         above, origin = etree.Element("parent", link=label), None
     for tag in ("limit", "dynamics", "mimic", "axis"):
         for item in joint.findall(tag):
             joint.remove(item)
-    joint.set("type", "continuous")
+    kind, along = steps[-1]
+    joint.set("type", kind)
     joint.extend([] if above is None else [above])
-    etree.SubElement(joint, "axis", xyz=" ".join(f"{value:.12g}" for value in normal))
+    etree.SubElement(joint, "axis", xyz=" ".join(f"{value:.12g}" for value in along))
+
+
+IN_STEPS: Mapping[str, tuple[Callable[[Element], Sequence[tuple[str, Array]]], str]] = {
+    "planar": (plane_steps, "two sliders and a hinge about the plane's normal"),
+    "spherical": (lambda _: [("continuous", axis) for axis in np.eye(3)], "three hinges"),
+}
+"""Type of a joint that moves in three ways → its steps, and what they are, in words."""
 
 
 def complete_limits(robot: Element) -> list[Finding]:

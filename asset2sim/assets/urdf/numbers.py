@@ -88,9 +88,11 @@ def shown(text: str) -> str:
 
 def drop_unusable_shapes(path: Path, robot: Element) -> list[Finding]:
     """Remove visuals and collisions whose shape has no size, or whose mesh has a scale that leaves nothing of it; a
-    finding for each. Raises AssetError (missing_mesh) where nothing is left of a link."""
+    finding for each. Raises AssetError (missing_mesh) where nothing is left of a link that was to have a size: one
+    whose every shape is of size 0, as people write it who had to write something, is a frame."""
     findings = []
     for link in robot.findall("link"):
+        points = True
         for item in [*link.findall("visual"), *link.findall("collision")]:
             shape = item.find("geometry/*")
             problem = None if shape is None else problem_of_shape(shape)
@@ -101,10 +103,18 @@ def drop_unusable_shapes(path: Path, robot: Element) -> list[Finding]:
             code = "mesh_scale" if shape is not None and shape.tag == "mesh" else "shape_size"
             findings.append(warning(code=code, message=message, link=name))
             link.remove(item)
-            if link.find("visual") is None and link.find("collision") is None:
+            points = points and is_point(shape)
+            if link.find("visual") is None and link.find("collision") is None and not points:
                 message = f"{path.name}: {message}, and nothing is left of the link"
                 raise AssetError(FailureMode.MISSING_MESH, code, message, link=name)
     return findings
+
+
+def is_point(shape: Element | None) -> bool:
+    """Whether every length that a shape states is 0."""
+    stated = [] if shape is None else [shape.get(key, "").split() for key in SIZES.get(str(shape.tag), {})]
+    words = [word for texts in stated for word in texts]
+    return bool(words) and all(problem_of(word, (1,), LARGEST) is None and float(word) == 0.0 for word in words)
 
 
 def problem_of_shape(shape: Element) -> str | None:

@@ -35,6 +35,8 @@ class Converted:
     """The link that stands for the world, where there is one."""
     free: tuple[str, ...] = ()
     """The links that the file has free of the world and that are fixed in ``robot``."""
+    held: str = ""
+    """Why the file holds the whole where it is, in words; empty where it leaves that open."""
     masks: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     """Link with shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
     driven: frozenset[str] = frozenset()

@@ -5,7 +5,7 @@ document. Meshes are written anew, as they stand in their link.
 """
 
 from collections.abc import Sequence
-from itertools import product
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from asset2sim.intake.formats.format import (
     world_name,
     write_obj,
 )
+from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import check_files, is_mjcf, mended_document, models_of
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
@@ -108,7 +109,7 @@ class _Model:
         solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
         if not tops and not solid:
             raise self.refused("mjcf_bodies", "it has no body")
-        world, free = "", tuple[str, ...]()
+        world, held, free = "", "", tuple[str, ...]()
         if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
             self.add_body(robot, tops[0], None, np.eye(4))
         else:
@@ -119,9 +120,15 @@ class _Model:
             for body in tops:
                 self.add_body(robot, body, self.base, np.eye(4))
             self.notes += settle_free(robot, self.base, free)
+            if solid:
+                held = "its file has shapes in the world itself"
+            elif all(not self.geoms(body) for body in range(1, m.nbody) if not m.body_weldid[body]):
+                held = "its file hangs its joints on the world alone"
+        links = {body: self.name("body", body) if body else self.base for body in range(m.nbody)}
         ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint))
         self.notes += [*untied, *tie(robot, ties)]
-        for first, second in self.let_pass():
+        masks = masks_of(m, links, self.ground())
+        for first, second in let_pass(self.mj, m, links, masks):
             add(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
         left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
@@ -129,33 +136,8 @@ class _Model:
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
         files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
         notes = (*dict.fromkeys(self.notes), *told)
-        return Converted(robot, files, notes, world=world, free=free, masks=self.masks(), driven=driven)
-
-    def masks(self) -> dict[str, tuple[int, int]]:
-        """Link → the bits of all its shapes, contype and conaffinity; both 0 where it collides with nothing."""
-        m, found = self.model, dict[str, tuple[int, int]]()
-        for geom in range(m.ngeom):
-            body, bits = int(m.geom_bodyid[geom]), (int(m.geom_contype[geom]), int(m.geom_conaffinity[geom]))
-            if m.geom_type[geom] not in self.ground():
-                name = self.name("body", body) if body else self.base
-                known = found.get(name, (0, 0))
-                found[name] = known[0] | bits[0], known[1] | bits[1]
-        return found
-
-    def let_pass(self) -> list[tuple[str, str]]:
-        """Pairs of a link and one that is fixed to what it moves in, which the file lets pass through each other:
-        engines let a link pass its parent alone."""
-        m, bits = self.model, self.masks()
-        found = []
-        for body, other in product(range(1, m.nbody), repeat=2):
-            held = m.body_weldid[m.body_parentid[m.body_weldid[body]]]
-            names = self.name("body", body), self.name("body", other)
-            if m.body_weldid[body] == 0 or m.body_weldid[other] != held or m.body_parentid[body] == other:
-                continue
-            (kind, reach), (kind2, reach2) = (bits.get(name, (0, 0)) for name in names)
-            if set(names) <= bits.keys() and not (kind & reach2 or kind2 & reach):
-                found.append(names)
-        return found
+        made = Converted(robot, files, notes, world=world, free=free, held=held)
+        return replace(made, masks=masks, driven=driven)
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""

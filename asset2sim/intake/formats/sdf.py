@@ -109,7 +109,9 @@ class _Model:
                 self.add_joint(robot, joint)
         self.notes += tie(robot, list(self.ties(gears)))
         world, free = self.hung(robot) if self.is_world else ("", ())
-        return Converted(robot, (), tuple(dict.fromkeys(self.notes)), world=world, free=free)
+        on_world = any(self.text(item, "parent") == "world" for item in self.joint_of.values())
+        held = "its file has a joint to the world" if on_world and not self.is_world else ""
+        return Converted(robot, (), tuple(dict.fromkeys(self.notes)), world=world, free=free, held=held)
 
     def hung(self, robot: Element) -> tuple[str, tuple[str, ...]]:
         """Hang what stands in the world, model by model, from a link for it: its name, and the links that are free."""

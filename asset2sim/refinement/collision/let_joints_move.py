@@ -1,6 +1,6 @@
 """Let joints move: cut hulls over every joint's range, and narrow limits where authored meshes stop a joint."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
+from asset2sim.refinement.collision.pinned import pinned_pairs
 from asset2sim.refinement.collision.travel import within
 from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
@@ -29,17 +30,16 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     """Overlay with narrowed limits, and hulls cut so that joints can move; each change is a finding."""
     features = loop.extraction.features
     joints = written_joints(features, overlay)
-    cleared = clear_ranges(
-        hulls,
-        tree_of(joints, overlay.scale),
-        features.root,
-        {j.name: (j.lower, j.upper) for j in overlay.joints if j.lower is not None and j.upper is not None},
-        overlay.initial_positions,
-        list(contact_pairs(joints, [link.name for link in features.links])),
-        AuthoredShapes(loop.extraction, overlay.scale),
-        exact_links(loop.extraction),
-        loop.log.planes,
-    )
+    tree, shapes = tree_of(joints, overlay.scale), AuthoredShapes(loop.extraction, overlay.scale)
+    limits = {j.name: (j.lower, j.upper) for j in overlay.joints if j.lower is not None and j.upper is not None}
+    links, start = [link.name for link in features.links], overlay.initial_positions
+    pairs = list(contact_pairs(joints, links, loop.passing))
+    pinned = pinned_pairs(tree, features.root, limits, start, pairs, shapes, hulls)
+    note_pinned(pinned, loop.log.findings)
+    overlay = overlay.model_copy(update={"passing": tuple(pinned)})
+    pairs = [pair for pair in pairs if pair not in pinned]
+    exact, planes = exact_links(loop.extraction), loop.log.planes
+    cleared = clear_ranges(hulls, tree, features.root, limits, start, pairs, shapes, exact, planes)
     off_floor, lifted = take_off_floor(loop, overlay, cleared.hulls)
     note_cuts(lifted, "where it would drag over", "as the object stands", loop.log)
     if not cleared.cuts and not cleared.limits and not cleared.jams:
@@ -108,6 +108,13 @@ def note_limits(overlay: PhysicsOverlay, cleared: Cleared, findings: list[Findin
         drawn = f"limits {joint.lower:.4g} … {joint.upper:.4g} drawn in to {lower:.4g} … {upper:.4g}{met}"
         text, name = f"joint '{joint.name}': {drawn}", joint.name
         findings.append(warning(code="limits_drawn_in", message=text, joint=name, value=upper - lower, limit=whole))
+
+
+def note_pinned(pinned: Sequence[tuple[str, str]], findings: list[Finding]) -> None:
+    """A finding for every pair of links that meets in all states."""
+    for a, b in pinned:
+        text = f"'{a}' and '{b}' meet as drawn wherever the joints between them are: they pass through each other, "
+        findings.append(warning(code="links_pass", message=f"{text}as a link and its parent do", link=a))
 
 
 def note_jams(cleared: Cleared, findings: list[Finding]) -> None:

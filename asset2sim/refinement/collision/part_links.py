@@ -86,7 +86,11 @@ def cut_apart(loop: RefinementContext, folder: Folder, start: CutAttempt) -> Cut
     poses = link_to_root(tree, features.root, start.positions)
     links = [link.name for link in features.links]
     trimmed, cuts = cleared(
-        start.hulls, poses, contact_pairs(features.joints, links), exact_links(loop.extraction), loop.log.planes
+        start.hulls,
+        poses,
+        contact_pairs(features.joints, links, loop.passing),
+        exact_links(loop.extraction),
+        loop.log.planes,
     )
     if not cuts:
         return start

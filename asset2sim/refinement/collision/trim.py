@@ -5,7 +5,7 @@ joint, or no state near the requested one avoids it, the overlapping caps of bot
 their extent. Visual meshes are not changed.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,13 +72,13 @@ class PlaneCut:
     offset: float
 
 
-def contact_pairs(joints: Sequence[JointFeatures], links: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Link pairs that engines let collide: all but a link and its parent."""
-    parents = {joint.child: joint.parent for joint in joints}
+def contact_pairs(
+    joints: Sequence[JointFeatures], links: Sequence[str], passing: Iterable[tuple[str, str]] = ()
+) -> Iterator[tuple[str, str]]:
+    """Link pairs that engines let collide: all but a link and its parent, and those that are ``passing``."""
+    apart = {frozenset(pair) for pair in passing} | {frozenset((joint.child, joint.parent)) for joint in joints}
     for index, first in enumerate(links):
-        for second in links[index + 1 :]:
-            if parents.get(first) != second and parents.get(second) != first:
-                yield first, second
+        yield from ((first, second) for second in links[index + 1 :] if frozenset((first, second)) not in apart)
 
 
 def trim(points: Array, normal: Array, offset: float) -> Array | None:

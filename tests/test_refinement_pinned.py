@@ -1,0 +1,30 @@
+"""Links that meet in every state pass through each other; those that some state parts do not."""
+
+from pathlib import Path
+
+import pytest
+
+from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.physics.kinematics import tree_of
+from asset2sim.refinement.collision.pinned import pinned_pairs
+from tests.assets import joint, link, read, robot, shape, written
+
+RAIL = link("rail", shape("2 0.05 0.05"))
+CART = link("cart", shape("0.2 0.2 0.1", xyz="0 0.2 0"))
+SLIDE = joint("slide", "prismatic", "rail", "cart", axis="1 0 0", limit="-0.8 0.8")
+
+
+@pytest.mark.parametrize(
+    ("pole", "limit", "pinned"),
+    [("0 0 0.45", "-1.5 1.5", True), ("0 0 0.525", "-1.5 1.5", False), ("0 0.1 0.45", "-1.5 1.5", False)],
+)
+def test_a_pole_pinned_in_its_carts_rail_passes_it(tmp_path: Path, pole: str, limit: str, pinned: bool) -> None:
+    text = robot(
+        RAIL, CART, link("pole", shape("0.05 0.05 1", xyz=pole)), SLIDE,
+        joint("hinge", "revolute", "cart", "pole", axis="0 1 0", limit=limit),
+    )  # fmt: skip
+    item = read(written(tmp_path, text))
+    limits = {"slide": (-0.8, 0.8), "hinge": (-1.5, 1.5)}
+    start, shapes = {"slide": 0.0, "hinge": 0.0}, AuthoredShapes(item, 1.0)
+    found = pinned_pairs(tree_of(item.features.joints), "rail", limits, start, [("rail", "pole")], shapes, {})
+    assert found == [("rail", "pole")] * pinned
