@@ -69,7 +69,7 @@ def refined_urdf(
     robot.extend([etree.Element("disable_collisions", link1=a, link2=b, reason="Default") for a, b in overlay.passing])
     if any(overlay.turned_rad):
         turn_root(robot, features.root, Rotation.from_rotvec(overlay.turned_rad))
-    for node in robot.xpath("comment()[starts-with(., ' asset2sim')]"):
+    for node in [item for item in robot.iterchildren(etree.Comment) if (item.text or "").startswith(" asset2sim")]:
         robot.remove(node)
     robot.insert(0, state_comment(overlay))
     return serialised(robot)
