@@ -1,4 +1,4 @@
-"""What passes through what in an MJCF: by the bits of its geoms, by its exclusions, or since it has no contacts."""
+"""Links that an MJCF lets pass through each other: by the bits of its geoms, its exclusions, or having no contacts."""
 
 from collections.abc import Collection, Mapping
 from itertools import combinations
