@@ -17,7 +17,7 @@ class Wish(Frozen):
     at: int = 0
 
 
-class Opening(Frozen):
+class AskedOpening(Frozen):
     """By how much a part is to be open: rad, or m at the final scale."""
 
     kind: Literal["angle", "length"]
@@ -32,7 +32,7 @@ class State(Frozen):
     share: Finite | None = None
     slightly: bool = False
     closing: bool = False
-    measure: Opening | None = None
+    measure: AskedOpening | None = None
 
     def describe(self) -> str:
         """The state in a word or two."""

@@ -8,7 +8,7 @@ from asset2sim.guidance.clauses import NO_MENTION, Mention, mention, split, whol
 from asset2sim.guidance.lexicon import Item, Segment, place_of
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import MovablePart, outermost
-from schemas.guidance import WHOLE_OBJECT, AskedState, Opening, State
+from schemas.guidance import WHOLE_OBJECT, AskedOpening, AskedState, State
 
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
 _PLACES = ("up", "down", "off")
@@ -144,7 +144,7 @@ def _measured(measure: Item, closing: bool) -> State:
         return _open(1.0 - share if closing else share)
     if closing and measure.number == 0.0:
         return _open(0.0)
-    return _open(measure=Opening.model_validate({"kind": measure.kind, "amount": measure.number}))
+    return _open(measure=AskedOpening.model_validate({"kind": measure.kind, "amount": measure.number}))
 
 
 def _stated(degree: float | str | None, closing: bool) -> State:

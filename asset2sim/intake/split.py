@@ -48,7 +48,7 @@ class Part:
 
 
 @dataclass
-class Group:
+class LinkGroup:
     """Links that stay together: those below ``tops``, and the link that they hang on where it ``holds`` them."""
 
     tops: list[str]
@@ -163,14 +163,14 @@ class _Scene:
                 found.add(joint.child)
         return found
 
-    def groups(self) -> list[Group]:
+    def groups(self) -> list[LinkGroup]:
         """The links that stay together, those without any shape left out."""
         held = [joint for joint in self.tree if joint.parent == self.hub and joint.child not in self.free]
         movers = [joint.child for joint in held if joint.type != "fixed"]
         solid = self.hub in self.shaped
         gathers = solid or (bool(movers) and not self.is_world)
         moved = {joint.child for joint in self.tree if joint.type != "fixed"}
-        own = Group([], True, {self.hub})
+        own = LinkGroup([], True, {self.hub})
         found = [own] if gathers else []
         for joint in held:
             links = self.below(joint.child)
@@ -179,14 +179,14 @@ class _Scene:
                 own.tops.append(joint.child)
                 own.links |= links
             else:
-                found.append(Group([joint.child], False, links))
-        found += [Group([name], False, self.below(name)) for name in self.free]
+                found.append(LinkGroup([joint.child], False, links))
+        found += [LinkGroup([name], False, self.below(name)) for name in self.free]
         children = {joint.name: joint.child for joint in self.tree}
         for follower, leader in self.mimics:
             found = merged(found, {follower, children.get(leader, follower)})
         return [group for group in found if group.links & {*self.shaped}]
 
-    def part(self, group: Group) -> Part:
+    def part(self, group: LinkGroup) -> Part:
         """The part that a group of links is."""
         poses = link_to_root(self.tree, self.root, {})
         by_child = {joint.child: joint for joint in self.tree}
@@ -206,12 +206,12 @@ class _Scene:
         return Part(first, root, frozenset(group.links | {root}), free, pose, tilt, masks)
 
 
-def merged(groups: list[Group], links: Collection[str]) -> list[Group]:
+def merged(groups: list[LinkGroup], links: Collection[str]) -> list[LinkGroup]:
     """The groups, those that have one of the links as one."""
     touched = [group for group in groups if group.links & {*links}]
     if len(touched) < 2:
         return groups
-    one = Group(
+    one = LinkGroup(
         [top for group in touched for top in group.tops],
         any(group.holds for group in touched),
         {link for group in touched for link in group.links},

@@ -39,7 +39,7 @@ class Chart(NamedTuple):
     note: str
 
 
-class Group(NamedTuple):
+class FailureGroup(NamedTuple):
     """Failures counted by something: a line for each of its values, (value, objects, share that passes, failures of
     each mode). ``by`` is its name in the list's filter, "" where it has none."""
 
@@ -132,14 +132,14 @@ def failure_modes(assets: Sequence[Row], runs: Sequence[Row]) -> tuple[str, ...]
     return tuple(mode for mode in named if mode != FailureMode.NONE)
 
 
-def failure_groups(assets: Sequence[Row], runs: Sequence[Row], modes: Sequence[str]) -> list[Group]:
+def failure_groups(assets: Sequence[Row], runs: Sequence[Row], modes: Sequence[str]) -> list[FailureGroup]:
     """Failures by category and by method, of all objects as they are, and by month, of each month's last run."""
     months = {month: Counter[str](json.loads(run["failure_modes_json"])) for month, run in _months(runs).items()}
     newest = dict(sorted(months.items(), reverse=True))
     return [
         _group("by category", "category", _counted(assets, lambda row: row["category"] or "none stated"), modes),
         _group("by method and model", "method", _counted(assets, method_of), modes, every=True),
-        Group("by month, at its last run", "", tuple(_line(*item, modes) for item in newest.items())),
+        FailureGroup("by month, at its last run", "", tuple(_line(*item, modes) for item in newest.items())),
     ]
 
 
@@ -156,11 +156,12 @@ def _counted(assets: Sequence[Row], of: Callable[[Row], str]) -> dict[str, Count
 
 def _group(
     title: str, by: str, counted: Mapping[str, Counter[str]], modes: Sequence[str], every: bool = False
-) -> Group:
+) -> FailureGroup:
     """A group with the values that have failures, or ``every`` value, most failures first."""
     failures = {name: of_it.total() - of_it[FailureMode.NONE.value] for name, of_it in counted.items()}
     shown = sorted((name for name in counted if every or failures[name]), key=lambda name: (-failures[name], name))
-    return Group(title, by, tuple(_line(name, counted[name], modes) for name in shown), len(counted) - len(shown))
+    lines = tuple(_line(name, counted[name], modes) for name in shown)
+    return FailureGroup(title, by, lines, len(counted) - len(shown))
 
 
 def _line(name: str, counted: Counter[str], modes: Sequence[str]) -> tuple[str, int, str, tuple[int, ...]]:

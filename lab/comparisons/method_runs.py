@@ -108,7 +108,7 @@ class CompareRequest(Frozen):
         return ", ".join(self.settings.engine.verify or ("every engine installed",))
 
 
-class CompareOptions(Selection, FileOptions):
+class CompareMethodsOptions(Selection, FileOptions):
     """Compare methods and models on the same objects."""
 
     data: CliPositionalArg[Folder] = Field(description="a dataset, as asset2sim refine takes it")
@@ -130,7 +130,7 @@ class CompareOptions(Selection, FileOptions):
 
 def parse_request(words: Sequence[str]) -> CompareRequest:
     """The request that a command line states. Raises UsageError."""
-    options = parse(CompareOptions, words, "python -m lab.flows.compare_methods")
+    options = parse(CompareMethodsOptions, words, "python -m lab.flows.compare_methods")
     levels = noisy_models(_levels(options.levels))
     # The default model comes first, so that the documentation's tables are of it.
     models = options.models or ((NOISY,) if NOISY in levels or not levels else ())

@@ -34,7 +34,7 @@ PROGRAM = "python -m lab.flows.compare"
 NOISY_MODELS = ("prior/noisy", "prior/noisy@2")
 
 
-class CompareOptions(Options):
+class CompareSettingsOptions(Options):
     """Compare settings on one dataset."""
 
     data: CliPositionalArg[Path] = Field(description="the dataset")
@@ -89,7 +89,7 @@ def refine_each(data: Location, found: FoundAssets, runs: Mapping[Path, Settings
             raise KeyboardInterrupt("stopped; run it again to go on")
 
 
-def compare_rules(options: CompareOptions) -> str:
+def compare_rules(options: CompareSettingsOptions) -> str:
     """The table of one dataset raw, with the paper's ranges of joint terms, and by our rules."""
     base = base_settings()
     ways = rules.settings_of(base)
@@ -130,7 +130,7 @@ def compare_origins(options: OriginsOptions) -> str:
     return origins.origins_tables(found)
 
 
-def compare_withheld(options: CompareOptions) -> str:
+def compare_withheld(options: CompareSettingsOptions) -> str:
     """The tables of one dataset whole, without labels, and with each category left out of the prior's tables."""
     base = base_settings()
     refs = load_dataset(options.data, None, (), None)
@@ -198,8 +198,8 @@ def both_proposers(out: Path, data: Location, model: str, chosen: Sequence[str])
 
 
 COMPARISONS: Mapping[str, tuple[type[Options], Callable[..., str]]] = {
-    rules.BLOCK: (CompareOptions, compare_rules),
-    withheld.BLOCK: (CompareOptions, compare_withheld),
+    rules.BLOCK: (CompareSettingsOptions, compare_rules),
+    withheld.BLOCK: (CompareSettingsOptions, compare_withheld),
     proposers.BLOCK: (ProposerOptions, compare_proposers),
     corrections.BLOCK: (CorrectionsOptions, compare_corrections),
     origins.BLOCK: (OriginsOptions, compare_origins),

@@ -35,7 +35,7 @@ LEAST_EFFORT_N = 0.02
 """Difference of efforts, N, that no hand feels."""
 
 
-class Row(Frozen):
+class TouchedRow(Frozen):
     """One object by one way: its catalog's status, what fails there, and the efforts that differ from the catalog's."""
 
     asset_id: str
@@ -65,7 +65,9 @@ def touch(route: Route, folder: Path, overlay: PhysicsOverlay, settings: Setting
     return report.model_copy(update={"judged": judged(report, overlay, limits)})
 
 
-def row_of(route: Route, report: EngineReport, asset: pd.Series, known: pd.DataFrame, overlay: PhysicsOverlay) -> Row:
+def row_of(
+    route: Route, report: EngineReport, asset: pd.Series, known: pd.DataFrame, overlay: PhysicsOverlay
+) -> TouchedRow:
     """The row of a report beside the catalog's rows ``known`` of the same object and engine."""
     stated = dict(zip(known["subject"], known["value"], strict=True))
     efforts = {item.subject: item.value for item in check_verdicts(report, overlay, Settings().thresholds)
@@ -77,7 +79,7 @@ def row_of(route: Route, report: EngineReport, asset: pd.Series, known: pd.DataF
         and abs(value - stated[joint]) > max(EFFORT_SHARE * stated[joint], LEAST_EFFORT_N)
     ]  # fmt: skip
     failures = failures_of(report, overlay, Settings().thresholds)
-    return Row(
+    return TouchedRow(
         asset_id=str(asset.asset_id), route=route.name, status=str(asset.status),
         failures=tuple(f"{item.mode}: {item.reason}" for item in failures),
         efforts=tuple(differ), n_efforts=len(efforts), seconds=report.seconds,
@@ -93,9 +95,9 @@ def cause_of(asset: pd.Series, out: Path, overlay: PhysicsOverlay) -> CauseOf:
         return lambda a, b, positions: OverlapCause.HULL
 
 
-def touch_all(out: Path, rows: Path, limit: int | None, seed: int, only: Sequence[str]) -> list[Row]:
+def touch_all(out: Path, rows: Path, limit: int | None, seed: int, only: Sequence[str]) -> list[TouchedRow]:
     """The rows of OUT's objects that passed, ``limit`` of them drawn by ``seed``, those of ROWS not made again."""
-    found = [Row.model_validate_json(line) for line in rows.read_text().splitlines()] if rows.is_file() else []
+    found = [TouchedRow.model_validate_json(line) for line in rows.read_text().splitlines()] if rows.is_file() else []
     done = {(row.asset_id, row.route) for row in found}
     assets, interactions = latest_rows(out, "assets", "interactions")
     written = assets[assets["refined_path"].notna() & (assets["status"] == Status.OK.value)]
@@ -126,7 +128,7 @@ def touch_all(out: Path, rows: Path, limit: int | None, seed: int, only: Sequenc
     return found
 
 
-def touched_table(rows: Sequence[Row]) -> str:
+def touched_table(rows: Sequence[TouchedRow]) -> str:
     """A line a way: objects, those in which nothing fails, joints whose effort is the catalog's, and what fails."""
     lines = []
     for name in dict.fromkeys(row.route for row in rows):

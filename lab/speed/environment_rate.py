@@ -44,7 +44,7 @@ class Rate:
         return self.rate * self.action_s
 
 
-class RateOptions(Options):
+class EnvironmentRateOptions(Options):
     """How many actions a second of one core the environments of refined objects take."""
 
     folders: CliPositionalArg[Listed[tuple[Path, ...]]] = Field(description="folders of refined objects, OUT/assets/ID")
@@ -87,7 +87,7 @@ def door_rate(python: Path, seconds: float) -> Rate:
     return Rate("robosuite's door", **json.loads(lines[-1]))
 
 
-def rates(options: RateOptions) -> list[Rate]:
+def rates(options: EnvironmentRateOptions) -> list[Rate]:
     """The median of each environment's measurements, taken in turn."""
     found: dict[str, list[Rate]] = {}
     for _ in range(options.rounds):
@@ -113,7 +113,7 @@ def described(found: Sequence[Rate]) -> str:
     return table
 
 
-def measure_rates(options: RateOptions) -> int:
+def measure_rates(options: EnvironmentRateOptions) -> int:
     """Measure and print. Returns the exit code."""
     if not options.folders:
         raise UsageError("name folders of refined objects, OUT/assets/ID")
@@ -123,7 +123,7 @@ def measure_rates(options: RateOptions) -> int:
 
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
-    return exit_code_of("environment_rate", lambda: measure_rates(parse(RateOptions, words, PROGRAM)))
+    return exit_code_of("environment_rate", lambda: measure_rates(parse(EnvironmentRateOptions, words, PROGRAM)))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import pytest
 
 from lab.loaders.routes import routes
-from lab.loaders.touched import Row, touch_all, touched_table
+from lab.loaders.touched import TouchedRow, touch_all, touched_table
 from tests.assets import RAW
 from tests.commands import one_after_the_other
 
@@ -14,7 +14,7 @@ KNOWN = {("trashcan_pedal", "USD"): "reset"}
 
 
 @pytest.fixture(scope="module")
-def rows(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> list[Row]:
+def rows(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> list[TouchedRow]:
     out = tmp_path_factory.mktemp("touched")
     options = ["--export", "mjcf,usd", "--no-views", "--no-report", "--workers", "1", "--assets", ",".join(SAMPLES)]
     one_after_the_other([["refine", str(RAW), "--out", str(out), *options]], prefect_server)
@@ -22,7 +22,7 @@ def rows(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> list[
 
 
 @pytest.mark.system
-def test_what_users_touch_passes_what_the_verdict_says(rows: list[Row]) -> None:
+def test_what_users_touch_passes_what_the_verdict_says(rows: list[TouchedRow]) -> None:
     assert {(row.asset_id, row.route) for row in rows} == {(name, way.name) for name in SAMPLES for way in routes()}
     for row in rows:
         allowed = KNOWN.get((row.asset_id, row.route), "none")
@@ -31,7 +31,7 @@ def test_what_users_touch_passes_what_the_verdict_says(rows: list[Row]) -> None:
 
 
 @pytest.mark.system
-def test_the_table_counts_ways(rows: list[Row]) -> None:
+def test_the_table_counts_ways(rows: list[TouchedRow]) -> None:
     bad = rows[0].model_copy(update={"failures": ("hold: it falls",), "efforts": ("j: 1 N, the catalog 2 N",)})
     table = touched_table([bad, *rows[1:]])
     assert f"| {bad.route} | 1 of 2 | {bad.n_efforts + rows[len(routes())].n_efforts - 1} of" in table

@@ -20,7 +20,7 @@ from lab.schemas.trial_settings import TrialSettings
 from lab.trials.actors import arm_faces
 from lab.trials.film import film, film_frames, write_mp4
 from lab.trials.physical_judge import judge
-from lab.trials.study import STUDY, Job
+from lab.trials.study import STUDY, TrialJob
 from lab.trials.trial import FILM, TRACK, missing, run_trial
 from schemas.overlay import PhysicsOverlay
 from tests.assets import joint, link, robot, shape
@@ -171,7 +171,7 @@ def test_parts_that_overlap_burst_apart_and_the_judge_says_so(tmp_path: Path) ->
 
 def test_what_breaks_in_a_child_is_a_row(drawer: Path, tmp_path: Path) -> None:
     (drawer / "overlay.json").write_text("{", encoding="utf-8")
-    (row,) = do_job(STUDY, Job(tmp_path, drawer, CLOSE, "direct", "none", None, False), "")["trials"]
+    (row,) = do_job(STUDY, TrialJob(tmp_path, drawer, CLOSE, "direct", "none", None, False), "")["trials"]
     assert row["outcome"] == "failed" and "overlay" in str(row["reason"]).lower() + "overlay"
     assert row["method"] == "direct" and row["recorded_at"] is not None
 

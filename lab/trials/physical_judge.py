@@ -24,7 +24,7 @@ NOT_DONE, NOT_TOUCHED = 2.0, 1.0
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedTrial:
     """The physical judge's numbers and which of them are faults; fields as the columns of the table of trials."""
 
     first_contact_s: float | None
@@ -50,7 +50,7 @@ class Judged:
 def judge(
     track: Track, mass_kg: float, sliders: Collection[str], free: Collection[str], settings: TrialSettings,
     *, carried: bool = False,
-) -> Judged:  # fmt: skip
+) -> JudgedTrial:  # fmt: skip
     """Measure a recording. ``sliders`` are the joints whose positions are in m, ``free`` those that hold no position:
     what they do in the first ``SETTLE_S`` is their coming to rest, as the paper lets objects settle. What is to be
     ``carried`` may be tilted."""
@@ -65,7 +65,7 @@ def judge(
     after = int(touched[-1]) + 1 if len(touched) else len(track.times_s)
     turns = max((turns_of(track, index, after, sliders, settings) for index in range(len(track.joints))), default=0)
     tilted, force = max(angle(track.poses[0, 0, :3, :3], pose[:3, :3]) for pose in track.poses[:, 0]), track.force_n
-    return Judged(
+    return JudgedTrial(
         first_contact_s=float(track.times_s[before]) if len(touched) else None,
         moved_rad=turned,
         moved_m=shifted,
@@ -87,7 +87,7 @@ def judge(
     )
 
 
-def score(judged: Judged, done: bool, finite: bool) -> float:
+def score(judged: JudgedTrial, done: bool, finite: bool) -> float:
     """0 to 5: 5 less ``PENALTIES`` of the faults, and ``NOT_DONE`` where the task is not done; see there."""
     if not finite:
         return FLOOR

@@ -22,7 +22,7 @@ LIMIT_S, MEMORY_MB = 300.0, 4096
 
 
 @dataclass(frozen=True)
-class Job:
+class TrialJob:
     """One trial to do: a task with an asset of an output."""
 
     out: Path
@@ -53,7 +53,7 @@ def motion_folder(out: Path, asset_id: str, task: str) -> Path:
     return out / MOTIONS / asset_id / task.replace(" ", "-")
 
 
-def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool, gripper: str = "panda") -> list[Job]:
+def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool, gripper: str = "panda") -> list[TrialJob]:
     """The trials of an output's refined objects, all or these. Raises UsageError where there is no catalog or no
     refined object, UnknownChoiceError for an asset that is none of it."""
     (assets,) = latest_rows(out, "assets")
@@ -61,26 +61,26 @@ def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool, gripper: str = 
     for asset_id in asset_ids:
         if asset_id not in known:
             raise UnknownChoiceError("asset", asset_id, sorted(known))
-    found: list[Job] = []
+    found: list[TrialJob] = []
     for asset_id, row in known.items():
         folder = out / "assets" / asset_id
         if (asset_ids and asset_id not in asset_ids) or not (folder / "overlay.json").is_file():
             continue
         overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
         who = str(row["method"]), str(row["model"]), str(row["run_id"])
-        found.extend(Job(out, folder, task, *who, filmed, gripper) for task in tasks_of(overlay))
+        found.extend(TrialJob(out, folder, task, *who, filmed, gripper) for task in tasks_of(overlay))
     if not found:
         raise UsageError(f"{out} holds no refined object to do anything with")
     return found
 
 
-def do_trial(job: Job, run: RunWork) -> Done:
+def do_trial(job: TrialJob, run: RunWork) -> Done:
     """One trial, done in a child."""
     settings = TrialSettings.model_validate({"gripper": job.gripper})
     what = job.folder, job.task, job.to, job.filmed, settings
     return Done(done_row(run(Work(run_trial, what, LIMIT_S, MEMORY_MB))))
 
 
-STUDY: Study[Job] = Study(
+STUDY: Study[TrialJob] = Study(
     "record-motion", (TRIALS,), do_trial, lambda row: f"{row['method']} {row['task']} ({row['asset_id']})"
 )

@@ -84,7 +84,7 @@ def scale_of(boxes: Sequence[tuple[float, float]]) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class PlacedItems:
     """The items' places in the picture: the x of each one's middle, pixels, their (links, 3, 4) transforms to one world
     whose unit is the longest of them, and the lens, in pixels that are shown."""
 
@@ -94,7 +94,7 @@ class Row:
     lens: Lens
 
 
-def in_a_row(items: Sequence[SizeItem]) -> Row:
+def in_a_row(items: Sequence[SizeItem]) -> PlacedItems:
     """The items side by side, from the left."""
     right, up, back = axes(directions(items[0].figure.scene.front)["perspective"])
     spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]
@@ -113,10 +113,10 @@ def in_a_row(items: Sequence[SizeItem]) -> Row:
     bottom = HEIGHT - BOTTOM + scale * min(float(span[:, 1].min()) for span in spans)
     matrix = np.column_stack([np.stack([pixels * right, -pixels * up, -back]), [0.0, bottom, 4.0]])
     lens = Lens(matrix.astype(np.float32), WIDTH, HEIGHT, back.astype(np.float32), flat=True)
-    return Row(tuple(items), tuple(centers), tuple(motions), lens)
+    return PlacedItems(tuple(items), tuple(centers), tuple(motions), lens)
 
 
-def size_picture(row: Row, clouds: Clouds) -> bytes:
+def size_picture(row: PlacedItems, clouds: Clouds) -> bytes:
     """The picture as WebP, drawn from these clouds."""
     chosen = [clouds[id(item.figure.faces)] for item in row.items]
     density = [
