@@ -1,10 +1,11 @@
 """Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run. OUT is a
 folder or a URL."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 import pyarrow as pa
@@ -22,6 +23,8 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY, Table
 from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 
+FrameRow = Mapping[str, Any]
+"""A row of a table as read: column → value, None where it is missing."""
 Result = TypeVar("Result")
 Filters = list[tuple[str, str, object]]
 """Conditions on columns, all of which hold, as pyarrow has them: (column, comparison, value)."""
@@ -237,3 +240,14 @@ def latest_rows(out: Path | str, *names: str) -> tuple[pd.DataFrame, ...]:
         (run_id,) = latest(found[runs])
         return tuple(table[table["run_id"] == run_id] for table in tables)
     return tuple(table.merge(found[history], on=list(ASSET_KEY), how="inner") for table in tables)
+
+
+def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows as mappings, with None for every missing value and for what is not finite."""
+    return [{str(name): _value(value) for name, value in row.items()} for row in frame.to_dict("records")]
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return None if value is pd.NA or value is pd.NaT else value

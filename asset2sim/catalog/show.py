@@ -9,8 +9,8 @@ from pydantic import ValidationError
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from asset2sim.catalog.read import read_asset
-from asset2sim.catalog.show_physics import FrameRow, engine_tables, measurement_table, physics_tables
+from asset2sim.catalog.read import FrameRow, read_asset, rows
+from asset2sim.catalog.show_physics import engine_tables, measurement_table, physics_tables
 from asset2sim.catalog.text import NOTHING, cut, further_lines, number, number_table, numbers
 from schemas.location import Location
 from schemas.model_names import described
@@ -29,9 +29,9 @@ def describe_asset(out: Path | str, asset_id: str) -> RenderableType:
     catalog."""
     frames = read_asset(out, asset_id)
     parts: list[RenderableType] = []
-    for asset in _rows(frames["assets"]):
+    for asset in rows(frames["assets"]):
         own = {
-            name: _rows(frame[(frame["method"] == asset["method"]) & (frame["model"] == asset["model"])])
+            name: rows(frame[(frame["method"] == asset["method"]) & (frame["model"] == asset["model"])])
             for name, frame in frames.items()
             if name != "runs"
         }
@@ -169,11 +169,3 @@ def _limits(runs: pd.DataFrame, run_id: str) -> Thresholds:
         return Thresholds.model_validate(json.loads(found.iloc[0])["thresholds"])
     except (IndexError, KeyError, TypeError, ValueError, ValidationError):
         return Thresholds()
-
-
-def _rows(frame: pd.DataFrame) -> list[FrameRow]:
-    """Rows as mappings, with None for every missing value (NaN, NA, NaT)."""
-    return [
-        {str(name): None if pd.api.types.is_scalar(value) and pd.isna(value) else value for name, value in row.items()}
-        for row in frame.to_dict("records")
-    ]

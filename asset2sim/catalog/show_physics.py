@@ -1,17 +1,14 @@
 """Tables of one asset's links and joints, and of what each engine measured, for the terminal."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from asset2sim.catalog.read import FrameRow
 from asset2sim.catalog.text import NOTHING, number, number_table, numbers
 from schemas.settings import Thresholds
-
-FrameRow = Mapping[str, Any]
-"""A row of a table as read: column → value, None where it is missing."""
 
 CHECKS = ("drop", "nudge", "jam", "hold", "release", "reset")
 """The interaction checks in the order of the columns."""

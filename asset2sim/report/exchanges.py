@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from asset2sim.catalog.read import FrameRow
 from asset2sim.models.gateway import answer_cache, questions
 from asset2sim.models.gateway.questions import REFUSED, Question, answers_file
 from asset2sim.models.gateway.recorded import answer_text
-from asset2sim.report.snapshot import Row
 from schemas.model_names import described, is_recorded, recorded_folder
 
 
@@ -18,13 +18,13 @@ from schemas.model_names import described, is_recorded, recorded_folder
 class Exchange:
     """One call: its row, the question (None: not kept), the answer (None: not kept), and the name of its model."""
 
-    call: Row
+    call: FrameRow
     question: Question | None
     answer: str | None
     model: str
 
 
-def exchanges_of(out: Path, calls: Sequence[Row]) -> list[Exchange]:
+def exchanges_of(out: Path, calls: Sequence[FrameRow]) -> list[Exchange]:
     """An asset's calls in their order; ``out`` is the folder of this machine in which OUT's caches lie."""
     return [
         Exchange(call, read_question(out, call), read_answer(out, call), described(str(call["call_model"])))
@@ -32,12 +32,12 @@ def exchanges_of(out: Path, calls: Sequence[Row]) -> list[Exchange]:
     ]
 
 
-def read_question(out: Path, call: Row) -> Question | None:
+def read_question(out: Path, call: FrameRow) -> Question | None:
     """The question of a call; None where it is not kept here."""
     return questions.read_question(out / questions.FOLDER, str(call["prompt_hash"]))
 
 
-def read_answer(out: Path, call: Row) -> str | None:
+def read_answer(out: Path, call: FrameRow) -> str | None:
     """The answer of a call, indented where it is JSON; None where it is not kept here."""
     text, file = None, call.get("answer_file")
     with contextlib.suppress(OSError, UnicodeError):

@@ -1,14 +1,13 @@
 """A joint's damping, friction and stiffness as a hand feels them: how soon it stops, what opens it, what it holds."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from asset2sim.catalog.read import FrameRow
 from asset2sim.catalog.text import number
 from asset2sim.physics.timing import glide
 from schemas.settings import PhysicsSettings
 
-Row = Mapping[str, Any]
 ENDLESS_S = 600.0
 """Time to stop beyond which a joint is said not to, s."""
 
@@ -39,7 +38,7 @@ def stopping_time_s(speed: float, inertia: float, damping: float, friction: floa
     return decay * math.log1p(speed / (deceleration * decay))
 
 
-def felt(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
+def felt(joint: FrameRow, checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
     """Sensations at a joint, as (what, words): its coasting, its opening force, its hold, its return.
     ``checks`` are the joint's rows of the table ``interactions``."""
     opened = _opening(joint, checks)
@@ -47,7 +46,7 @@ def felt(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
     return [("let go moving", _coasting(joint)), *opened, *held, *returned]
 
 
-def _coasting(joint: Row) -> str:
+def _coasting(joint: FrameRow) -> str:
     slides, settings = joint["position_unit"] == "m", PhysicsSettings()
     speed = settings.usual_speed_m_s if slides else settings.usual_speed_rad_s
     inertia, damping, friction = (float(joint[name]) for name in ("effective_inertia", "damping", "friction"))
@@ -65,7 +64,7 @@ def _coasting(joint: Row) -> str:
     return f"{given} on the level it stops {when}{far}"
 
 
-def _opening(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
+def _opening(joint: FrameRow, checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
     found = []
     for way in ("opening", "closing"):
         rows = [row for row in checks if row["test"] == "effort" and str(row["reason"]).startswith(way)]
@@ -82,7 +81,7 @@ def _opening(joint: Row, checks: Sequence[Row]) -> list[tuple[str, str]]:
     return found
 
 
-def _usual(joint: Row) -> str:
+def _usual(joint: FrameRow) -> str:
     kind, least, most = (joint.get(name) for name in ("effort_kind", "effort_least_n", "effort_most_n"))
     if kind is None or most is None:
         return ""
@@ -99,7 +98,7 @@ MECHANISMS = {
 """Mechanism → its effort on a joint besides a spring, in words."""
 
 
-def _hold(joint: Row) -> list[tuple[str, str]]:
+def _hold(joint: FrameRow) -> list[tuple[str, str]]:
     unit = "N" if joint["position_unit"] == "m" else "N·m"
     load, friction, spring = abs(float(joint["gravity_load"])), float(joint["friction"]), float(joint["stiffness"])
     if joint.get("mechanism_effort"):
@@ -119,7 +118,7 @@ def _hold(joint: Row) -> list[tuple[str, str]]:
     return [("moves freely", f"friction {number(friction, unit)} is all that stops it")]
 
 
-def _return(checks: Sequence[Row]) -> list[tuple[str, str]]:
+def _return(checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
     rows = [row for row in checks if row["test"] == "release"]
     return [("let go away from rest", str(rows[0]["reason"]))] if rows else []
 

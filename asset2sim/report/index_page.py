@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from asset2sim.catalog.read import FrameRow
 from asset2sim.catalog.text import NOTHING, duration, number, percent
 from asset2sim.report.charts import histogram, line
-from asset2sim.report.snapshot import Row, Snapshot
+from asset2sim.report.snapshot import Snapshot
 from schemas.errors import shortened
 from schemas.model_names import described
 from schemas.table import ASSET_KEY
@@ -69,7 +70,7 @@ def index_page(found: Snapshot, pictures: Collection[str]) -> dict[str, Any]:
     }
 
 
-def method_of(row: Row) -> str:
+def method_of(row: FrameRow) -> str:
     """Method and model of a row, as people read them."""
     return f"{row['method']}, {described(str(row['model']))}"
 
@@ -93,7 +94,7 @@ def figures(found: Snapshot) -> list[HeadlineFigure]:
     return figures
 
 
-def _share(name: str, now: Row, then: Row | None, column: str, better: int) -> HeadlineFigure:
+def _share(name: str, now: FrameRow, then: FrameRow | None, column: str, better: int) -> HeadlineFigure:
     shown = f"{now[column]} of {now['assets']}"
     if then is None:
         return HeadlineFigure(name, shown, change=percent(now[column], now["assets"]) if now["assets"] else "")
@@ -104,9 +105,9 @@ def _share(name: str, now: Row, then: Row | None, column: str, better: int) -> H
 
 def _count(
     name: str,
-    now: Row,
-    then: Row | None,
-    of: Callable[[Row], float],
+    now: FrameRow,
+    then: FrameRow | None,
+    of: Callable[[FrameRow], float],
     shown: Callable[[float], str] = lambda v: f"{v:,}",
 ) -> HeadlineFigure:
     return HeadlineFigure(name, shown(of(now)), NOTHING if then is None else shown(of(then)))
@@ -122,7 +123,7 @@ def _changes(found: Snapshot) -> dict[tuple[str, ...], str]:
     return {key: "new" if was == ok else "mended" for key, (was, _) in changed.items()}
 
 
-def failure_modes(assets: Sequence[Row], runs: Sequence[Row]) -> tuple[str, ...]:
+def failure_modes(assets: Sequence[FrameRow], runs: Sequence[FrameRow]) -> tuple[str, ...]:
     """The failure modes of the objects as they are, the most frequent first, and then those of earlier months."""
     every = Counter(row["failure_mode"] for row in assets)
     earlier = Counter[str]()
@@ -132,7 +133,7 @@ def failure_modes(assets: Sequence[Row], runs: Sequence[Row]) -> tuple[str, ...]
     return tuple(mode for mode in named if mode != FailureMode.NONE)
 
 
-def failure_groups(assets: Sequence[Row], runs: Sequence[Row], modes: Sequence[str]) -> list[FailureGroup]:
+def failure_groups(assets: Sequence[FrameRow], runs: Sequence[FrameRow], modes: Sequence[str]) -> list[FailureGroup]:
     """Failures by category and by method, of all objects as they are, and by month, of each month's last run."""
     months = {month: Counter[str](json.loads(run["failure_modes_json"])) for month, run in _months(runs).items()}
     newest = dict(sorted(months.items(), reverse=True))
@@ -143,11 +144,11 @@ def failure_groups(assets: Sequence[Row], runs: Sequence[Row], modes: Sequence[s
     ]
 
 
-def _months(runs: Sequence[Row]) -> dict[str, Row]:
+def _months(runs: Sequence[FrameRow]) -> dict[str, FrameRow]:
     return {f"{run['started_at']:%Y-%m}": run for run in runs}
 
 
-def _counted(assets: Sequence[Row], of: Callable[[Row], str]) -> dict[str, Counter[str]]:
+def _counted(assets: Sequence[FrameRow], of: Callable[[FrameRow], str]) -> dict[str, Counter[str]]:
     counted: dict[str, Counter[str]] = defaultdict(Counter)
     for row in assets:
         counted[of(row)][row["failure_mode"]] += 1
@@ -170,7 +171,7 @@ def _line(name: str, counted: Counter[str], modes: Sequence[str]) -> tuple[str, 
     return name, total, share, tuple(counted[mode] for mode in modes)
 
 
-def history(runs: Sequence[Row]) -> Chart | None:
+def history(runs: Sequence[FrameRow]) -> Chart | None:
     """Share of objects that pass, run by run; None for a first run."""
     shown = [run for run in runs if run["assets"]]
     if len(shown) < 2:
@@ -187,7 +188,7 @@ def history(runs: Sequence[Row]) -> Chart | None:
     return Chart("History", svg, f"share of objects that pass, over {len(shown)} runs of the same selection")
 
 
-def distributions(found: Snapshot, assets: Sequence[Row], efforts: Mapping[tuple[str, ...], float]) -> list[Chart]:
+def distributions(found: Snapshot, assets: Sequence[FrameRow], efforts: Mapping[tuple[str, ...], float]) -> list[Chart]:
     """Histograms of what was given and measured, without those that have nothing to show."""
     joints = found.tables["joints"]
     sliders = joints["position_unit"] == "m"
@@ -207,7 +208,7 @@ def distributions(found: Snapshot, assets: Sequence[Row], efforts: Mapping[tuple
     return [chart for chart in made if chart.svg]
 
 
-def longest(row: Row) -> float | None:
+def longest(row: FrameRow) -> float | None:
     """The longest edge of an object's box, m."""
     sizes = [row[f"size_{axis}_m"] for axis in "xyz"]
     return None if None in sizes else max(sizes)
@@ -222,7 +223,7 @@ def opening_efforts(interactions: pd.DataFrame) -> dict[tuple[str, ...], float]:
 
 
 def columns(
-    found: Snapshot, assets: Sequence[Row], efforts: Mapping[tuple[str, ...], float], pictures: Collection[str]
+    found: Snapshot, assets: Sequence[FrameRow], efforts: Mapping[tuple[str, ...], float], pictures: Collection[str]
 ) -> dict[str, Any]:
     """The list of objects as columns, for the page's script: texts that recur are numbers into ``words``."""
     changes = _changes(found)

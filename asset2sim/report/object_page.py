@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.catalog.kept import WAYS
+from asset2sim.catalog.read import FrameRow
 from asset2sim.catalog.text import NOTHING, further_lines, number
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
@@ -15,11 +16,10 @@ from asset2sim.report.exchanges import Exchange
 from asset2sim.report.hand_feel import felt, position
 from asset2sim.report.index_page import longest, method_of
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, SIZE
-from asset2sim.report.snapshot import Row
 from schemas.errors import listed
 from schemas.vocabulary import Source, Stage
 
-Rows = Mapping[str, Sequence[Row]]
+Rows = Mapping[str, Sequence[FrameRow]]
 
 SOURCES = {
     Source.USER: "stated by the user: guidance, manifest or overrides.csv",
@@ -77,7 +77,7 @@ class Beside:
 
 
 def object_page(
-    asset: Row, own: Rows, others: Sequence[Row], beside: Beside, calls: Sequence[Exchange]
+    asset: FrameRow, own: Rows, others: Sequence[FrameRow], beside: Beside, calls: Sequence[Exchange]
 ) -> dict[str, Any]:
     """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other
     refinements."""
@@ -119,12 +119,12 @@ def visible(value: float | None, unit: str) -> str:
     return f"< 0.001 {unit}" if value is not None and 0.0 < value < 1e-3 else number(value, unit)
 
 
-def in_order(items: Sequence[Row], name: str) -> list[Row]:
+def in_order(items: Sequence[FrameRow], name: str) -> list[FrameRow]:
     """Rows by a name's words and numbers: ``joint_2`` before ``joint_10``."""
     return sorted(items, key=lambda row: [(len(word), word) for word in re.split(r"(\d+)", str(row[name]))])
 
 
-def facts(asset: Row) -> list[tuple[str, str, str]]:
+def facts(asset: FrameRow) -> list[tuple[str, str, str]]:
     """The object in figures: (what, value, where it came from)."""
     if asset["scale"] is None:
         return []
@@ -143,7 +143,7 @@ def facts(asset: Row) -> list[tuple[str, str, str]]:
     return [(what, value, source or "") for what, value, source in found]
 
 
-def kept(asset: Row) -> list[tuple[str, str, str]]:
+def kept(asset: FrameRow) -> list[tuple[str, str, str]]:
     """The numbers of a file in metres and what became of them: (quantity, how many are kept, supplied and mended, how
     far they are believed and why); none for other files."""
     found = []
@@ -160,7 +160,7 @@ def named(names: Sequence[str]) -> str:
     return f" ({listed(names, MOST_NAMED)})" if names else ""
 
 
-def pictures(asset: Row, files: Collection[str]) -> list[Picture]:
+def pictures(asset: FrameRow, files: Collection[str]) -> list[Picture]:
     """Before and after from the same view, both at their true size, and the joints, as far as they are there."""
     what, size, scale = asset["category"] or "object", longest(asset), asset["scale"]
     raw = "" if size is None or not scale else f", {number(size / scale, 'm')} long as it is written"
@@ -177,7 +177,7 @@ def pictures(asset: Row, files: Collection[str]) -> list[Picture]:
     return [picture for picture in shown if picture.file in files]
 
 
-def loops(asset: Row, files: Collection[str]) -> list[Picture]:
+def loops(asset: FrameRow, files: Collection[str]) -> list[Picture]:
     """The loops that are there: raw on the left, refined on the right, in step."""
     what = asset["category"] or "object"
     return [
@@ -187,7 +187,7 @@ def loops(asset: Row, files: Collection[str]) -> list[Picture]:
     ]
 
 
-def asked(asset: Row, own: Rows) -> list[tuple[str, str, float | None]]:
+def asked(asset: FrameRow, own: Rows) -> list[tuple[str, str, float | None]]:
     """Requests and expectations of the object, what came of it, and how far that meets it, 0 to 1: the catalog's
     score. None where that is told elsewhere, or by another."""
     found: list[tuple[str, str, float | None]] = []
@@ -214,7 +214,7 @@ def asked(asset: Row, own: Rows) -> list[tuple[str, str, float | None]]:
     return found
 
 
-def joint_words(joint: Row, checks: Sequence[Row]) -> dict[str, Any]:
+def joint_words(joint: FrameRow, checks: Sequence[FrameRow]) -> dict[str, Any]:
     """A joint for the table: its triplet with units and sources, where it is, and what that means to a hand."""
     slides, units = joint["position_unit"] == "m", UNITS[joint["position_unit"]]
     limits = (
@@ -240,7 +240,7 @@ def joint_words(joint: Row, checks: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def phi_plot(trace: Sequence[Row]) -> str:
+def phi_plot(trace: Sequence[FrameRow]) -> str:
     """Φ after each step over the state, mm; "" where nothing ever overlapped."""
     steps = [row for row in trace if row["test"] is None]
     if len(steps) < 2 or not any(row["phi_before_mm"] or row["phi_after_mm"] for row in steps):
@@ -283,6 +283,6 @@ def engines(own: Rows) -> dict[str, Any]:
     }
 
 
-def _passed(checks: Sequence[Row]) -> tuple[str, bool | None]:
+def _passed(checks: Sequence[FrameRow]) -> tuple[str, bool | None]:
     passed = sum(bool(check["passed"]) for check in checks)
     return (f"{passed} of {len(checks)}", passed == len(checks)) if checks else (NOTHING, None)

@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.catalog.index import ASSETS_FOLDER, local_files
+from asset2sim.catalog.read import FrameRow, rows
 from asset2sim.catalog.read_remote import PARTS, repair_history
 from asset2sim.experiments.isolation import stop_children
 from asset2sim.intake.dataset import root_of
@@ -24,7 +25,7 @@ from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import Beside, object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
-from asset2sim.report.snapshot import Row, Snapshot, newest, read_snapshot, rows, rows_of
+from asset2sim.report.snapshot import Snapshot, newest, read_snapshot, rows_of
 from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull, push
 from asset2sim.storage.objects import (
@@ -126,7 +127,7 @@ def write_site(
 
 def _draw(
     found: Snapshot,
-    assets: Mapping[str, Row],
+    assets: Mapping[str, FrameRow],
     out: Path,
     url: str | None,
     state: Mapping[str, Sequence[str]],
@@ -173,7 +174,7 @@ def _draw(
     return keys | kept
 
 
-def allowed_folders_of_run(run: Row) -> AllowedFolders:
+def allowed_folders_of_run(run: FrameRow) -> AllowedFolders:
     """Where the files of a run's assets may lie: below its dataset, and as its settings say."""
     try:
         inputs = InputSettings.model_validate(json.loads(run["settings_json"])["inputs"])
@@ -191,7 +192,7 @@ def _here(place: str) -> Path:
     return local_copy_path(found) if found.is_url else found.folder
 
 
-def _page_key(asset: Row, folder: Path | None, near: Near) -> str:
+def _page_key(asset: FrameRow, folder: Path | None, near: Near) -> str:
     """Key of an object's page, the pictures that are there among it, and its neighbours; behind a URL pictures may be
     on another machine, and do not count."""
     place = folder and _object_folder(folder, asset["asset_id"])
@@ -205,7 +206,7 @@ def films_of(out: Path, asset_id: str) -> list[str]:
     return sorted(path.relative_to(out).as_posix() for path in out.glob(f"{MOTIONS}/{escape(asset_id)}/*/motion.mp4"))
 
 
-def _identity(asset: Row) -> str:
+def _identity(asset: FrameRow) -> str:
     return "\n".join(str(asset[name]) for name in (*ASSET_KEY, "run_id", "content_hash"))
 
 
@@ -227,7 +228,7 @@ def _digest(*parts: str) -> str:
     return hashlib.sha256("\0".join(parts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
-def _write_pages(assets: Mapping[str, Row], near: Mapping[str, Near], out: Path, url: str | None) -> None:
+def _write_pages(assets: Mapping[str, FrameRow], near: Mapping[str, Near], out: Path, url: str | None) -> None:
     """Write the pages of these assets; ``out`` is the folder in which the answers are kept too."""
     own = rows_of(out, list(assets))
     systems: set[str] = set()
@@ -265,7 +266,7 @@ def _copy_systems(out: Path, names: Collection[str]) -> None:
             shutil.copyfile(source, place)
 
 
-def _same(row: Row, asset: Row) -> bool:
+def _same(row: FrameRow, asset: FrameRow) -> bool:
     return all(row[name] == asset[name] for name in ASSET_KEY)
 
 

@@ -1,6 +1,5 @@
 """The catalog as the report reads it: what its index shows of one state of OUT, and the rows of some assets."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from asset2sim.catalog.changes import like_latest
-from asset2sim.catalog.read import TableSlice, read_assets, read_tables
+from asset2sim.catalog.read import FrameRow, TableSlice, read_assets, read_tables, rows
 from schemas.errors import UsageError
 from schemas.table import ASSET_KEY
 from schemas.tables import HISTORY
@@ -29,8 +28,6 @@ NEEDED: Mapping[str, TableSlice] = {
 }
 """What an index shows of the tables, by name: few columns, and of the largest few rows, so that ten thousand assets
 fit."""
-Row = Mapping[str, Any]
-"""A row as read: column → value, None where it is missing."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +37,17 @@ class Snapshot:
     (asset, method, model) → failure mode, of the latest and the run before."""
 
     tables: Mapping[str, pd.DataFrame]
-    assets: tuple[Row, ...]
-    runs: tuple[Row, ...]
+    assets: tuple[FrameRow, ...]
+    runs: tuple[FrameRow, ...]
     modes: Mapping[str, Mapping[tuple[str, ...], str]]
 
     @property
-    def run(self) -> Row:
+    def run(self) -> FrameRow:
         """The latest run."""
         return self.runs[-1]
 
     @property
-    def before(self) -> Row | None:
+    def before(self) -> FrameRow | None:
         """The run before it over the same part of the dataset, by the same method and model."""
         return self.runs[-2] if len(self.runs) > 1 else None
 
@@ -69,19 +66,11 @@ def read_snapshot(out: Path | str) -> Snapshot:
     return Snapshot(tables, tuple(rows(assets)), tuple(runs), modes)
 
 
-def newest(found: Snapshot) -> dict[str, Row]:
+def newest(found: Snapshot) -> dict[str, FrameRow]:
     """Asset id → its row that was written last, whichever its method and model: the one whose folder OUT has."""
     runs = found.tables["runs"].sort_values("started_at", kind="stable")["run_id"]
     at = {run_id: place for place, run_id in enumerate(runs)}
     return {row["asset_id"]: row for row in sorted(found.assets, key=lambda row: at.get(row["run_id"], len(at)))}
-
-
-def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows as mappings, with None for every missing value and for what is not finite."""
-    found = []
-    for row in frame.to_dict("records"):
-        found.append({str(name): _value(value) for name, value in row.items()})
-    return found
 
 
 def rows_of(out: Path, assets: Sequence[str]) -> dict[str, dict[str, list[dict[str, Any]]]]:
@@ -92,9 +81,3 @@ def rows_of(out: Path, assets: Sequence[str]) -> dict[str, dict[str, list[dict[s
         for row in rows(table):
             found[name].setdefault(row["asset_id"], []).append(row)
     return found
-
-
-def _value(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return None if value is pd.NA or value is pd.NaT else value

@@ -7,7 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from asset2sim.catalog.index import ASSETS_FOLDER, latest_by_asset
-from asset2sim.catalog.read import query, read_table
+from asset2sim.catalog.read import query, read_table, rows
 from asset2sim.intake.fetch import fetch_asset
 from asset2sim.storage.mirror import local_parts
 from asset2sim.viewer.viewed_object import ViewedObject, raw_subject, refined_subject
@@ -67,7 +67,7 @@ def stops_of(out: Path | str) -> tuple[Stop, ...]:
     """Every asset of OUT by its id, as the latest run of any method and model left it. Raises UsageError where OUT has
     no catalog."""
     assets, new = read_table(out, "assets"), new_failures(out)
-    rows = latest_by_asset([{str(name): value for name, value in row.items()} for row in assets.to_dict("records")])
+    latest = latest_by_asset(rows(assets))
     return tuple(
         Stop(
             asset_id=asset_id,
@@ -83,7 +83,7 @@ def stops_of(out: Path | str) -> tuple[Stop, ...]:
             source=row["source_path"],
             new=(asset_id, row["method"], row["model"]) in new,
         )
-        for asset_id, row in sorted(rows.items())
+        for asset_id, row in sorted(latest.items())
     )
 
 
