@@ -1,9 +1,10 @@
 """Publish: write the files beside a refined URDF; bake the state into it, and hang it from a world, if requested."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from pydantic import TypeAdapter
 
 from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.checksums import write_checksums
@@ -23,6 +24,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import BaseMode, Stage, StateMode
 from tasks.progress import AssetJob, StageResult
 
+REPORTS = TypeAdapter(list[EngineReport])
 SAME_PHI_M = 1e-4
 """Largest difference of Φ between a state and the baked URDF that counts as rounding, m."""
 
@@ -49,8 +51,8 @@ def publish_folder(
     if settings.state is StateMode.BAKE:
         overlay, findings = bake(folder / URDF_NAME, overlay, settings)
     # Without the wall time: the same input gives the same bytes.
-    written = [report.model_dump(mode="json", exclude={"seconds"}) for report in reports]
-    (folder / MEASUREMENT_NAME).write_text(json.dumps(written, indent=1), encoding="utf-8")
+    written = REPORTS.dump_json(list(reports), indent=1, exclude={"__all__": {"seconds"}})
+    (folder / MEASUREMENT_NAME).write_bytes(written)
     if recipe is not None:
         (folder / RECIPE_NAME).write_text(recipe.model_dump_json(indent=1), encoding="utf-8")
     return Published(overlay=overlay, findings=(*findings, *finish_folder(folder, overlay, settings)))

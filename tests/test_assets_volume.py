@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 import yourdfpy
+from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes.hull import MOST_SHELLS, hull_of, hull_vertices, hull_volume, solid
+from asset2sim.assets.meshes.hull import MOST_SHELLS, distinct, hull_of, hull_vertices, hull_volume, solid, spanning
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
 from asset2sim.assets.meshes.volume import SLAB_THICKNESS, shape_of, slab
 from asset2sim.physics.inertia import box_inertia
@@ -225,3 +226,15 @@ def test_a_sheet_with_crowded_vertices_is_the_box_around_its_outline() -> None:
     solid = slab(points)
     assert solid.volume == pytest.approx(2.0 * 1.0 * 2e-3, rel=1e-6)
     np.testing.assert_allclose(solid.center, [1.0, 0.5, 0.0], atol=1e-9)
+
+
+def test_corners_of_a_hull_and_distinct_faces_are_those_of_scipy_and_numpy() -> None:
+    numbers = np.random.default_rng(3)
+    points = numbers.normal(size=(60, 3))
+    hull = ConvexHull(points)
+    np.testing.assert_array_equal(spanning(points, hull.simplices), points[hull.vertices])
+    for most in (9, 1 << 22):  # keys of one number, and rows where that would overflow
+        faces = numbers.integers(0, most, size=(200, 3))
+        faces = np.vstack([faces, faces[:50, [2, 0, 1]], faces[:7]])
+        known = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]
+        np.testing.assert_array_equal(distinct(faces), known)

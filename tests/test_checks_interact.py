@@ -1,17 +1,22 @@
 """All interaction tests of one object in each engine, and a world that is loaded afresh once it is spoilt."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from asset2sim.checks import verify as verifying
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.rest import measure
 from asset2sim.checks.rig import opener_of, shared_world
-from asset2sim.checks.verify import examine
+from asset2sim.checks.verify import examine, verify
+from asset2sim.engines.child import ChildOutcome
+from asset2sim.engines.registry import installed
 from schemas.settings import EngineSettings
 from schemas.support import Support, SupportKind
 from schemas.vocabulary import Engine, FailureMode, Source
+from tests.assets import NO_VIEWS
 from tests.builders import UrdfJoint
 from tests.interaction_objects import ENGINES, LIMITS, SETTINGS, Subject, hull_cause, interaction, solid, subject
 
@@ -104,3 +109,15 @@ def test_a_spoilt_world_is_loaded_afresh(tmp_path: Path) -> None:
         world.place({"slide": float("nan")})
         fresh = held.sound()
         assert fresh is not world and np.isfinite(fresh.positions()).all()
+
+
+def test_engines_that_share_a_process_read_the_file_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    item, calls, read = cabinet(tmp_path), list[object](), verifying.mechanism
+    monkeypatch.setattr(verifying, "mechanism", lambda *args: calls.append(args) or read(*args))
+
+    def here(work: Mapping[Engine, Callable[[], object]], time_limit_s: float) -> dict[Engine, ChildOutcome[object]]:
+        return {engine: ChildOutcome(call()) for engine, call in work.items()}
+
+    monkeypatch.setattr(verifying, "in_children", here)
+    verify(installed(), item.urdf, item.overlay, hull_cause, NO_VIEWS, FailureMode.HOLD)
+    assert len(calls) == 1

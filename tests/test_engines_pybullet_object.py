@@ -219,3 +219,15 @@ def test_an_object_of_more_links_than_are_let_in_would_have_no_state(tmp_path: P
             client.getBasePositionAndOrientation(client.loadURDF(str(urdf)))
     finally:
         client.disconnect()
+
+
+def test_a_client_looks_a_function_up_once_and_joints_are_placed_in_one_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    base = UrdfLink("base", 1.0, ORIGIN, ball_inertia(0.01))
+    urdf = write_urdf(tmp_path, [base, WHEEL], [UrdfJoint("j", "continuous", "base", "part")])
+    with loaded(urdf, fixed_base=True, timestep_s=STEP) as item:
+        assert item.client.stepSimulation is item.client.stepSimulation
+        monkeypatch.setattr(item.client, "resetJointState", None)  # each of its calls moves every link
+        item.place({"j": 0.3})
+        assert item.positions() == pytest.approx([0.3])

@@ -105,3 +105,18 @@ def test_a_subtree_is_the_child_and_all_beyond_and_nothing_beside() -> None:
     assert set(subtree(tree, "b")) == {"y", "w"}
     assert set(subtree(tree, "a")) == {"x", "y", "z", "w"}
     assert subtree(tree, "c") == ("z",)
+
+
+def test_what_lies_beyond_a_joint_is_placed_alone_where_the_rest_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys = [
+        tree_joint(f"j{i}", "revolute", "base", f"key{i}", xyz=(i, 0.0, 0.0), rpy=(0.1, 0.2, 0.3)) for i in range(9)
+    ]
+    tree = [*keys, tree_joint("cap", "fixed", "key3", "cap", xyz=(0.0, 0.0, 1.0))]
+    turned, still = {"j3": 0.7}, link_to_root(tree, "base", {})
+    calls = []
+    monkeypatch.setattr("asset2sim.physics.kinematics.motion", lambda *args: calls.append(args) or motion(*args))
+    alone = link_to_root([keys[3], tree[-1]], "base", turned, still)
+    whole = link_to_root(tree, "base", turned)
+    assert len(calls) == 2  # once each: at zero, and where it is fixed, a joint moves nothing
+    for link, pose in whole.items():
+        np.testing.assert_array_equal(alone[link], pose)

@@ -1,5 +1,7 @@
 """Hulls' distances in MuJoCo, where PyBullet is not installed: as by hand, as in PyBullet, and what is cut by them."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -8,6 +10,7 @@ from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.engines import static_object
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
+from asset2sim.refinement.collision import hull_world as hulls_near
 from asset2sim.refinement.collision.part_links import cleared, hull_world
 from asset2sim.refinement.collision.trim import Trimmer
 from tests.builders import corners
@@ -82,3 +85,13 @@ def test_hulls_that_were_cut_in_mujoco_are_clear_in_pybullet(monkeypatch: pytest
         with hull_world(Trimmer(pieces)) as world:
             assert (world.overlap(("a", 0), ("b", 0), poses["a"], poses["b"], 0.0) is not None) is overlaps
     assert not static_object.with_pybullet()
+
+
+def test_of_many_keys_only_neighbours_are_compared_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys = {f"key{number}": (CUBE, CUBE + np.array([0.0, 0.0, 0.05])) for number in range(30)}
+    poses = {name: at(0.1005 * number) for number, name in enumerate(keys)}
+    pairs, calls, meet = list(combinations(keys, 2)), list[object](), hulls_near.boxes_meet
+    monkeypatch.setattr(hulls_near, "boxes_meet", lambda *args: calls.append(args) or meet(*args))
+    found = hulls_near.candidates(Trimmer(keys), poses, pairs)
+    assert {(a[0], b[0]) for a, b in found} == {(f"key{n}", f"key{n + 1}") for n in range(29)}
+    assert len(found) == 4 * 29 and len(calls) == 29

@@ -1,8 +1,8 @@
 """Verify one written asset: the paper's checks and interaction, engine after engine in a process that can be killed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +12,10 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.collision_points import know_points
 from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.known_checks import run_for
-from asset2sim.checks.mechanism import mechanism
+from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import contacts_of, measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
-from asset2sim.checks.support_polygon import point_clouds
+from asset2sim.checks.support_polygon import Clouds, point_clouds
 from asset2sim.checks.verdict import judged
 from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from asset2sim.engines.registry import engine_version, installed, require
@@ -39,14 +39,17 @@ def examine(
     cause: CauseOf,
     only: FailureMode | None = None,
     opener: Opener | None = None,
+    read: Callable[[], tuple[Mechanism, Clouds]] | None = None,
 ) -> tuple[Measurement | None, Interaction]:
     """Run every check on a written asset in its initial state, or ``only`` one interaction check and those that it
-    needs, without the paper's measurement; in worlds that ``opener`` opens in place of the engine's own.
+    needs, without the paper's measurement; in worlds that ``opener`` opens in place of the engine's own. ``read`` gives
+    what is read of the file before.
 
     ``limits`` state how deep an overlap stops a sweep, and which records are worth a second, single run; verdicts are
     made in ``known_checks``. Raises AssetError (engine_refused) where the engine refuses the file.
     """
-    item, clouds, whole = mechanism(urdf, overlay), point_clouds(urdf), only is None
+    item, clouds = read() if read is not None else (mechanism(urdf, overlay), point_clouds(urdf))
+    whole = only is None
     found: dict[str, object] = {}
     opener = opener or opener_of(engine)
     with ExitStack() as stack:
@@ -101,7 +104,9 @@ def verify(
     """A report from each engine of every check, or ``only`` of the one that shows this failure, on the URDF in the
     overlay's initial state, with the verdict on it; an engine that dies costs only its report. ``cause`` says of two
     overlapping links whether the authored meshes overlap or only their hulls."""
-    own, seen = settings.engine, partial(examine, limits=settings.thresholds, cause=cause, only=only)
+    # What all engines read of the file is read once in the process that they share.
+    read = cache(lambda: (mechanism(urdf, overlay), point_clouds(urdf)))
+    own, seen = settings.engine, partial(examine, limits=settings.thresholds, cause=cause, only=only, read=read)
     know_points(urdf)
     touched: dict[Engine, ChildOutcome[tuple[Measurement | None, Interaction]]] = {}
     if own.interact and only not in AT_REST.modes:

@@ -60,9 +60,13 @@ class PyBulletObject:
 
     def place(self, positions: Mapping[str, float]) -> None:
         """Set joint positions (rad, m) at rest; joints not named go to zero, those that follow others with these."""
+        if not self.joint_index:
+            return
         positions = followed(self.mimics, positions)
-        for name, index in self.joint_index.items():
-            self.client.resetJointState(self.body, index, positions.get(name, 0.0), 0.0)
+        joints = list(self.joint_index.values())
+        # All at once: each call moves every link.
+        placed = [[float(positions.get(name, 0.0))] for name in self.joint_index]
+        self.client.resetJointStatesMultiDof(self.body, joints, placed, [[0.0]] * len(joints))
 
     def ignore(self, pairs: Iterable[tuple[str, str]]) -> None:
         """Make no contacts between these links."""
@@ -112,6 +116,16 @@ class PyBulletObject:
         return partial(self.client.getJointStates, self.body, list(self.joint_index.values()))
 
 
+class Client(BulletClient):  # type: ignore[misc]
+    """A client that looks each of PyBullet's functions up once: anew at each call, that is a twentieth of a check."""
+
+    def __getattr__(self, name: str) -> object:
+        found: object = super().__getattr__(name)
+        if name != "disconnect":  # which marks the client as closed
+            self.__dict__[name] = found
+        return found
+
+
 IDLE: list[BulletClient] = []
 """Clients between two uses: to connect one takes 15 ms in the kernel, to empty one 0.6 ms."""
 
@@ -119,7 +133,7 @@ IDLE: list[BulletClient] = []
 @contextmanager
 def empty_client() -> Iterator[BulletClient]:
     """A client without bodies and with PyBullet's own solver; its time step is of its last use, gravity is none."""
-    client = IDLE.pop() if IDLE else BulletClient(connection_mode=pybullet.DIRECT)
+    client = IDLE.pop() if IDLE else Client(connection_mode=pybullet.DIRECT)
     # Else a mesh file is read once in a process, whatever is written to it afterwards.
     client.setPhysicsEngineParameter(enableFileCaching=0)
     try:

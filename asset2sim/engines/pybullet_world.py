@@ -15,7 +15,7 @@ from asset2sim.engines.pybullet_object import PyBulletObject, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.engines.world import DeclaredEngine, biases, contact_distance_m, nothing_collides, with_followers
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, norms
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
 
@@ -104,11 +104,10 @@ class PyBulletWorld:
 
     def step(self, count: int = 1) -> None:
         client, body, driven = self.item.client, self.item.body, self.driven_joints
-        # The client looks a function up anew each time.
-        advance = client.stepSimulation
+        advance, any_biased = client.stepSimulation, self.biased.any()
         for _ in range(count):
             efforts = self.efforts
-            if self.biased.any():
+            if any_biased:
                 efforts = efforts + biases(self.bias, self.positions())
             if driven:
                 states = client.getJointStates(body, driven)
@@ -149,8 +148,7 @@ class PyBulletWorld:
         speeds = [client.getBaseVelocity(body)[0]]
         if len(self.links) > 1:
             speeds += [state[6] for state in client.getLinkStates(body, self.links[1:], computeLinkVelocity=1)]
-        lengths: Array = np.linalg.norm(np.array(speeds), axis=1)
-        return lengths
+        return norms(np.array(speeds))
 
     def lowest_m(self) -> float:
         """See ``World``; infinite for what has no collision shape, or has flown out of reach of the plane."""

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -116,12 +117,19 @@ def locked(joint: JointFeatures) -> JointFeatures:
     return joint.model_copy(update={"type": "fixed", "mimic": None, **place})
 
 
-def link_to_root(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float]) -> dict[str, Array]:
+def link_to_root(
+    tree: Sequence[TreeJoint],
+    root: str,
+    positions: Mapping[str, float],
+    known: Mapping[str, Array] = MappingProxyType({}),
+) -> dict[str, Array]:
     """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero, and
-    those that follow others where these have them."""
-    poses: dict[str, Array] = {root: np.eye(4)}
+    those that follow others where these have them. Links that are ``known`` stay there: ``tree`` may be what lies
+    beyond them."""
+    poses: dict[str, Array] = {root: np.eye(4), **known}
     for joint in tree:
-        step = joint.child_to_parent @ motion(joint, joint.position(positions))
+        position = 0.0 if joint.type == "fixed" else joint.position(positions)
+        step = joint.child_to_parent if position == 0.0 else joint.child_to_parent @ motion(joint, position)
         poses[joint.child] = poses[joint.parent] @ step
     return poses
 

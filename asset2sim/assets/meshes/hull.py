@@ -13,7 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, Faces, cross
 
 Boxes = tuple[Array, Array]
 FLAT_THICKNESS = 1e-4
@@ -40,10 +40,29 @@ def hull_of(points: Array) -> Hull | None:
     if 3.0 * hull.volume <= FLAT_THICKNESS * extent * hull.area:
         return None
     triangles = points[hull.simplices]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    return Hull(points[hull.vertices], triangles)
+    return Hull(spanning(points, hull.simplices), triangles)
+
+
+def spanning(points: Array, faces: Faces) -> Array:
+    """Those of (n, 3) points that (k, 3) faces use, in their order. SciPy's ``vertices`` of a hull are the same ones;
+    it sorts them, in a fifth of the time that a small hull takes."""
+    used = np.zeros(len(points), dtype=bool)
+    used[faces] = True
+    return points[used]
+
+
+def distinct(faces: Faces) -> Faces:
+    """(m,) indices of (k, 3) faces, each set of corners once, the first of those alike, in the order of their sorted
+    corners; a key of one number each is sorted in a fifth of the time of rows."""
+    corners = np.sort(faces, axis=1).astype(np.int64)
+    count = int(corners.max(initial=0)) + 1
+    if count >= 1 << 21:  # three of them would not fit
+        return np.asarray(np.unique(corners, axis=0, return_index=True)[1])
+    key = (corners[:, 0] * count + corners[:, 1]) * count + corners[:, 2]
+    return np.asarray(np.unique(key, return_index=True)[1])
 
 
 def solid(triangles: Array) -> tuple[float, Array, Array]:
@@ -59,7 +78,7 @@ def solid(triangles: Array) -> tuple[float, Array, Array]:
 def hull_vertices(points: Array) -> Array:
     """The points that span the hull of (n, 3) points; all of them where they are coplanar."""
     try:
-        return points[ConvexHull(points).vertices]
+        return spanning(points, ConvexHull(points).simplices)
     except (QhullError, ValueError):
         return points
 

@@ -33,15 +33,16 @@ def profile(
 ) -> tuple[Array, Array, Array]:
     """(n,) positions, (n,) volumes of the object's hull, m³, and (n,) distances of the moving part from the rest, m."""
     moved = set(subtree(tree, joint.name))
-    poses = link_to_root(tree, root, {})
-    static = [apply(poses[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
+    beyond = [item for item in tree if item.child in moved]
+    still = link_to_root(tree, root, {})
+    static = [apply(still[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
     fixed = np.vstack(static) if static else np.zeros((0, 3))
     fixed = hull_vertices(fixed)
     positions = np.linspace(lower, upper, SAMPLES)
     volumes, gaps = np.zeros(SAMPLES), np.zeros(SAMPLES)
     center = (fixed.min(axis=0) + fixed.max(axis=0)) / 2.0 if len(fixed) else np.zeros(3)
     for index, position in enumerate(positions):
-        poses = link_to_root(tree, root, {joint.name: float(position)})
+        poses = link_to_root(beyond, root, {joint.name: float(position)}, still)
         clouds = [apply(poses[name], points[name]) for name in moved if name in points and len(points[name])]
         if not clouds:
             continue

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, LOOSE_DEPTHS, Hollow
-from asset2sim.assets.meshes.hull import spread_directions
+from asset2sim.assets.meshes.hull import spanning, spread_directions
 from asset2sim.physics.arrays import Array
 
 MOST_GROUPS = 192
@@ -69,7 +69,7 @@ def piece_of(points: Array, thickness: float) -> PatchPiece:
     try:
         hull = ConvexHull(points)
         if 2.0 * hull.volume >= thickness * hull.area:  # a plate's volume is half its area times its thickness
-            return PatchPiece(points[hull.vertices], points[hull.simplices], float(hull.volume))
+            return PatchPiece(spanning(points, hull.simplices), points[hull.simplices], float(hull.volume))
     except QhullError:
         pass
     centre = points.mean(axis=0)
@@ -84,7 +84,7 @@ def piece_of(points: Array, thickness: float) -> PatchPiece:
         steps = np.vstack([np.eye(3), -np.eye(3)]) * thickness / 2.0
         points = (points[:, None] + steps[None]).reshape(-1, 3)
         hull = ConvexHull(points)
-    return PatchPiece(points[hull.vertices], points[hull.simplices], float(hull.volume))
+    return PatchPiece(spanning(points, hull.simplices), points[hull.simplices], float(hull.volume))
 
 
 def slim(points: Array, thickness: float) -> PatchPiece:

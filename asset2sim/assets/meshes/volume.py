@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 from scipy.spatial import QhullError
 
-from asset2sim.assets.meshes.hull import hull_of, shells, solid
-from asset2sim.physics.arrays import Array, Faces
+from asset2sim.assets.meshes.hull import distinct, hull_of, shells, solid
+from asset2sim.physics.arrays import Array, Faces, cross
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 
@@ -156,9 +156,8 @@ def combined(solids: Sequence[Solid]) -> Solid:
 
 def surface_of(vertices: Array, faces: Faces) -> SheetSurface:
     """Surface of (n, 3) merged vertices and (k, 3) faces. A face drawn twice, once for either side, counts once."""
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    triangles = np.asarray(vertices, dtype=float)[faces[first]]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2.0
+    triangles = np.asarray(vertices, dtype=float)[faces[distinct(faces)]]
+    normals = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2.0
     area = np.linalg.norm(normals, axis=1)
     whole = float(area.sum())
     if whole <= 0.0:

@@ -177,8 +177,9 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
     folders above."""
     text = path_in(reference)
-    if text.startswith("/") and is_file(Path(text)):
-        return Path(text)
+    nearest = folder / text  # a path from the root stays one
+    if text and is_file(nearest):
+        return nearest
     # Resolving asks the system for every folder on the way; only loose references are looked for above.
     above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
     candidates = map(Path, mesh_candidates(reference, folder, above))

@@ -60,11 +60,17 @@ def clear_pose(world: HullWorld, poses: Mapping[str, Array], pairs: list[tuple[s
 def candidates(trimmer: Trimmer, poses: Mapping[str, Array], pairs: Iterable[tuple[str, str]]) -> list[tuple[Key, Key]]:
     """The hull pairs of these link pairs whose boxes come within ``REACH_M`` of each other at these poses."""
     boxes = {link: boxes_at(pieces, poses[link]) for link, pieces in trimmer.hulls.items() if pieces}
+    known = [(first, second) for first, second in pairs if first in boxes and second in boxes]
+    if not known:
+        return []
+    # Whole links first, all at once: a keyboard has thousands of pairs, and a hundred that come near.
+    whole = {link: np.array([low.min(axis=0), high.max(axis=0)]) for link, (low, high) in boxes.items()}
+    a, b = (np.array([whole[pair[end]] for pair in known]) for end in (0, 1))
+    meet = np.all((a[:, 0] <= b[:, 1] + REACH_M) & (b[:, 0] <= a[:, 1] + REACH_M), axis=1)
     found = []
-    for first, second in pairs:
-        if first in boxes and second in boxes:
-            near = boxes_meet(boxes[first], boxes[second], REACH_M)
-            found += [((first, int(i)), (second, int(j))) for i, j in np.argwhere(near)]
+    for first, second in (known[i] for i in np.flatnonzero(meet)):
+        near = boxes_meet(boxes[first], boxes[second], REACH_M)
+        found += [((first, int(i)), (second, int(j))) for i, j in np.argwhere(near)]
     return found
 
 

@@ -12,7 +12,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import outermost
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
-from asset2sim.assets.meshes.hull import hull_of, shells
+from asset2sim.assets.meshes.hull import distinct, hull_of, shells
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
 from asset2sim.physics.arrays import Array
 
@@ -58,8 +58,7 @@ def link_shells(extraction: Extraction, link: str) -> list[Shell]:
 
 def single_sided(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """(m, 3) faces without duplicates: the two sides of a sheet have the same corners."""
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    return faces[np.sort(first)]
+    return faces[np.sort(distinct(faces))]
 
 
 LEAST_BALLS = 2.0
