@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from asset2sim.assets.meshes.load import load_mesh
-from asset2sim.assets.urdf.mesh_files import copy_meshes
+from asset2sim.assets.urdf.mesh_files import copy_meshes, libraries_of
 from tests.assets import box_obj, fingerprint, near
 
 LOW, HIGH = (0.0, 0.0, 0.0), (1.0, 2.0, 3.0)
@@ -83,6 +83,13 @@ def test_a_texture_outside_is_left_there(tmp_path: Path, where: str) -> None:
     now = fingerprint(tmp_path)
     assert {name: now[name] for name in before} == before
     assert set(now) - set(before) == {"far/away/out/objs/a.obj", "far/away/out/objs/a.mtl"}
+
+
+def test_a_library_is_named_at_the_beginning_of_a_line(tmp_path: Path) -> None:
+    text = "# mtllib b.mtl\no my mtllib c.mtl\n \t mtllib  a b.mtl \r\nmtllib\nmtllib d.mtl"
+    names = ("a b.mtl", "b.mtl", "c.mtl", "d.mtl")
+    source = laid_out(tmp_path / "in", {"a.obj": text, **dict.fromkeys(names, "newmtl m\n")})
+    assert libraries_of(source / "a.obj") == ["a b.mtl", "d.mtl"]
 
 
 def test_a_missing_library_or_texture_is_no_error(tmp_path: Path) -> None:

@@ -8,11 +8,13 @@ import pytest
 
 from asset2sim.checks import verify as verifying
 from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import measure
 from asset2sim.checks.rig import opener_of, shared_world
 from asset2sim.checks.verify import examine, verify
 from asset2sim.engines.child import ChildOutcome
 from asset2sim.engines.registry import installed
+from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 from schemas.support import Support, SupportKind
 from schemas.vocabulary import Engine, FailureMode, Source
@@ -112,8 +114,13 @@ def test_a_spoilt_world_is_loaded_afresh(tmp_path: Path) -> None:
 
 
 def test_engines_that_share_a_process_read_the_file_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    item, calls, read = cabinet(tmp_path), list[object](), verifying.mechanism
-    monkeypatch.setattr(verifying, "mechanism", lambda *args: calls.append(args) or read(*args))
+    item, calls = cabinet(tmp_path), list[Path]()
+
+    def counted(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
+        calls.append(urdf)
+        return mechanism(urdf, overlay)
+
+    monkeypatch.setattr(verifying, "mechanism", counted)
 
     def here(work: Mapping[Engine, Callable[[], object]], time_limit_s: float) -> dict[Engine, ChildOutcome[object]]:
         return {engine: ChildOutcome(call()) for engine, call in work.items()}

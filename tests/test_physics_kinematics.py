@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
 from schemas.base import Vector3
 from tests.builders import ORIGIN, joint_features, tree_joint
 
@@ -113,8 +113,13 @@ def test_what_lies_beyond_a_joint_is_placed_alone_where_the_rest_is_known(monkey
     ]
     tree = [*keys, tree_joint("cap", "fixed", "key3", "cap", xyz=(0.0, 0.0, 1.0))]
     turned, still = {"j3": 0.7}, link_to_root(tree, "base", {})
-    calls = []
-    monkeypatch.setattr("asset2sim.physics.kinematics.motion", lambda *args: calls.append(args) or motion(*args))
+    calls: list[str] = []
+
+    def counted(joint: TreeJoint, position: float) -> Array:
+        calls.append(joint.name)
+        return motion(joint, position)
+
+    monkeypatch.setattr("asset2sim.physics.kinematics.motion", counted)
     alone = link_to_root([keys[3], tree[-1]], "base", turned, still)
     whole = link_to_root(tree, "base", turned)
     assert len(calls) == 2  # once each: at zero, and where it is fixed, a joint moves nothing

@@ -4,9 +4,10 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.meshes.hull import hull_of
+from asset2sim.assets.meshes.hull import Boxes, boxes_meet, hull_of
 from asset2sim.engines import static_object
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
@@ -88,10 +89,15 @@ def test_hulls_that_were_cut_in_mujoco_are_clear_in_pybullet(monkeypatch: pytest
 
 
 def test_of_many_keys_only_neighbours_are_compared_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
-    keys = {f"key{number}": (CUBE, CUBE + np.array([0.0, 0.0, 0.05])) for number in range(30)}
+    keys: dict[str, tuple[Array, ...]] = {f"key{n}": (CUBE, CUBE + np.array([0.0, 0.0, 0.05])) for n in range(30)}
     poses = {name: at(0.1005 * number) for number, name in enumerate(keys)}
-    pairs, calls, meet = list(combinations(keys, 2)), list[object](), hulls_near.boxes_meet
-    monkeypatch.setattr(hulls_near, "boxes_meet", lambda *args: calls.append(args) or meet(*args))
+    pairs, calls = list(combinations(keys, 2)), list[Boxes]()
+
+    def counted(first: Boxes, second: Boxes, slack: float) -> NDArray[np.bool_]:
+        calls.append(first)
+        return boxes_meet(first, second, slack)
+
+    monkeypatch.setattr(hulls_near, "boxes_meet", counted)
     found = hulls_near.candidates(Trimmer(keys), poses, pairs)
     assert {(a[0], b[0]) for a, b in found} == {(f"key{n}", f"key{n + 1}") for n in range(29)}
     assert len(found) == 4 * 29 and len(calls) == 29

@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pybullet
@@ -119,8 +120,8 @@ class PyBulletObject:
 class Client(BulletClient):  # type: ignore[misc]
     """A client that looks each of PyBullet's functions up once: anew at each call, that is a twentieth of a check."""
 
-    def __getattr__(self, name: str) -> object:
-        found: object = super().__getattr__(name)
+    def __getattr__(self, name: str) -> Any:
+        found = super().__getattr__(name)
         if name != "disconnect":  # which marks the client as closed
             self.__dict__[name] = found
         return found

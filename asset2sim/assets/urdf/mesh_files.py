@@ -17,7 +17,8 @@ COPIED = (".obj", ".stl")
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp")
 """Formats of the textures that a URDF's materials name."""
 
-MATERIAL_LINE = re.compile(r"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
+MATERIAL_LINE = re.compile(r"mtllib[^\S\n]+(.+?)\s*$", re.MULTILINE)
+"""The statement of a library. It begins with its word, for which a search skips from place to place."""
 TEXTURE_LINE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|norm)\s+(.+?)\s*$", re.MULTILINE | re.IGNORECASE)
 MAX_LIBRARY_BYTES = 16 * 1024**2
 """A larger material library is none: real ones have kilobytes, and engines read them whole."""
@@ -145,7 +146,14 @@ def without_materials(obj: bytes) -> bytes:
 
 def libraries_of(obj: Path, counts: Counts = is_file) -> list[str]:
     """Names of an OBJ's material libraries that exist, as the OBJ writes them."""
-    return [name for name in MATERIAL_LINE.findall(read_head(obj)) if counts(obj.parent / name)]
+    head = read_head(obj)
+    stated = [found for found in MATERIAL_LINE.finditer(head) if begins_line(head, found.start())]
+    return [found[1] for found in stated if counts(obj.parent / found[1])]
+
+
+def begins_line(text: str, place: int) -> bool:
+    """Whether only blanks stand before a place in its line."""
+    return not text[text.rfind("\n", 0, place) + 1 : place].strip()
 
 
 def textures_of(library: Path, counts: Counts = is_file) -> list[str]:

@@ -12,7 +12,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import outermost
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
-from asset2sim.assets.meshes.hull import distinct, hull_of, shells
+from asset2sim.assets.meshes.hull import distinct, shells
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
 from asset2sim.physics.arrays import Array
 
@@ -43,15 +43,14 @@ def link_shells(extraction: Extraction, link: str) -> list[Shell]:
         mesh = extraction.triangles.mesh(file, part.scale)
         faces = single_sided(np.asarray(mesh.faces))
         placed = np.asarray(mesh.vertices, dtype=float) @ part.rotation.T + part.translation
-        whole = hull_of(np.asarray(mesh.vertices, dtype=float))
-        if whole is None or part.sheet is not None:
+        if part.sheet is not None:
             found.append(Shell(placed, faces, None, False))
         elif part.exact:
             found.append(Shell(placed, faces, part.pieces[0], True))
         else:
+            # The pieces are the hulls of its shells, made when it was read.
             all_faces = np.asarray(mesh.faces)
-            for shell in shells(mesh, whole):
-                own = shell.hull.points @ part.rotation.T + part.translation
+            for own, shell in zip(part.pieces, shells(mesh), strict=True):
                 found.append(Shell(placed, single_sided(all_faces[shell.faces]), own, False))
     return found
 
