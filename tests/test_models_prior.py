@@ -254,6 +254,14 @@ def test_a_dishwashers_rack_is_wire_and_then_not_inside_the_body() -> None:
     assert 1.0 <= link_mass(info.link_by_name["rack_link"], overlay.links[1], overlay.scale) <= 5.0
 
 
+def test_only_a_bin_with_a_pedal_has_a_weighted_base_and_a_bucket() -> None:
+    """So that the foot does not tip it: 0.5 kg in all was tipped by 15 N at its pedal."""
+    lid, pedal = hinged("lid", "lid"), hinged("pedal", "foot_pad")
+    inside = [{item["name"] for item in ask(thing("TrashCan", *parts))["links"][0].get("contents", ())} for parts in
+              ((lid,), (lid, pedal))]  # fmt: skip
+    assert not inside[0] and inside[1] >= {"inner bucket", "base with its ring"}
+
+
 def test_a_link_without_geometry_is_left_out() -> None:
     information = json.loads(json.dumps(known.BOX))
     empty = {**link("base"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "outer_m2": 0.0}

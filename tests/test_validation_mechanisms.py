@@ -115,6 +115,10 @@ def test_wall_switches_take_what_rockers_take(tmp_path: Path, label: str) -> Non
         ("KitchenPot", "A pot.", "lid", DISC, "lid that lies loose", False),
         ("Toilet", "A toilet.", "lever", STICK, "lever", False),
         ("Lamp", "A lamp with a rocker.", "rocker", shape("0.03 0.02 0.008"), "rocker or toggle", True),
+        ("Lamp", "A desk lamp.", "head", STICK, "joint of a lamp", True),
+        ("Lighter", "A lighter.", "lid", shape("0.012 0.03 0.02"), "small lid", True),
+        ("Door", "A door.", "knob", shape("0.05 0.05 0.03"), "door knob", False),
+        ("", "A fire extinguisher.", "squeeze_lever", STICK, "trigger", False),
     ],
 )
 def test_other_parts_stay_or_return(
@@ -126,7 +130,9 @@ def test_other_parts_stay_or_return(
     )
     made = only(described(tmp_path, "thing", category, words, part, label, body=BODY, xyz="0 0 0.12", **hinge))
     assert made.effort_range is not None and made.effort_range.kind == kind
-    assert made.holds is holds and (made.stiffness > 0.0) is (category == "Toilet")
+    assert made.holds is holds and (made.stiffness > 0.0) is (not holds and kind != "lid that lies loose")
+    kept = made.friction + (made.bias.most if made.bias is not None else 0.0)
+    assert not holds or kept >= made.effort_range.least_n * 0.005, "felt at 5 mm from its axis"
 
 
 @pytest.mark.parametrize(

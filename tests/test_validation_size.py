@@ -52,16 +52,25 @@ def test_what_is_beyond_the_household_range_goes_to_its_nearest_bound(wanted: fl
 
 
 @pytest.mark.parametrize(
-    ("edges", "height_m"), [((0.65, 0.6, 0.9), 0.9), ((0.58, 0.6, 1.3), 1.3), ((0.56, 0.6, 0.6), 0.6)]
+    "edges",
+    [
+        (0.65, 0.6, 0.88),
+        (0.70, 0.76, 0.92),
+        (0.70, 0.76, 1.17),
+        (0.60, 0.76, 1.30),
+        (0.56, 0.6, 0.6),
+        (0.37, 0.47, 0.28),
+    ],
 )
-def test_ranges_and_double_ovens_are_as_wide_as_one_oven(edges: tuple[float, ...], height_m: float) -> None:
-    """Drawn at any scale, a range is as tall as a worktop; its weight is a range's, too."""
+def test_ovens_are_sized_by_their_three_edges(edges: tuple[float, ...]) -> None:
+    """Real ones (makers' dimensions), drawn at any scale: a cooker, an American range without and with a backguard, a
+    double wall oven, a built-in and a toaster oven. As wide as a built-in one, the range was 0.73 m tall."""
     oven = thing("Oven", hinged("door", "door")) | {
         key: [2.3 * edge for edge in edges] for key in ("size_closed_m", "size_m")
     }
     info, overlay = ObjectInfo.from_json(oven), Overlay.model_validate(ask(oven))
     assert with_sensible_size(info, NOTHING_ASKED, overlay, Notes()).scale == overlay.scale
-    assert 2.3 * edges[2] * overlay.scale == pytest.approx(height_m, rel=0.01)
+    assert 2.3 * edges[2] * overlay.scale == pytest.approx(edges[2], rel=0.08)
 
 
 def test_words_of_size_move_the_bounds() -> None:
@@ -186,6 +195,25 @@ def test_a_cupboard_is_sized_by_its_three_edges(
     found = fitted_edges((depth, width, height), "StorageFurniture")
     assert found is not None and found.kind == kind
     assert found.scale * height == pytest.approx(tallest, rel=0.15) and 0.02 < found.sigma < 0.3
+
+
+@pytest.mark.parametrize(
+    ("category", "words", "edges"),
+    [
+        ("medicine cabinet", "", (0.13, 0.4, 0.62)),
+        ("StorageFurniture", "A cabinet that hangs on the wall.", (0.34, 0.35, 0.9)),
+        ("hamper", "", (0.32, 0.42, 0.6)),
+        ("range", "A kitchen range.", (0.7, 0.76, 0.92)),
+        ("", "A pedal bin.", (0.28, 0.28, 0.6)),
+    ],
+)
+def test_things_of_other_names_are_as_large_as_such_things(category: str, words: str, edges: tuple[float, ...]) -> None:
+    """Drawn without units: a medicine cabinet was a tall cupboard of 1.85 m, a hamper and a range had 0.3 m."""
+    drawn = thing(category, hinged("door", "door")) | {
+        key: [2.3 * edge for edge in edges] for key in ("size_closed_m", "size_m")
+    }
+    overlay = Overlay.model_validate(ask(drawn, words))
+    assert 2.3 * edges[2] * overlay.scale == pytest.approx(edges[2], rel=0.15)
 
 
 def test_edges_that_disagree_make_a_size_less_sure_and_other_categories_have_none() -> None:

@@ -12,6 +12,7 @@ from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.tables import Size
 from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
 from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
+from schemas.support import Mount, SupportProposal
 
 KEEP_WITHIN = 0.2
 """An object that is within this share of the asked size is taken to be in real metres already."""
@@ -107,8 +108,9 @@ class Scale:
     note: str
 
 
-def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
-    """The uniform scale: stated in numbers, else 1 where the authored size is right already, else the table's size."""
+def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: SupportProposal | None = None) -> Scale:
+    """The uniform scale: stated in numbers, else 1 where the authored size is right already, else the table's size, of
+    what hangs on a wall where words say that it is ``carried`` so."""
     authored = dimension(info, size)
     stated = stated_scale(info, asked)
     if stated is not None:
@@ -120,7 +122,8 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize) -> Scale:
     phrase, factor = size_word(asked)
     if not phrase and usual_as_it_is(info, size):
         return Scale(1.0, real, authored, f"scale 1: {authored:.3g} m is usual, and less than what is normalised")
-    fit = fitted_edges(info.size_closed_m, size.category)
+    hangs = carried is not None and carried.mount is Mount.WALL
+    fit = fitted_edges(info.size_closed_m, size.category, hangs=hangs)
     usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
     target = usual * factor
     if authored <= 0.0:
@@ -149,9 +152,10 @@ class Fit:
     kind: str
 
 
-def fitted_edges(size_m: Vector, category: str) -> Fit | None:
-    """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category;
-    None where the table has no proportions of it. The front is towards x, unless the other fits far better.
+def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit | None:
+    """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category,
+    of those that hang on a wall where it ``hangs`` and the table has some; None where that has no proportions of it.
+    The front is towards x, unless the other fits far better.
 
     The maximum of a normal likelihood of the edges' logarithms: their mean, each weighed by 1 / σ². Its σ grows with
     how far the edges disagree.
@@ -159,7 +163,8 @@ def fitted_edges(size_m: Vector, category: str) -> Fit | None:
     if min(size_m) <= 0.0:
         return None
     fits = []
-    for known in tables.proportions().get(category, ()):
+    kinds = tables.proportions().get(category, ())
+    for known in [kind for kind in kinds if hangs and kind.hangs] or kinds:
         weights = [spread**-2 for spread in known.spread]
         for depth, width, rare in ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS)):
             edges = zip(known.usual_m, (depth, width, size_m[2]), strict=True)

@@ -37,11 +37,13 @@ class Size:
 
 @dataclass(frozen=True)
 class Proportions:
-    """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm)."""
+    """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), and
+    whether that kind ``hangs`` on a wall."""
 
     kind: str
     usual_m: tuple[float, float, float]
     spread: tuple[float, float, float]
+    hangs: bool
 
 
 @dataclass(frozen=True)
@@ -67,13 +69,15 @@ class PartMaterial:
 @dataclass(frozen=True)
 class PartContent:
     """Something heavy inside a part of an object of typical size: its mass, kg, its height in the part's box and its
-    depth from the front, as shares. An object that has one of the parts in ``unless`` has it there, not inside."""
+    depth from the front, as shares. An object that has one of the parts in ``unless`` has it there, not inside; one
+    without the part ``only`` has none."""
 
     name: Annotated[str, Field(alias="content")]
     mass_kg: float
     height: float
     depth: float
     unless: Names = ()
+    only: str = ""
 
 
 @dataclass(frozen=True)
@@ -194,7 +198,8 @@ def proportions() -> dict[str, tuple[Proportions, ...]]:
     for row in csv_rows("proportions"):
         usual = (float(row["depth_m"]), float(row["width_m"]), float(row["height_m"]))
         spread = (float(row["depth_spread"]), float(row["width_spread"]), float(row["height_spread"]))
-        found[row["category"]] = (*found.get(row["category"], ()), Proportions(row["kind"], usual, spread))
+        kind = Proportions(row["kind"], usual, spread, row["hangs"] == "yes")
+        found[row["category"]] = (*found.get(row["category"], ()), kind)
     return found
 
 

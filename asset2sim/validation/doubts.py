@@ -13,6 +13,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.sizing import dimension, propose_scale
+from asset2sim.guidance.supports import usual_support
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.validation.asked_state import RequestedState, requested_states, share_of
 from asset2sim.validation.holding import HELD_STATE
@@ -113,7 +114,8 @@ def size_doubts(
     if authored <= 0.0:
         return []
     bounds = size_bounds(info, size, guidance.size)
-    usual = propose_scale(info, size, guidance.size).value
+    carried = guidance.support or usual_support(info, guidance.called)
+    usual = propose_scale(info, size, guidance.size, carried).value
     if size.category == UNKNOWN and bounds.exact is None:
         usual = min(max(answer.scale, bounds.low_m / authored), bounds.high_m / authored)
     sigma = scale_sigma(answer, settings) if bounds.exact is None else STATED_SHARE

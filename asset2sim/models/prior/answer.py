@@ -46,7 +46,8 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     """An overlay for any object and any user's words, from the tables; deterministic."""
     guidance = read_guidance(words, info)
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
-    scale = propose_scale(info, size, guidance.size)
+    support = guidance.support or usual_support(info, guidance.called)
+    scale = propose_scale(info, size, guidance.size, support)
     positions = asked_positions(parts, guidance, scale.value)
     links, mass_notes, change = propose_links(info, parts, guidance, scale.value, scale.final_m)
     joints, feel_notes = propose_joints(parts, guidance, positions)
@@ -55,7 +56,7 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     return Overlay(
         scale=scale.value,
         contact_material=size.contact,
-        support=guidance.support or usual_support(info, guidance.called),
+        support=support,
         links=links,
         joints=joints,
         initial_joint_positions=positions,

@@ -139,7 +139,7 @@ def _with_contents(
                 at=(0.5 + forward * (0.5 - item.depth), 0.5 + side * (0.5 - item.depth), item.height),
             )
             for item in inside
-            if not largest.keys() & set(item.unless)
+            if not largest.keys() & set(item.unless) and (not item.only or item.only in largest)
         )
         filled.append(replace(piece, contents=contents))
     return filled
