@@ -145,11 +145,13 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
 
 @dataclass(frozen=True)
 class Fit:
-    """The ``scale`` at which an object is likeliest of its ``kind``, and the scale's relative ``sigma``."""
+    """The ``scale`` at which an object is likeliest of its ``kind``, the scale's relative ``sigma``, and how that kind
+    is ``placed`` where that is not as its category is."""
 
     scale: float
     sigma: float
     kind: str
+    placed: str = ""
 
 
 def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit | None:
@@ -164,7 +166,7 @@ def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit |
         return None
     fits = []
     kinds = tables.proportions().get(category, ())
-    for known in [kind for kind in kinds if hangs and kind.hangs] or kinds:
+    for known in [kind for kind in kinds if hangs and kind.placed == "wall"] or kinds:
         weights = [spread**-2 for spread in known.spread]
         for depth, width, rare in ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS)):
             edges = zip(known.usual_m, (depth, width, size_m[2]), strict=True)
@@ -175,7 +177,7 @@ def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit |
             sigma = math.sqrt(max(misfit / 2.0, 1.0) / sum(weights))
             # Less likely is what fits worse, and what is so broad that it fits anything.
             unlikely = misfit + 2.0 * sum(map(math.log, known.spread)) + math.log(sum(weights)) + rare
-            fits.append((unlikely, Fit(math.exp(mean), sigma, known.kind)))
+            fits.append((unlikely, Fit(math.exp(mean), sigma, known.kind, known.placed)))
     return min(fits, key=lambda item: item[0])[1] if fits else None
 
 

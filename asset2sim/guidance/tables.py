@@ -38,12 +38,12 @@ class Size:
 @dataclass(frozen=True)
 class Proportions:
     """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), and
-    whether that kind ``hangs`` on a wall."""
+    how that kind is ``placed`` where that is not as its category is: it hangs on a "wall", or "stands"."""
 
     kind: str
     usual_m: tuple[float, float, float]
     spread: tuple[float, float, float]
-    hangs: bool
+    placed: str
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ def proportions() -> dict[str, tuple[Proportions, ...]]:
     for row in csv_rows("proportions"):
         usual = (float(row["depth_m"]), float(row["width_m"]), float(row["height_m"]))
         spread = (float(row["depth_spread"]), float(row["width_spread"]), float(row["height_spread"]))
-        kind = Proportions(row["kind"], usual, spread, row["hangs"] == "yes")
+        kind = Proportions(row["kind"], usual, spread, row["placed"])
         found[row["category"]] = (*found.get(row["category"], ()), kind)
     return found
 

@@ -13,8 +13,8 @@ from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.guidance.parts import parts_of
 from asset2sim.guidance.placing import asked_positions
 from asset2sim.guidance.read import read_guidance
-from asset2sim.guidance.sizing import propose_scale
-from asset2sim.guidance.supports import usual_support
+from asset2sim.guidance.sizing import fitted_edges, propose_scale
+from asset2sim.guidance.supports import STANDS_CONFIDENCE, usual_support
 from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
@@ -22,6 +22,7 @@ from schemas.errors import UnknownChoiceError, UsageError
 from schemas.extensions import local_models, missing, named, offline_answers
 from schemas.model_names import HOUSEHOLD
 from schemas.overlay import Overlay
+from schemas.support import SupportKind, SupportProposal
 
 
 def answer(text: str) -> str:
@@ -47,6 +48,10 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     guidance = read_guidance(words, info)
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
     support = guidance.support or usual_support(info, guidance.called)
+    shape = fitted_edges(info.size_closed_m, size.category)
+    if guidance.support is None and shape is not None and shape.placed == "stands":
+        said = f"its edges are those of a {shape.kind}, which stands"
+        support = SupportProposal(kind=SupportKind.FREESTANDING, confidence=STANDS_CONFIDENCE, reason=said)
     scale = propose_scale(info, size, guidance.size, support)
     positions = asked_positions(parts, guidance, scale.value)
     links, mass_notes, change = propose_links(info, parts, guidance, scale.value, scale.final_m)
