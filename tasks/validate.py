@@ -55,5 +55,8 @@ def completed(
     """The proposal completed by our rules, with a finding for each change and for what carries the object."""
     physics = job.settings.physics
     friction = proposal.contact_friction or contact_friction(proposal.contact_material, physics)
-    overlay, findings = validate(extraction, proposal, job.source, friction, physics, forced, guidance=job.guidance)
+    overlay, findings = validate(
+        extraction, proposal, job.source, friction, physics, forced, guidance=job.guidance,
+        limits=job.settings.thresholds,
+    )  # fmt: skip
     return overlay, (*findings, *support_findings(overlay.support))

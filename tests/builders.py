@@ -14,6 +14,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, transform
 from schemas.base import Inertia6, Vector3
 from schemas.features import JointFeatures
+from schemas.mechanism import Bias
 
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 
@@ -108,6 +109,12 @@ def _link_text(link: UrdfLink) -> str:
         f'<link name="{link.name}"><inertial><origin xyz="{_words(link.com)}"/><mass value="{link.mass!r}"/>'
         f"<inertia {moments}/></inertial>{shapes}</link>"
     )
+
+
+def bias_of(joint: UrdfJoint) -> Bias | None:
+    """What the joint's mechanism exerts, as an overlay has it; None without one."""
+    terms = dict(zip(("slope", "none_at", "least", "most", "period"), joint.bias, strict=False))
+    return Bias(kind="detent" if terms.get("period") else "seal", **terms) if joint.bias[0] != 0.0 else None
 
 
 def _joint_text(joint: UrdfJoint) -> str:

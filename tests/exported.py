@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from asset2sim.assets.folder import URDF_NAME
-from schemas.mechanism import Bias
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.vocabulary import Source, VolumeSource
-from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, box, write_urdf
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, bias_of, box, write_urdf
 
 FRICTION = 0.45
 BASE = UrdfLink("base", mass=10.0, inertia=ball_inertia(1.0), shapes=((box(0.2, 0.2, 0.1), ORIGIN),))
@@ -54,6 +53,5 @@ def _joint(joint: UrdfJoint, initial: float) -> JointPhysics:
         spring_reference=joint.reference, lower=joint.lower, upper=joint.upper, limits_source=Source.AUTHORED,
         closed=joint.lower, open=joint.upper, initial_position=initial, position_source=Source.USER,
         effective_inertia=0.0, gravity_load=0.0, holds=False,
-        bias=Bias(kind="seal", **dict(zip(("slope", "none_at", "least", "most", "period"), joint.bias, strict=False)))
-        if joint.bias[0] != 0.0 else None,
+        bias=bias_of(joint),
     )  # fmt: skip

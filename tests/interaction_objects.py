@@ -16,7 +16,7 @@ from schemas.interaction import Interaction
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Thresholds
 from schemas.vocabulary import Engine, FailureMode, OverlapCause, Source
-from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, write_urdf
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, bias_of, box, write_urdf
 from tests.factories import make_joint
 
 SETTINGS = EngineSettings()
@@ -61,6 +61,7 @@ def subject(
             "closed": 0.0 if endless else joint.lower,
             "open": 0.0 if endless else joint.upper,
             "holds": joint.name in holds,
+            "bias": bias_of(joint),
         }
         position = (start or {}).get(joint.name, 0.0)
         physics.append(make_joint(joint.name, joint.type, position).model_copy(update=changes))

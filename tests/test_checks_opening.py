@@ -68,6 +68,15 @@ def test_a_drawer_and_a_knob_on_it_each_take_their_own(tmp_path: Path, engine: E
     assert found["turn"].opening == pytest.approx(0.02, rel=WITHIN)
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_selector_takes_its_friction_and_the_most_of_its_detent(tmp_path: Path, engine: Engine) -> None:
+    """0.01 N·m of friction and a click of 0.02: its friction alone moves it visibly, and it springs back."""
+    click = (-0.4, 0.0, -0.02, 0.02, math.radians(30.0))
+    joint = UrdfJoint("turn", "continuous", "base", "knob", friction=0.01, damping=0.002, bias=click)
+    record = efforts(subject(tmp_path, [bare("base"), bare("knob", 0.05, moment=1e-4)], [joint]), engine)["turn"]
+    assert record.opening == pytest.approx(0.03, rel=WITHIN) and record.closing == pytest.approx(0.03, rel=WITHIN)
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.05, 2.0])
 def test_the_effort_does_not_depend_on_the_damper(tmp_path: Path, damping: float) -> None:
     joint = UrdfJoint("hinge", "revolute", "base", "door", lower=0.0, upper=1.5, damping=damping, friction=0.1)

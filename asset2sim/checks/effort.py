@@ -196,7 +196,8 @@ CHECK = DeclaredCheck(
             "the reason has the force and the range (`efforts.csv`); say `stiff` or `light` in the guidance, or fix it",
         )
     },
-    done="the least force at a part's edge that moves each joint, either way, on the floor where the part is on it",
+    done="the least force at a part's edge that moves each joint, either way (a selector to its next click), on the "
+    "floor where the part is on it",
     holds="within the range for its kind (`efforts.csv`, each with its source), and less than tips over or slides the "
     "object",
     bounds=("held_by_hand_kg",),

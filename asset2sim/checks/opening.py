@@ -19,6 +19,9 @@ VISIBLE_M = 5e-4
 """... or a slider, m ..."""
 VISIBLE_SHARE = 0.02
 """... and at most this share of its range: a key's whole travel is 3 mm."""
+CLICK_SHARE = 0.45
+"""Share of the way between two clicks up to which a selector is turned: the most of its detent, which half of it ends.
+Its friction alone moves it visibly, and it springs back."""
 ENOUGH = 1.5
 """Where the first ramp ends, as a multiple of the predicted effort."""
 HARDER = 10.0
@@ -88,6 +91,8 @@ def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, 
     """The push of one joint in one direction, or None where it has no room to move visibly there."""
     lower, upper = span_of(joint)
     visible = min(VISIBLE_M if joint.type == "prismatic" else VISIBLE_RAD, VISIBLE_SHARE * max(upper - lower, 0.0))
+    if joint.bias is not None and joint.bias.period > 0.0:
+        visible = CLICK_SHARE * joint.bias.period
     room = (upper - joint.initial_position) if direction > 0.0 else (joint.initial_position - lower)
     if visible <= 0.0 or room < visible:
         return None

@@ -27,11 +27,12 @@ def note_tips_when_open(
     bodies: Mapping[str, Body],
     starts: Mapping[str, Start],
     handled: Mapping[str, Handling],
+    limits: Thresholds,
     notes: Notes,
 ) -> None:
     """A finding for each door and lid of a free object that stands as asked and tips over, or would by a touch, with
     it open further: ``points`` and ``bodies`` are at the final scale, in their links' frames."""
-    limits, up = Thresholds(), np.array([0.0, 0.0, 1.0])
+    up = np.array([0.0, 0.0, 1.0])
 
     def stands(positions: Mapping[str, float]) -> SupportPolygon:
         cloud, center, mass = placed_cloud(features, points, tree, bodies, positions)

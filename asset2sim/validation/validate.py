@@ -46,6 +46,7 @@ from schemas.guidance import NOTHING_ASKED, Guidance
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.support import Support, SupportKind
+from schemas.thresholds import Thresholds
 from schemas.vocabulary import DynamicsRule, Quantity, Source
 
 ROOM_OF_METRES = 20.0
@@ -54,6 +55,7 @@ SAME_SCALE = 1e-3
 """How far a scale may be from 1 for the authored masses to be those of the object."""
 WEIGHED_SHARE = 0.05
 """How far an object's mass may be from the one that its user's words state without a finding."""
+DEFAULT_LIMITS = Thresholds()
 
 
 def validate(
@@ -68,12 +70,13 @@ def validate(
     placed: Mapping[str, float] = MappingProxyType({}),
     keep_terms: bool = True,
     contact_source: Source | None = None,
+    limits: Thresholds = DEFAULT_LIMITS,
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """A complete overlay and what was changed to complete it. ``source`` says who proposed (``model`` or ``prior``);
     what ``overlay.asked`` names counts as the user's. ``support`` says what carries the object; None: it is found, from
     the user's ``guidance`` first. Joints that the search has ``placed`` (rad or m) start there, whatever is asked. Not
     to ``keep_terms`` supplies the damping, friction and springs that a file in metres states, too. With a
-    ``contact_source`` the coefficient of contacts is final."""
+    ``contact_source`` the coefficient of contacts is final. ``limits`` say by what margin an object stands."""
     notes, features = Notes(), extraction.features
     if features.metric == KEPT_AS_ASKED and "scale" not in overlay.asked:
         overlay = overlay.model_copy(update={"scale": 1.0})
@@ -97,7 +100,9 @@ def validate(
     disputed = opinion.disputes.of_contact
     if contact_source is None and contact[1] is not Source.USER:
         contact = (disputed, source) if disputed else coefficient or contact
-    unmoved = Completion(extraction, scale, scale_source, source, contact, settings, guidance, placed, opinion, starts)
+    unmoved = Completion(
+        extraction, scale, scale_source, source, contact, settings, guidance, placed, opinion, starts, limits
+    )
     told = Notes()
     done, handled = complete(unmoved, overlay, support, told)
     if opinion.on_joints and keep_terms and settings.dynamics is not DynamicsRule.PAPER:
@@ -132,6 +137,7 @@ class Completion:
     placed: Mapping[str, float]
     opinion: Opinion
     starts: Mapping[str, float]
+    limits: Thresholds
 
 
 def complete(
@@ -177,7 +183,7 @@ def complete(
     if support.kind is SupportKind.FREESTANDING:
         springs = [joint.name for joint in features.joints if joint.stiffness]
         handled = with_suspensions(handled, springs, tree, features.root, bodies, points, positions)
-        note_tips_when_open(features, points, tree, bodies, starts, handled, notes)
+        note_tips_when_open(features, points, tree, bodies, starts, handled, given.limits, notes)
     exact = {name for name in starts if f"initial_joint_positions.{name}" in asked}
     starts = at_their_ends(starts, handled, exact | given.placed.keys())
     sprung = frozenset(name for name in starts if Quantity.SPRINGS in given.opinion.kept(name))
