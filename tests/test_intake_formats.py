@@ -151,6 +151,8 @@ def test_a_xacro_that_only_defines_a_macro_is_one_instance_of_it(tmp_path: Path)
     text = MACRO.replace("PARAMS", "parent prefix:='' *origin reach:=1").replace("<joint", f"{hung}<joint", 1)
     (tmp_path / "cabinet.xacro").write_text(text.replace("MORE", ""))
     assert read(tmp_path).features.root == "world"
+    (tmp_path / "cabinet.xacro").write_text(text.replace("${parent}", "hall").replace("MORE", ""))
+    assert read(tmp_path).features.root == "hall", "a link of the file that takes the macro"
 
 
 @pytest.mark.parametrize(

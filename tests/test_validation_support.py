@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.physics.felt import effort_limit
 from asset2sim.physics.support_polygon import standing_on
 from asset2sim.validation.support import by_shape, has_flat_back
 from asset2sim.validation.validate import validate
@@ -133,3 +134,21 @@ def test_no_hand_is_asked_to_lift_a_stage(tmp_path: Path) -> None:
 
     assert lift("stage", 10.0) > 100.0 > lift("stage", 1.0)
     assert lift("drawer", 10.0) < 100.0, "what a hand operates is for a hand, whatever it weighs"
+
+
+def test_a_pendulum_on_a_frame_keeps_the_damping_of_its_file_and_a_motor_that_moves_it(tmp_path: Path) -> None:
+    weight = '<inertial><origin xyz="0 0 -0.5"/><mass value="1"/>' \
+             '<inertia ixx="0.084" iyy="0.084" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>'  # fmt: skip
+    more = '<dynamics damping="0.1"/><limit effort="0.001" velocity="1"/>'
+    text = robot(
+        link("world"),
+        link("pole", shape("0.05 0.05 1", xyz="0 0 -0.5") + weight),
+        joint("pin", "continuous", "world", "pole", axis="0 1 0", more=more),
+    )
+    item = read(written(tmp_path, text))
+    made, told = validate(item, Overlay(scale=1.0), Source.PRIOR, 0.5, NO_VIEWS.physics)
+    (pin,) = made.joints
+    assert (pin.damping, pin.damping_source) == (0.1, Source.AUTHORED), "the frame that holds it is no body"
+    raised = next(finding for finding in told if finding.code == "effort_raised")
+    assert raised.value == 0.001 and raised.limit == pytest.approx(effort_limit(0.001, pin, NO_VIEWS.physics))
+    assert effort_limit(1.0, pin, NO_VIEWS.physics) == 1.0 > pin.friction

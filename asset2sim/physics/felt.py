@@ -82,6 +82,16 @@ def felt_spring(
     return FeltSpring(stiffness, moved.rest - outward * at_rest / stiffness.value, armature, friction)
 
 
+def effort_limit(stated: float | None, joint: JointPhysics, settings: PhysicsSettings) -> float:
+    """The effort limit of a joint, N·m or N: that of its file, unless it does not move the joint against its friction,
+    its load and its mechanism, which an author's weak motor had not to; else several times what does."""
+    bias = 0.0 if joint.bias is None else max(joint.bias.most, -joint.bias.least)
+    resists = joint.friction + abs(joint.gravity_load) + bias
+    if stated and stated > resists:
+        return stated
+    return max(0.0 if stated else settings.default_effort, settings.effort_margin * resists)
+
+
 def plain_spring(joint: JointPhysics, settings: PhysicsSettings) -> tuple[float, float]:
     """Stiffness (N·m/rad or N/m) and relaxed position (rad or m) of the spring that a joint has in a file that holds no
     armature: its own, or one lighter in proportion that its part alone bears at ``plain_timestep_s``; no spring where

@@ -1,6 +1,6 @@
 """Findings on the physics that one joint was given: what a bound changed, what holds it, what its URDF leaves out."""
 
-from asset2sim.physics.felt import plain_spring
+from asset2sim.physics.felt import effort_limit, plain_spring
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import Holding
@@ -34,6 +34,14 @@ def report_plain_spring(joint: JointPhysics, settings: PhysicsSettings, notes: N
         f"URDF holds: the URDF has {written}; overlay.json, load.py, MJCF and USD have it whole"
     )
     notes.info("spring_not_in_urdf", message, joint=joint.name, value=joint.stiffness, limit=stiffness)
+
+
+def report_effort(joint: JointPhysics, stated: float | None, settings: PhysicsSettings, notes: Notes) -> None:
+    """Add a finding where the file's effort limit (``stated``, N·m or N) is less than what moves the joint takes."""
+    needed = effort_limit(stated, joint, settings)
+    if stated and stated < needed:
+        message = f"joint '{joint.name}': its effort limit of {stated:.3g} is raised to {needed:.3g}, which moves it"
+        notes.info("effort_raised", message, joint=joint.name, value=stated, limit=needed)
 
 
 def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: Notes) -> None:

@@ -28,7 +28,7 @@ from asset2sim.validation.holding import (
     must_hold,
 )
 from asset2sim.validation.joint_coupling import bound_together
-from asset2sim.validation.joint_reports import report, report_holding, report_plain_spring
+from asset2sim.validation.joint_reports import report, report_effort, report_holding, report_plain_spring
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.mechanisms import (
     SNAP_FRICTION,
@@ -54,8 +54,8 @@ class JointInputs:
     """Inputs of joint physics, at the final scale: the kinematic ``tree`` and its ``bodies``, where joints
     start, what is proposed for them, how people handle their parts, the paths that the user states (``asked``), and who
     proposes the rest (``source``). On a held base joints move what they move on it; what bounds damping and stiffness
-    stays that of a free one, which is less, since the base may be freed. ``sprung`` joints have their file's
-    own springs."""
+    stays that of a free one, which is less, since the base may be freed, unless it is a frame without a shape.
+    ``sprung`` joints have their file's own springs."""
 
     features: Features
     tree: Sequence[TreeJoint]
@@ -101,7 +101,10 @@ def joint_mechanics(inputs: JointInputs, spaces: Sequence[JointSpace]) -> dict[s
     """Joint → its mechanics, of the joint spaces of sample poses, the first of which is the start."""
     space, bodies = spaces[0], inputs.bodies
     inertias = space.inertia_on_held_base() if inputs.base_held else space.effective_inertia()
-    held, everywhere = space.held_inertia(), [item.effective_inertia() for item in spaces]
+    # A frame that something holds is never freed: it has no body of its own.
+    frame = inputs.base_held and not inputs.features.link(inputs.features.root).has_geometry
+    everywhere = [item.inertia_on_held_base() if frame else item.effective_inertia() for item in spaces]
+    held = space.held_inertia()
     total = sum(body.mass for body in bodies.values())
     return {
         name: JointMechanics(
@@ -179,6 +182,7 @@ def one_joint(
         bias=bias,
     )
     report_plain_spring(made, settings, notes)
+    report_effort(made, joint.effort, settings, notes)
     return made, rest
 
 

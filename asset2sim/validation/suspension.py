@@ -3,7 +3,7 @@
 What they take is judged by what they carry.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,8 @@ from asset2sim.guidance.tables import part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, beyond, link_to_root
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
-from asset2sim.validation.handling import Handling, standing_part
+from asset2sim.validation.handling import STANDING_PART_N, Handling, standing_part
+from schemas.overlay import JointPhysics
 
 TOUCHING = 0.02
 """Height over the lowest point, as a share of the object's height, within which a part stands on the ground: wheels
@@ -53,25 +54,27 @@ def with_suspensions(
     return found
 
 
-def with_machines(
-    handled: Mapping[str, Handling],
+def lifted_by_machines(
+    joints: Iterable[JointPhysics],
     tree: Sequence[TreeJoint],
     root: str,
     bodies: Mapping[str, Body],
     positions: Mapping[str, float],
-) -> dict[str, Handling]:
-    """The handling of joints, where a slider of no known kind weighs more along its axis than its kind takes of a hand,
-    as a stage or a lift does: what drives it bears it, which here is its friction, and no hand is asked to."""
-    poses, found = link_to_root(tree, root, positions), dict(handled)
-    for joint in tree:
-        kind = handled.get(joint.name)
-        if kind is None or joint.type != "prismatic" or kind.range.kind not in UNKNOWN_KINDS:
-            continue
-        along = abs(float((poses[joint.parent] @ joint.child_to_parent)[2, :3] @ joint.axis))
-        if GRAVITY_M_S2 * sum(bodies[link].mass for link in beyond(tree, joint.name)) * along > kind.range.most_n:
-            driven = kind.range.model_copy(update={"kind": "part that a machine lifts"})
-            found[joint.name] = standing_part(replace(kind, range=driven))
-    return found
+) -> tuple[JointPhysics, ...]:
+    """The joints, of which no hand is asked to move a slider of no known kind that weighs more along its axis than its
+    kind takes of a hand, as a stage or a lift does: what drives it bears it, which here is its friction."""
+    poses, found = link_to_root(tree, root, positions), list[JointPhysics]()
+    hinges = {joint.name: joint for joint in tree}
+    for joint in joints:
+        hinge, asked = hinges[joint.name], joint.effort_range
+        if asked is not None and joint.type == "prismatic" and asked.kind in UNKNOWN_KINDS:
+            along = abs(float((poses[hinge.parent] @ hinge.child_to_parent)[2, :3] @ hinge.axis))
+            weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in beyond(tree, joint.name))
+            if weight * along > asked.most_n:
+                driven = {"kind": "part that a machine lifts", "most_n": STANDING_PART_N}
+                joint = joint.model_copy(update={"effort_range": asked.model_copy(update=driven)})
+        found.append(joint)
+    return tuple(found)
 
 
 def lift_of(

@@ -28,7 +28,7 @@ from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
 from asset2sim.validation.positions import hanging, initial_positions, note_guessed_ends
 from asset2sim.validation.support import closed_polygon, held_by_file, support_of
-from asset2sim.validation.suspension import with_machines, with_suspensions
+from asset2sim.validation.suspension import lifted_by_machines, with_suspensions
 from asset2sim.validation.trust import (
     Opinion,
     judge_joints,
@@ -179,7 +179,6 @@ def complete(
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
     )
-    handled = with_machines(handled, tree, features.root, bodies, positions)
     if support.kind is SupportKind.FREESTANDING:
         springs = [joint.name for joint in features.joints if joint.stiffness]
         handled = with_suspensions(handled, springs, tree, features.root, bodies, points, positions)
@@ -191,6 +190,7 @@ def complete(
         features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed, sprung=sprung
     )
     joints = joint_physics(inputs, settings, notes)
+    joints = lifted_by_machines(joints, tree, features.root, bodies, positions)
     done = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,

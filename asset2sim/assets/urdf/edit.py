@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.numbers import BIAS
-from asset2sim.physics.felt import plain_spring
+from asset2sim.physics.felt import effort_limit, plain_spring
 from asset2sim.physics.kinematics import locked, rpy_of
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
@@ -212,9 +212,7 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
         limit.attrib.pop(key, "")
         if value is not None:
             limit.set(key, word(value))
-    bias = 0.0 if physics.bias is None else max(physics.bias.most, -physics.bias.least)
-    needed = settings.effort_margin * (physics.friction + abs(physics.gravity_load) + bias)
-    limit.set("effort", word(authored.effort if authored.effort else max(settings.default_effort, needed)))
+    limit.set("effort", word(effort_limit(authored.effort, physics, settings)))
     limit.set("velocity", word(authored.velocity if authored.velocity else settings.default_velocity))
     dynamics = child(element, "dynamics")
     dynamics.set("damping", word(physics.damping))

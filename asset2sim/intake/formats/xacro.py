@@ -76,9 +76,11 @@ def instance_of(file: Path, module: Any, chosen: str = "") -> tuple[Any, str] | 
         instance.appendChild(document.createElement("origin"))
     document.documentElement.appendChild(instance)
     module.process_doc(document)
-    if any(item.getAttribute("link") == HANGS_ON for item in document.getElementsByTagName("parent")):
+    links = {item.getAttribute("name") for item in document.getElementsByTagName("link")}
+    ends = [item.getAttribute("link") for item in document.getElementsByTagName("parent")]
+    for missing in dict.fromkeys(end for end in ends if end and end not in links):  # it hangs on another file's link
         link = document.createElement("link")
-        link.setAttribute("name", HANGS_ON)
+        link.setAttribute("name", missing)
         document.documentElement.appendChild(link)
     return document, f"it only defines the macro {listed}, of which one instance is made"
 
