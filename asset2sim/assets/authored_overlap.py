@@ -115,12 +115,10 @@ def authored_depth(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal
     return float("inf")
 
 
-def overlap_cause(
-    shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None, tolerance_m: float = TOUCHING_M
-) -> OverlapCause:
+def overlap_cause(shapes: AuthoredShapes, a: str, b: str, a_to_b: Array, normal: Array | None = None) -> OverlapCause:
     """Cause of the overlap of links A and B, A at the (4, 4) pose ``a_to_b`` in B's frame. AUTHORED where the meshes
-    intersect by more than ``tolerance_m`` (see ``authored_depth``), else HULL."""
-    deep = authored_depth(shapes, a, b, a_to_b, normal) > tolerance_m
+    intersect by more than ``TOUCHING_M`` (see ``authored_depth``), else HULL."""
+    deep = authored_depth(shapes, a, b, a_to_b, normal) > TOUCHING_M
     return OverlapCause.AUTHORED if deep else OverlapCause.HULL
 
 

@@ -80,7 +80,7 @@ class Holder:
 
 
 @contextmanager
-def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = STALE_S) -> Iterator[Callable[[], None]]:
+def lock_url(url: str, note: Path, renew_s: float = RENEW_S) -> Iterator[Callable[[], None]]:
     """Lock an output URL for this process. Yields a function that raises LostLockError once another run has it.
 
     ``note`` is a local file that only the caller uses; it holds the token of the last lock taken from this machine. If
@@ -93,7 +93,7 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
     with suppress(OSError):
         killed = note.read_text(encoding="ascii", errors="replace")
     try:
-        _acquire(url, place, mine, killed, stale_s)
+        _acquire(url, place, mine, killed)
         note.write_text(mine.token, encoding="ascii")
     except StoreError as error:
         raise store_usage_error(error) from error
@@ -111,7 +111,7 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
     def check() -> None:
         if lost.is_set():
             raise LostLockError(
-                f"another run took {url} over, because this one had not renewed its lock for {stale_s:.0f} s; nothing "
+                f"another run took {url} over, because this one had not renewed its lock for {STALE_S:.0f} s; nothing "
                 "more is written there"
             )
 
@@ -127,7 +127,7 @@ def lock_url(url: str, note: Path, renew_s: float = RENEW_S, stale_s: float = ST
                 remove_objects([place])
 
 
-def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) -> None:
+def _acquire(url: str, place: str, mine: Holder, killed: str) -> None:
     try:
         write_object(place, _text(mine), mode="create")
         return
@@ -140,10 +140,10 @@ def _acquire(url: str, place: str, mine: Holder, killed: str, stale_s: float) ->
             raise
         raise UsageError(f"another run on {url} is just starting or ending; try again in a few seconds") from error
     age = time.time() - holder.time
-    if age < stale_s and holder.token != killed:
+    if age < STALE_S and holder.token != killed:
         raise UsageError(
             f"another run ({holder}) is writing to {url}; wait until it ends, or choose another --out. If it was "
-            f"killed, its lock counts for nothing in {stale_s - age:.0f} s"
+            f"killed, its lock counts for nothing in {STALE_S - age:.0f} s"
         )
     if not _replace(place, mine, holder, version):
         raise UsageError(f"another run on {url} is just starting; wait until it ends, or choose another --out")

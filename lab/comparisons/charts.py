@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from asset2sim.baselines.declared_method import known_methods
-from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES, Row
+from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES
 from lab.comparisons.markdown import name_of
 from lab.comparisons.method_runs import METHODS, WITHOUT_MODEL
 from lab.noise.noise_level import NOISY
+from schemas.table import Row
 from schemas.vocabulary import Method
 
 if TYPE_CHECKING:

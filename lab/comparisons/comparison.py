@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import to_arrow
 from lab.comparisons.charts import failure_chart, growth_chart
-from lab.comparisons.comparison_rows import Row, failure_rows, figure_rows, growth_rows
+from lab.comparisons.comparison_rows import failure_rows, figure_rows, growth_rows
 from lab.comparisons.figure_specs import COST, LARGE_SUBSET, STABILITY, SUCCESS
 from lab.comparisons.first_table import first_table
 from lab.comparisons.markdown import (
@@ -29,7 +29,7 @@ from lab.noise.noise_level import NOISY
 from lab.pages.blocks import write_block
 from lab.schemas import tables_compare as schema
 from schemas.model_names import described
-from schemas.table import Table
+from schemas.table import Row, Table
 
 BLOCK = "compare"
 """Name of the page's block."""

@@ -12,9 +12,9 @@ from asset2sim.physics.arrays import Array
 from lab.comparisons.figure_specs import STABILITY, SUCCESS, FigureSpec, stated
 from lab.comparisons.method_runs import NO_MODEL, level_of
 from lab.comparisons.statistics import Estimate, estimate, paired_difference
+from schemas.table import Row
 from schemas.vocabulary import NO_PAPER_MODE, PAPER_FAILURE_MODES, Method
 
-Row = dict[str, object]
 OURS = Method.ASSET2SIM
 OK = "ok"
 OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()), NO_PAPER_MODE)

@@ -6,12 +6,13 @@ import pandas as pd
 
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.catalog.text import NOTHING, markdown_table
-from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES, Row, array_of
+from lab.comparisons.comparison_rows import OK, OURS, OUTCOMES, array_of
 from lab.comparisons.figure_specs import NINE_SUBSET, STABILITY, SUCCESS, FigureSpec
 from lab.comparisons.meaning import HEADINGS, met_cells
 from lab.comparisons.method_runs import METHODS, NO_MODEL
 from lab.comparisons.statistics import agreement
 from schemas.model_names import described, is_prior
+from schemas.table import Row
 from schemas.vocabulary import Method
 
 MINUS = "−"

@@ -149,11 +149,11 @@ def forward(net: Any, pictures: Any, joints: Any, task: Any) -> Any:
     return net["head"](torch.cat([left, wrist, joints, known], dim=1)).reshape(-1, OPEN_LOOP, ACTION_WIDTH)
 
 
-def train(data: Demonstrations, to: Path, epochs: int = EPOCHS, seed: int = 0) -> float:
+def train(data: Demonstrations, to: Path, epochs: int = EPOCHS) -> float:
     """Train a network and write it to a file; the mean error of its last epoch, of scaled actions. Raises UsageError
     where PyTorch is not installed."""
     torch = torch_module()
-    torch.manual_seed(seed)
+    torch.manual_seed(0)
     net = network()
     scales = {
         "joints_mean": data.joints.mean(axis=0), "joints_std": data.joints.std(axis=0) + 1e-3,
@@ -211,7 +211,7 @@ class Cloned:
         return Chunk(actions, "joint_velocity")
 
 
-def clone(folders: Mapping[str, Path], to: Path, count: int, told: Callable[[str], None], epochs: int = EPOCHS) -> Path:
+def clone(folders: Mapping[str, Path], to: Path, count: int, told: Callable[[str], None]) -> Path:
     """Record ``count`` demonstrations of each task with the refined objects in ``folders``, asset → folder, train, and
     write the network into the folder ``to``; its file. Recordings that are there are kept. Raises UsageError."""
     torch_module()
@@ -221,5 +221,5 @@ def clone(folders: Mapping[str, Path], to: Path, count: int, told: Callable[[str
             files.append(to / DEMONSTRATIONS / f"{task.name.replace(' ', '-')}-{seed}.npz")
             done = demonstrate(folders[task.asset_id], task, seed, files[-1])
             told(f"{task.name}, start {seed}: {'done' if done else 'not done, left out'}")
-    told(f"trained: mean error {train(load_demonstrations(files), to / NETWORK, epochs):.4f} of scaled actions")
+    told(f"trained: mean error {train(load_demonstrations(files), to / NETWORK):.4f} of scaled actions")
     return to / NETWORK

@@ -17,7 +17,7 @@ from asset2sim.catalog.write import write_run
 from asset2sim.checks.alignment.expectations import meet
 from lab.comparisons.charts import growth_chart, spread_labels
 from lab.comparisons.comparison import compare, large_set_section, write_comparison, write_page
-from lab.comparisons.comparison_rows import OUTCOMES, Row, failure_rows, figure_rows, growth_rows
+from lab.comparisons.comparison_rows import OUTCOMES, failure_rows, figure_rows, growth_rows
 from lab.comparisons.figure_specs import COST, STABILITY, SUCCESS, TABLE_1, stated
 from lab.comparisons.first_table import first_table
 from lab.comparisons.markdown import (
@@ -37,6 +37,7 @@ from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import UsageError
 from schemas.model_names import described
 from schemas.settings import ModelSettings, Settings, Thresholds
+from schemas.table import Row
 from schemas.vocabulary import FailureMode, Method
 from tests.assets import ROOT
 from tests.factories import make_alignment, make_call, make_failure, make_measurement, make_record

@@ -144,13 +144,13 @@ def weigh(extraction: Extraction, prompt: str) -> Weighed:
     return Weighed(extraction.features.asset_id, category, overlay.mass_kg, dict(parts), face, fitted)
 
 
-def weigh_datasets(shared: Path, categories: Iterable[str] = (), cache: Path | None = None) -> Iterator[Weighed]:
+def weigh_datasets(shared: Path, categories: Iterable[str] = ()) -> Iterator[Weighed]:
     """Every object of the datasets in a folder at its usual size; ``categories`` chooses by the manifest's category."""
     wanted = set(categories)
     for name in DATASETS:
         for ref in load_dataset(shared / name):
             if not wanted or ref.category in wanted:
-                yield weigh(extract(ref, cache), ref.prompt or "")
+                yield weigh(extract(ref), ref.prompt or "")
 
 
 def compare(weighed: Sequence[Weighed], rows: Sequence[PublishedWeight]) -> list[Compared]:

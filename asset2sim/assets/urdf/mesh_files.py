@@ -166,10 +166,10 @@ def textures_of(library: Path, counts: Counts = is_file) -> list[str]:
     return names
 
 
-def read_head(obj: Path, limit: int = 65_536) -> str:
+def read_head(obj: Path) -> str:
     """The beginning of an OBJ file, where ``mtllib`` stands by convention."""
     with obj.open("rb") as stream:
-        return stream.read(limit).decode("utf-8", errors="replace")
+        return stream.read(65_536).decode("utf-8", errors="replace")
 
 
 def inside(path: Path, folder: Path) -> Path | None:
