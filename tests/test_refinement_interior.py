@@ -53,6 +53,8 @@ def test_what_has_no_floor_no_room_or_no_way_in_has_no_interior() -> None:
     upside_down = pot() * (1.0, 1.0, -1.0)
     assert cavity(upside_down, NOTHING, 0.01) is None
     assert cavity(pot() * 0.08, NOTHING, 0.01) is None
+    slot = pot() * (0.18, 1.0, 1.0)  # 34 mm wide: balls of 2 cm lie in it one behind the other
+    assert cavity(slot, NOTHING, 0.01) is None and cavity(pot() * (0.3, 1.0, 1.0), NOTHING, 0.01) is not None
     lid = np.asarray(trimesh.creation.box(extents=(0.22, 0.22, 0.01)).apply_translation((0, 0, 0.05)).triangles)
     assert cavity(np.vstack([pot(), lid]), NOTHING, 0.01) is None
     # Another link's lid closes the pot without taking its interior away, what stands in it leaves no room.

@@ -17,6 +17,9 @@ SIDES = 5
 """How many of the six axis directions must meet walls; downwards must be one of them, and the link's own."""
 ROOM = 2.0
 """Least free volume for the ball's centre, over the ball's volume: less is, for example, a gap behind a handle."""
+FLOOR_CELLS, ABREAST = 2.5, 2.0
+"""Cells between a ball that lies on the floor and the floor; and least width of its places there, over its radius, in
+each direction: two lie side by side. Less is a door's rebate, the slit before a clock's face, or a slot."""
 MOST_CELLS = 400_000
 """Most cells of one grid, which takes about 0.1 s; beyond it cells are made larger."""
 
@@ -71,9 +74,10 @@ def interiors(
     for number in range(1, count + 1):
         index = np.argwhere(label == number)
         place = tuple(index.T)
-        wide = float(np.ptp(index[:, :2], axis=0).min()) * cell >= radius  # a door's rebate is a cell wide
+        height = (index[:, 2] - level[place]) * cell
+        low = index[height <= radius + FLOOR_CELLS * cell, :2]
+        wide = len(low) > 0 and float(np.ptp(low, axis=0).min()) * cell >= ABREAST * radius
         if wide and len(index) * cell**3 >= ROOM * 4.0 / 3.0 * np.pi * radius**3:
-            height = (index[:, 2] - level[place]) * cell
             found.append(Interior(corner + (index + 0.5) * cell, clearance[place], height, cell, radius))
     return sorted(found, key=lambda item: -len(item.points))
 

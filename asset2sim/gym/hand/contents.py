@@ -10,7 +10,7 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull, KDTree, QhullError
 
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.meshes.interior import Interior, interiors
+from asset2sim.assets.meshes.interior import FLOOR_CELLS, Interior, interiors
 from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.gym.hand.content_world import (
     BODIES,
@@ -32,9 +32,8 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 
 APART, SMALLER = 2.1, 0.8
 """Least distance between two bodies, over their radius, and the factor by which they are made smaller to fit."""
-FLOOR_CELLS, LOOKED_AT, SEEN_FROM = 2.5, 64, 24
-"""Cells between what lies on the floor and the floor; places at which it is looked whether a body may lie there, and
-from which it is looked what is around."""
+LOOKED_AT, SEEN_FROM = 64, 24
+"""Places at which it is looked whether a body may lie there, and from which it is looked what is around."""
 SUNK = 0.3
 """How far a body may lie below the floor that is seen, over its radius."""
 MOST_POINTS = 1500

@@ -15,6 +15,7 @@ from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
 from asset2sim.assets.meshes.hull import distinct, shells
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
 from asset2sim.physics.arrays import Array
+from asset2sim.refinement.collision.floors import levelled
 
 
 @dataclass(frozen=True)
@@ -184,6 +185,15 @@ def reduced(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:
     if len(link.pieces) <= most:
         return link
     return replace(link, pieces=join(link.pieces, link.hollow, sizes.thickness, most=most, added_share=ADDED_SHARE))
+
+
+def on_floors(link: LinkPieces, looks: Array | None, up: Array, sizes: Sizes) -> LinkPieces:
+    """The same link, its pieces cut at the flat floors of its ``looks``, (k, 3, 3) triangles; ``up`` is the (3,) upward
+    direction in its frame at rest."""
+    if link.hollow is None or looks is None:
+        return link
+    cell_m = link.hollow.cell_m
+    return replace(link, pieces=levelled(link.pieces, looks, up, sizes.ball_radius, cell_m, sizes.thickness))
 
 
 def allowance(hull_volume: float, sizes: Sizes) -> float:

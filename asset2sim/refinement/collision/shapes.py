@@ -1,7 +1,7 @@
 """Collision geometry of a whole asset by mode: as authored, one hull a shell, or pieces that leave hollows empty."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +12,8 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls, collision_hulls, simplified
 from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
 from asset2sim.assets.meshes.hollow import samples
+from asset2sim.assets.meshes.load import scale_vector
+from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.refinement.collision.link_pieces import (
@@ -21,13 +23,14 @@ from asset2sim.refinement.collision.link_pieces import (
     by_faces,
     link_pieces,
     link_shells,
+    on_floors,
     reduced,
 )
 from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity, Stage
 
-FORMAT = "1"
+FORMAT = "2"
 """Part of every cache key: raise it when the same input gives other pieces."""
 
 
@@ -106,8 +109,27 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
     }
     most = cap([len(item.pieces) for item in found.values()], settings.max_asset_hulls)
     found = {link: reduced(item, sizes, most) for link, item in found.items()}
+    looks = seen(extraction, [link for link, item in found.items() if item.hollow is not None])
+    found = {link: on_floors(item, looks.get(link), poses[0][link][2, :3], sizes) for link, item in found.items()}
     hulls = {link: tuple(simplified(piece.points) * scale for piece in item.pieces) for link, item in found.items()}
     return hulls, tuple(note for link, item in found.items() for note in findings_of(link, item, scale))
+
+
+def seen(extraction: Extraction, links: Collection[str]) -> dict[str, Array]:
+    """Link → (k, 3, 3) triangles of its visual meshes in its frame, of these links; none for one without."""
+    found: dict[str, Array] = {}
+    for link in read_urdf(extraction.urdf).links if links else ():
+        drawn = [np.zeros((0, 3, 3))]
+        for item in link.visuals if link.name in links else ():
+            mesh = item.geometry.mesh
+            file = None if mesh is None else extraction.mesh_files.get(mesh.filename)
+            if mesh is not None and file is not None:
+                read = extraction.triangles.mesh(file, scale_vector(mesh))
+                placed = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+                drawn.append(apply(placed, np.asarray(read.vertices, dtype=float))[np.asarray(read.faces)])
+        if len(drawn) > 1:
+            found[link.name] = np.vstack(drawn)
+    return found
 
 
 def states(extraction: Extraction) -> list[dict[str, Array]]:
