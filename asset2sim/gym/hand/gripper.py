@@ -37,6 +37,8 @@ HELD_M = 0.3
 PARKED_M = 20.0
 """Height at which the hand is out of the way, m."""
 FINGERS = ("left", "right")
+STAND = "stand"
+"""Name of the round stand under an object that juts out over it."""
 
 
 def hand_spec(scale: float, settings: HandSettings) -> mujoco.MjSpec:
@@ -163,12 +165,19 @@ class HandWorld:
         return max(1, round(seconds / self.settings.timestep_s))
 
 
-def open_world(folder: Path, settings: HandSettings, scale: float = 1.0, *, held: bool = False) -> HandWorld:
-    """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor. Raises
-    LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
+def open_world(
+    folder: Path, settings: HandSettings, scale: float = 1.0, *, held: bool = False, stand_m: float = 0.0
+) -> HandWorld:
+    """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor, ``stand_m``
+    is the radius of a stand on which it is. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
+    model."""
     spec, loaded = object_world(folder, settings.timestep_s, fixed=True if held else None)
-    if held:
+    if held or stand_m:
         spec.body(loaded.prefix + loaded.about.root).pos[2] += HELD_M
+    if stand_m:
+        below = spec.worldbody.add_body(name=STAND, mocap=True, pos=(0.0, 0.0, HELD_M / 2.0))
+        size = (stand_m, HELD_M / 2.0, 0.0)
+        below.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, solref=(CONTACT_TIME_S, 1.0))
     spec.attach(hand_spec(scale, settings), prefix=TOOL, frame=spec.worldbody.add_frame(pos=(0.0, 0.0, 20.0)))
     with warnings.catch_warnings(action="ignore"):
         model = spec.compile()

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 
 import mujoco
@@ -20,6 +21,8 @@ from schemas.support import SupportKind
 
 EVERY = 10
 """Steps between two looks at the joints."""
+STAND_SHARE = 0.3
+"""Radius of the stand over the least width of what is on it: it stands there, and juts out by two fifths."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +67,10 @@ def lift(
     ValueError where MuJoCo refuses the model."""
     if overlay.support.fixed:
         return Lifted(False)
-    reason = ""
-    for scale, tool in ((1.0, "gripper"), (hand.tip_scale, "fingertips")):
-        world = open_world(folder, hand, scale)
-        world.reset()
+    reason, stand_m = "", 0.0
+    for where, (scale, tool) in product(("", " at an edge"), ((1.0, "gripper"), (hand.tip_scale, "fingertips"))):
+        world = open_world(folder, hand, scale, stand_m=stand_m if where else 0.0)
+        put(world)
         world.model.geom_friction[world.hand_geoms, 0] = min(hand.pad_friction, overlay.contact_friction)
         root = int(world.model.body(world.prefix + world.about.root).id)
         points, _, _ = surface(world, below(world.model, root))
@@ -75,9 +78,10 @@ def lift(
         heavy = overlay.mass_kg > hand.steadied_kg
         if overlay.support.kind is not SupportKind.HANDHELD and (heavy or size > settings.carried_m):
             return Lifted(False)
+        stand_m = STAND_SHARE * float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
         share, said = at_yaws(world, overlay, grasps_of(world, root, settings), settings, states)
         if share:
-            return Lifted(True, share, tool, said)
+            return Lifted(True, share, tool + where, said)
         reason = reason or said
     return Lifted(True, 0.0, "", reason)
 
@@ -139,9 +143,8 @@ def carried(
 ) -> str:  # fmt: skip
     """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; empty where it
     was."""
-    world.reset()
+    put(world, yaw)
     root = int(world.model.body(world.prefix + world.about.root).id)
-    turn(world, root, yaw)
     kept = {
         joint.name: (world.position(joint.name), joint.upper - joint.lower)
         for joint in overlay.joints
@@ -198,6 +201,17 @@ def reason_of(
     if rested > GuardSettings().tilt_rad or left > GuardSettings().travel_m:
         return f"object: set down it lies {left * 100.0:.0f} cm away, turned by {math.degrees(rested):.0f}°"
     return ""
+
+
+def put(world: HandWorld, yaw: float = 0.0) -> None:
+    """Everything as it was written, the object turned by this yaw, rad, and a stand, if there is one, below its centre
+    of mass."""
+    world.reset()
+    root = int(world.model.body(world.prefix + world.about.root).id)
+    turn(world, root, yaw)
+    if world.model.nmocap:
+        world.data.mocap_pos[0, :2] = world.data.subtree_com[root, :2]
+        mujoco.mj_forward(world.model, world.data)
 
 
 def turn(world: HandWorld, root: int, yaw: float) -> None:
