@@ -51,6 +51,16 @@ def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(t
     assert lifted(block(tmp_path / "large", 0.7, 2.0)) == Lifted(False)
 
 
+def test_a_board_that_lies_flat_is_lifted_from_an_edge_and_a_heavy_one_is_not(tmp_path: Path) -> None:
+    board = robot(link("body", shape("0.2 0.15 0.012", xyz="0 0 0.006") + inertial(0.3, 0.1)))
+    flat = refined(tmp_path / "flat", board, [], {"body": 0.3}, fixed=False)
+    assert lifted(flat) == Lifted(True, 1.0, "gripper at an edge", "")
+    # Held by its edge it pulls with 2.9 kg · g · 0.2 m = 5.7 N·m; pads of 5 cm that press with 70 N bear a third of it.
+    board = robot(link("body", shape("0.45 0.4 0.012", xyz="0 0 0.006") + inertial(2.9, 0.3)))
+    heavy = lifted(refined(tmp_path / "heavy", board, [], {"body": 2.9}, fixed=False))
+    assert heavy.share == 0.0 and heavy.reason.startswith("hand:")
+
+
 def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path) -> None:
     in_hand = {"kind": "handheld"}
     heavy = lifted(told(block(tmp_path / "heavy", 0.06, 8.0), support=in_hand))

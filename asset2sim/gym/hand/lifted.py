@@ -78,11 +78,14 @@ def lift(
         heavy = overlay.mass_kg > hand.steadied_kg
         if overlay.support.kind is not SupportKind.HANDHELD and (heavy or size > settings.carried_m):
             return Lifted(False)
-        stand_m = STAND_SHARE * float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
+        wide = float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
+        stand_m = STAND_SHARE * wide
         share, said = at_yaws(world, overlay, grasps_of(world, root, settings), settings, states)
         if share:
             return Lifted(True, share, tool + where, said)
         reason = reason or said
+        if scale < 1.0 and (wide <= hand.opening_m or not reason.startswith("hand")):
+            break  # an edge is for what fingers do not get about, not for what opens, or slips out of them
     return Lifted(True, 0.0, "", reason)
 
 
