@@ -26,9 +26,20 @@ from asset2sim.intake.formats.format import (
     world_name,
     write_obj,
 )
-from asset2sim.intake.formats.usd_joints import Step, UsdJoint, read_joints
+from asset2sim.intake.formats.tree import spanning, unused
+from asset2sim.intake.formats.usd_joints import Step, UsdJoint, one_after_another, read_joints
 from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
-from asset2sim.intake.formats.usd_shapes import BOUNDS, SHAPES, Form, bounds, painted, picture_file, read_form
+from asset2sim.intake.formats.usd_shapes import (
+    BOUNDS,
+    SHAPES,
+    Form,
+    bounds,
+    collision,
+    is_shown,
+    painted,
+    picture_file,
+    read_form,
+)
 from asset2sim.intake.formats.usd_stage import SUFFIXES, UsdStage, opened
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply
@@ -74,13 +85,17 @@ class _Object:
             if self.bodies or self.shapes[WORLD]:
                 break
         self.shapes[WORLD] = [prim for prim in self.shapes[WORLD] if prim.GetParent() not in grounds]
-        self.joints = sorted(
-            (joint for joint in read_joints(stage, self.body_of) if {*joint.bodies} - {WORLD} <= self.bodies.keys()),
-            key=lambda joint: joint.spare,
-        )
+        read = (joint for joint in read_joints(stage, self.body_of) if {*joint.bodies} - {WORLD} <= self.bodies.keys())
+        self.joints = sorted(one_after_another(list(read)), key=lambda joint: joint.spare)
         self.names = unique_names(self.bodies)
         self.names[WORLD] = world_name(set(self.names.values()))
+        self.taken = set(self.names.values())
+        for joint in self.joints:
+            body, _, number = joint.bodies[1].rpartition("/")
+            if joint.bodies[1] not in self.names:
+                self.names[joint.bodies[1]] = unused(f"{self.names[body]}_{number}", self.taken)
         self.joint_names = unique_names({joint.path: stage.stage.GetPrimAtPath(joint.path) for joint in self.joints})
+        self.taken_joints = set(self.joint_names.values())
         self.free: list[str] = []
         """Bodies that nothing holds, of several objects."""
         self.in_body: dict[str, Array] = {}
@@ -121,55 +136,36 @@ class _Object:
 
     def tree(self) -> tuple[str, list[tuple[UsdJoint, bool]]]:
         """The root, and the joints from it on, parents first, each with whether it is turned round: its second body is
-        the parent. A joint that closes a loop is left out."""
-        stage, joints = self.stage, self.joints
-        root = self.root()
-        held = [joint for joint in joints if WORLD in joint.bodies]
-        if (
-            root == WORLD
-            and self.bodies
-            and not self.shapes[WORLD]
-            and len(held) == 1
-            and held[0].steps[0].kind == "fixed"
-        ):
+        the parent. Joints that close a loop are left out, those that are spare first."""
+        stage, still = self.stage, bool(self.shapes[WORLD])
+        held = [joint for joint in self.joints if WORLD in joint.bodies]
+        between = {end for joint in self.joints for end in joint.bodies} - self.bodies.keys() - {WORLD}
+        firsts, seconds = ({joint.bodies[side] for joint in self.joints} for side in (0, 1))
+        order = sorted(self.bodies, key=lambda path: (*self.order(path), path in seconds, path not in firsts))
+        first = [WORLD] if held or not self.bodies else []
+        tree = spanning([*first, *order, *sorted(between)], [joint.bodies for joint in self.joints])
+        for number in tree.loops:
+            path = self.joints[number].path
+            stage.notes.append(f"joint {path} closes a loop, which a URDF cannot say: it is left out")
+        root, found = tree.roots[0], [(self.joints[number], turned) for number, turned in tree.ways]
+        if len(tree.roots) > 1:
+            found = [(self.stands(path), False) for path in tree.roots if path != WORLD] + found
+            root = WORLD
+        elif root == WORLD and self.bodies and not still and len(held) == 1 and held[0].steps[0].kind == "fixed":
             root = next(body for body in held[0].bodies if body != WORLD)
-            joints = [joint for joint in joints if joint is not held[0]]
+            found = found[1:]
             stage.notes.append(f"link '{self.names[root]}' is fixed to the world")
-        reached, left, found = [root], list(joints), list[tuple[UsdJoint, bool]]()
-        for body in reached:
-            for joint in [joint for joint in left if body in joint.bodies]:
-                left.remove(joint)
-                other = joint.bodies[joint.bodies[0] == body]
-                if other in reached:
-                    stage.notes.append(f"joint {joint.path} closes a loop, which a URDF cannot say: it is left out")
-                    continue
-                reached.append(other)
-                found.append((joint, joint.bodies[1] == body))
-        apart = {body: self.bodies[body] for body in self.bodies if body not in reached}
-        if apart:
-            if root != WORLD and not any(WORLD in joint.bodies for joint in self.joints):
-                self.joints.append(self.stands(root))
-            self.joints.append(self.stands(min(apart, key=self.order)))
-            return self.tree()
-        if root != WORLD and self.shapes[WORLD]:
+        if root != WORLD and still:
             names = ", ".join(str(prim.GetPath()) for prim in self.shapes[WORLD][:5])
             stage.notes.append(f"what stands beside the object is left out: {names}")
         return root, found
 
-    def root(self) -> str:
-        """The body from which the tree is built: the world where a joint hangs from it, else what is held still, else
-        the articulation's own root, else a body that is no joint's second."""
-        if not self.bodies or any(WORLD in joint.bodies for joint in self.joints):
-            return WORLD
-        return min(self.bodies, key=self.order)
-
-    def order(self, path: str) -> tuple[bool, ...]:
-        """Key by which the root of a tree is the least of its bodies."""
+    def order(self, path: str) -> tuple[bool, bool]:
+        """Key by which the root of a tree is the least of its bodies: what is held still, else the articulation's own
+        root."""
         from pxr import UsdPhysics
 
-        marked = self.bodies[path].HasAPI(UsdPhysics.ArticulationRootAPI)
-        firsts, seconds = ({joint.bodies[side] for joint in self.joints} for side in (0, 1))
-        return not self.is_still(path), not marked, path in seconds, path not in firsts
+        return not self.is_still(path), not self.bodies[path].HasAPI(UsdPhysics.ArticulationRootAPI)
 
     def is_still(self, path: str) -> bool:
         """Whether a body is moved by nothing but a program."""
@@ -201,8 +197,9 @@ class _Object:
         above = self.names[parent]
         for number, step in enumerate(steps):
             last = number == len(steps) - 1
-            below = self.names[child] if last else f"{self.names[child]}_{number + 1}"
-            name = self.joint_names[joint.path] + ("" if last else f"_{number + 1}")
+            below = self.names[child] if last else unused(f"{self.names[child]}_{number + 1}", self.taken)
+            name = self.joint_names[joint.path]
+            name = name if last else unused(f"{name}_{number + 1}", self.taken_joints)
             if last:
                 self.add_link(robot, child)
             else:
@@ -212,14 +209,16 @@ class _Object:
             above, pose = below, np.eye(4)
 
     def add_link(self, robot: Element, body: str) -> None:
-        """A body's link with its mass, visuals and collisions."""
+        """A body's link with its mass, visuals and collisions; nothing of one between joints that follow each other."""
         link = add(robot, "link", name=self.names[body])
+        if body not in (*self.bodies, WORLD):
+            return
         to_link: Array = np.asarray(np.linalg.inv(self.in_body[body]), dtype=float)
         frame = np.eye(4) if body == WORLD else self.stage.rigid(self.bodies[body])
         weighed, unweighed = list[WeighedForm](), list[Form]()
         for prim in self.shapes.get(body, ()):
             to_body = np.linalg.inv(frame) @ self.stage.world(prim)
-            shown, api = self.is_shown(prim), self.collision(prim)
+            shown, api = is_shown(self.stage, prim), collision(self.stage, prim)
             form = read_form(self.stage, prim, to_body) if shown or api is not None else None
             if form is None:
                 continue
@@ -250,28 +249,6 @@ class _Object:
                 add(material, "color", rgba=words(paint.color))
                 if picture := picture_file(paint.picture, self.work, self.reach):
                     add(material, "texture", filename=picture)
-
-    def is_shown(self, prim: "Usd.Prim") -> bool:
-        """Whether a prim is drawn in a finished picture."""
-        from pxr import UsdGeom
-
-        item = UsdGeom.Imageable(prim)
-        hidden = item.ComputeVisibility(self.stage.time) == UsdGeom.Tokens.invisible
-        return not hidden and item.ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
-
-    def collision(self, prim: "Usd.Prim") -> "Usd.Prim | None":
-        """The prim that makes a piece of geometry collide: itself, or a group of it in the same body; None for none."""
-        from pxr import UsdGeom, UsdPhysics
-
-        at = prim
-        while at and not at.IsPseudoRoot():
-            if at.HasAPI(UsdPhysics.CollisionAPI) and (at == prim or not at.IsA(UsdGeom.Gprim)):
-                enabled = UsdPhysics.CollisionAPI(at).GetCollisionEnabledAttr().Get(self.stage.time) is not False
-                return at if enabled else None
-            if at.HasAPI(UsdPhysics.RigidBodyAPI):
-                return None
-            at = at.GetParent()
-        return None
 
     def add_shape(self, link: Element, role: str, name: str, form: Form, to_link: Array) -> Element:
         """A visual or collision; a mesh is written in its link's frame, under the path of its prim."""

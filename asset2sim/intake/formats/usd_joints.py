@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 UNLIMITED = 1e15
 """Limits from which on there is none; Isaac Sim writes the largest float."""
+ALONG = 0.98
+"""Cosine of the angle between two axes, 11°, above which they are one."""
 DEGREE = math.radians(1.0)
 AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
 FREE = (-math.inf, math.inf)
@@ -80,6 +82,34 @@ def read_joints(stage: UsdStage, body_of: Callable[["Usd.Prim"], "Usd.Prim | Non
             mimic=mimic_of(stage, prim) if len(steps) == 1 else None,
             spare=bool(joint.GetExcludeFromArticulationAttr().Get(stage.time)),
         )
+
+
+def one_after_another(joints: Sequence[UsdJoint]) -> Iterator[UsdJoint]:
+    """The joints, of which hinges and sliders along different axes between the same two bodies follow one another, in
+    their order, through bodies of their own: MuJoCo's exporters mean a body of several joints. Leaves of one pin stay
+    as they are."""
+    single = [joint for joint in joints if len(joint.steps) == 1 and joint.steps[0].kind != "fixed" and not joint.spare]
+    chains: dict[tuple[str, str], list[UsdJoint]] = {joint.bodies: [] for joint in single}
+    for joint in single:
+        if all(unlike(joint, other) for other in chains[joint.bodies]):
+            chains[joint.bodies].append(joint)
+    for joint in joints:
+        first, second = joint.bodies
+        chain = chains.get(joint.bodies, [])
+        number = next((index for index, item in enumerate(chain) if item is joint), 0)
+        if number:
+            first = f"{second}/{number}"
+        above = joint.frames[1] if number else joint.frames[0]
+        if joint in chain[:-1]:
+            second = f"{second}/{number + 1}"
+        yield replace(joint, bodies=(first, second), frames=(above, joint.frames[1]))
+
+
+def unlike(one: UsdJoint, other: UsdJoint) -> bool:
+    """Whether two joints of one axis between the same bodies are two freedoms."""
+    axes = [joint.frames[0][:3, :3] @ joint.steps[0].axis for joint in (one, other)]
+    slides = [joint.steps[0].kind == "prismatic" for joint in (one, other)]
+    return slides[0] != slides[1] or abs(float(axes[0] @ axes[1])) < ALONG
 
 
 def end(
@@ -190,21 +220,25 @@ def step(
 
 
 def mimic_of(stage: UsdStage, prim: "Usd.Prim") -> tuple[str, float, float] | None:
-    """The joint that this one follows, by Newton's attributes or PhysX's, with multiplier and offset."""
+    """The joint that this one follows, by Newton's attributes, PhysX's or MuJoCo's, with multiplier and offset."""
     for relation in prim.GetRelationships():
         name, targets = relation.GetName(), relation.GetForwardedTargets()
-        newton = name == "newton:mimicJoint"
-        if not targets or not (newton or (name.startswith("physxMimicJoint:") and name.endswith(":referenceJoint"))):
+        angle, scope = DEGREE, name.rpartition(":")[0]
+        if not targets:
             continue
-        if newton and prim.GetAttribute("newton:mimicEnabled").Get(stage.time) is False:
-            continue
-        if newton:
+        if name == "newton:mimicJoint":
+            if prim.GetAttribute("newton:mimicEnabled").Get(stage.time) is False:
+                continue
             ratio = stage.number(prim, "newton:mimicCoef1", default=1.0)
             offset = stage.number(prim, "newton:mimicCoef0")
-        else:
-            scope = name.rpartition(":")[0]
+        elif name == "mjc:target":
+            angle = 1.0
+            ratio, offset = stage.number(prim, "mjc:coef1", default=1.0), stage.number(prim, "mjc:coef0")
+        elif name.startswith("physxMimicJoint:") and name.endswith(":referenceJoint"):
             ratio, offset = (-stage.number(prim, f"{scope}:{key}") for key in ("gearing", "offset"))
+        else:
+            continue
         leader = stage.stage.GetPrimAtPath(targets[0])
-        own, other = (stage.metre if "Prismatic" in str(item.GetTypeName()) else DEGREE for item in (prim, leader))
+        own, other = (stage.metre if "Prismatic" in str(item.GetTypeName()) else angle for item in (prim, leader))
         return str(targets[0]), ratio * own / other, offset * own
     return None

@@ -1,7 +1,9 @@
 """The mass, centre and inertia of a body of a USD stage: as stated, else by UsdPhysics' rules from its shapes."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,11 +23,20 @@ WATER_KG_M3 = 1000.0
 """Density that UsdPhysics gives to a shape without any."""
 
 
+def capsule(radius: Sequence[float], length: Sequence[float]) -> SimpleNamespace:
+    """Volume (m³) and inertia (m⁵, about its middle) of a cylinder along z with half a ball on either end."""
+    r, h = radius[0], length[0]
+    tube, ball = math.pi * r**2 * h, 4.0 / 3.0 * math.pi * r**3
+    across = tube * (3.0 * r**2 + h**2) / 12.0 + ball * (0.4 * r**2 + h**2 / 4.0 + 0.375 * r * h)
+    along = tube * r**2 / 2.0 + ball * 0.4 * r**2
+    return SimpleNamespace(volume=tube + ball, moment_inertia=np.diag([across, across, along]))
+
+
 PRIMITIVES: dict[str, Callable[..., Any]] = {
     "box": lambda size: trimesh.primitives.Box(extents=size),
     "sphere": lambda radius: trimesh.primitives.Sphere(radius=radius[0]),
     "cylinder": lambda radius, length: trimesh.primitives.Cylinder(radius=radius[0], height=length[0]),
-    "capsule": lambda radius, length: trimesh.primitives.Capsule(radius=radius[0], height=length[0], sections=64),
+    "capsule": capsule,
 }
 
 

@@ -59,6 +59,30 @@ SHAPES = ("Mesh", "Cube", "Sphere", "Cylinder", "Capsule", "Cone")
 """Geometry that is read."""
 
 
+def is_shown(stage: UsdStage, prim: "Usd.Prim") -> bool:
+    """Whether a prim is drawn in a finished picture."""
+    from pxr import UsdGeom
+
+    item = UsdGeom.Imageable(prim)
+    hidden = item.ComputeVisibility(stage.time) == UsdGeom.Tokens.invisible
+    return not hidden and item.ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+
+def collision(stage: UsdStage, prim: "Usd.Prim") -> "Usd.Prim | None":
+    """The prim that makes a piece of geometry collide: itself, or a group of it in the same body; None for none."""
+    from pxr import UsdGeom, UsdPhysics
+
+    at = prim
+    while at and not at.IsPseudoRoot():
+        if at.HasAPI(UsdPhysics.CollisionAPI) and (at == prim or not at.IsA(UsdGeom.Gprim)):
+            enabled = UsdPhysics.CollisionAPI(at).GetCollisionEnabledAttr().Get(stage.time) is not False
+            return at if enabled else None
+        if at.HasAPI(UsdPhysics.RigidBodyAPI):
+            return None
+        at = at.GetParent()
+    return None
+
+
 def read_form(stage: UsdStage, prim: "Usd.Prim", to_frame: Array) -> Form | None:
     """The geometry of a prim, ``to_frame`` being the (4, 4) transform of its own coordinates, with any scale; None for
     a mesh without faces. Raises AssetError for a mesh that cannot be used."""

@@ -1,0 +1,102 @@
+"""USD whose joints make no plain tree: a body of several joints, loops, hundreds of bodies that nothing holds."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from scipy.spatial.transform import Rotation
+
+from asset2sim.assets.urdf.read import element_joint
+from asset2sim.assets.urdf.references import ANYWHERE
+from asset2sim.intake.formats.usd import urdf_of_usd
+from asset2sim.physics.kinematics import link_to_root, parents_first
+from tests.usd_stages import at, body, joint, prim, usda
+
+pytest.importorskip("pxr", reason="usd-core is not installed")
+CUBE = prim("Cube", "cube", "double size = 0.1", apis=("PhysicsCollisionAPI",))
+BODIES = [body(name, at((0.5 * n, 0.0, 0.0)), CUBE, mass=1.0) for n, name in enumerate("abc")]
+SPARE = "bool physics:excludeFromArticulation = true"
+
+
+def made(folder: Path, *inside: str) -> tuple[Any, str]:
+    """The URDF of a stage, and its notes."""
+    (folder / "thing.usda").write_text(usda(prim("Xform", "Thing", *inside)))
+    found = urdf_of_usd(folder / "thing.usda", folder, ANYWHERE)
+    return found.robot, "; ".join(found.notes)
+
+
+def hinge(name: str, ends: str, axis: str, *more: str) -> str:
+    first, second = ends
+    across = 0.5 * ("abc".index(second) - "abc".index(first))
+    line = f'uniform token physics:axis = "{axis}"'
+    return joint("Revolute", name, (f"/Thing/{first}", f"/Thing/{second}"), line, *more, frame0=f"{across} 0 0")
+
+
+def ways(robot: Any) -> dict[str, tuple[str, str]]:
+    """Joint → its parent and child."""
+    return {
+        str(item.get("name")): (str(item.find("parent").get("link")), str(item.find("child").get("link")))
+        for item in robot.findall("joint")
+    }
+
+
+def test_joints_of_one_body_follow_each_other_in_their_order(tmp_path: Path) -> None:
+    robot, notes = made(tmp_path, *BODIES[:2], *(hinge(f"turn_{axis}", "ab", axis) for axis in "XYZ"))
+    assert ways(robot) == {"turn_X": ("a", "b_1"), "turn_Y": ("b_1", "b_2"), "turn_Z": ("b_2", "b")}
+    assert "loop" not in notes
+    tree = parents_first([element_joint(item) for item in robot.findall("joint")])
+    angles = {"turn_X": 0.3, "turn_Y": -0.4, "turn_Z": 0.7}
+    turned = link_to_root(tree, "a", angles)["b"]
+    expected = Rotation.from_euler("XYZ", [*angles.values()]).as_matrix()
+    assert turned[:3, :3] == pytest.approx(expected, abs=1e-9)
+    assert turned[:3, 3] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)
+
+
+def test_leaves_of_one_pin_are_one_hinge(tmp_path: Path) -> None:
+    robot, notes = made(tmp_path, *BODIES[:2], hinge("low", "ab", "Z"), hinge("high", "ab", "Z"))
+    assert ways(robot) == {"low": ("a", "b")} and "/Thing/high closes a loop" in notes
+
+
+@pytest.mark.parametrize("kind", ["Fixed", "Spherical"])
+def test_what_is_excluded_from_the_articulation_is_left_out_first(tmp_path: Path, kind: str) -> None:
+    weld = joint(kind, "weld", ("/Thing/a", "/Thing/c"), SPARE)
+    robot, notes = made(tmp_path, *BODIES, weld, hinge("near", "ab", "Z"), hinge("far", "bc", "Z"))
+    assert ways(robot) == {"near": ("a", "b"), "far": ("b", "c")} and "/Thing/weld closes a loop" in notes
+
+
+def test_a_joint_follows_another_as_mujoco_s_equality_says(tmp_path: Path) -> None:
+    tie = "rel mjc:target = </Thing/near>\nuniform double mjc:coef0 = 0.5\nuniform double mjc:coef1 = -1.5"
+    robot, _ = made(tmp_path, *BODIES, hinge("near", "ab", "Z"), hinge("far", "bc", "Z", tie))
+    mimic = dict(robot.find("joint[@name='far']/mimic").attrib)
+    assert mimic == {"joint": "near", "multiplier": "-1.5", "offset": "0.5"}
+
+
+def test_links_between_a_joint_s_axes_have_names_of_their_own(tmp_path: Path) -> None:
+    bodies = (body("a", mass=1.0), body("link", at((0.5, 0, 0)), CUBE, mass=1.0), body("link_1", CUBE, mass=1.0))
+    ball = joint("Spherical", "ball", ("/Thing/a", "/Thing/link"), frame0="0.5 0 0")
+    near = joint("Revolute", "ball_1", ("/Thing/a", "/Thing/link_1"))
+    robot, _ = made(tmp_path, *bodies, ball, near)
+    for tag in ("link", "joint"):
+        names = [item.get("name") for item in robot.findall(tag)]
+        assert len({*names}) == len(names), names
+
+
+def test_a_thousand_bodies_that_nothing_holds_are_parts_at_once(tmp_path: Path) -> None:
+    bodies = (body(f"b{n}", at((0.2 * n, 0.0, 0.0)), CUBE if n < 2 else "", mass=1.0) for n in range(1050))
+    (tmp_path / "thing.usda").write_text(usda(prim("Xform", "Thing", *bodies)))
+    assert len(urdf_of_usd(tmp_path / "thing.usda", tmp_path, ANYWHERE).free) == 1050
+
+
+def test_a_capsule_weighs_what_its_formula_says(tmp_path: Path) -> None:
+    shape = prim("Capsule", "tube", "double radius = 0.1\ndouble height = 0.4", apis=("PhysicsCollisionAPI",))
+    loose = prim("Xform", "a", shape, "float physics:density = 500", apis=("PhysicsRigidBodyAPI", "PhysicsMassAPI"))
+    robot, _ = made(tmp_path, loose)
+    tube, ball = 500.0 * math.pi * 0.004, 500.0 * math.pi * 0.004 / 3.0
+    assert float(robot.find("link/inertial/mass").get("value")) == pytest.approx(tube + ball, rel=1e-7)
+    along = tube * 0.01 / 2.0 + ball * 0.4 * 0.01
+    half = 3.0 / 8.0 * 0.1  # how far the middle of half a ball lies from its face
+    across = tube * (3.0 * 0.01 + 0.16) / 12.0 + ball * (83.0 / 320.0 * 0.01 + (0.2 + half) ** 2)
+    inertia = robot.find("link/inertial/inertia")
+    found = [float(inertia.get(key)) for key in ("ixx", "iyy", "izz")]
+    assert found == pytest.approx([across, across, along], rel=1e-7)
