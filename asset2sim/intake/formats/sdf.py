@@ -34,6 +34,8 @@ from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, solid_of
+from asset2sim.intake.formats.sdf_tree import as_tree
+from asset2sim.intake.formats.tree import unused
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
 from schemas.errors import AssetError
@@ -45,6 +47,7 @@ JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", 
 TURNS = ("1 0 0", "0 1 0", "0 0 1")
 """Axes of the hinges that stand for a ball joint."""
 FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
+MISSING = "its <include> '{}' is not there: keep that model's folder beside its own, or " + FLATTEN
 
 
 def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
@@ -58,7 +61,12 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
         models = [model for model in worlds[0].findall("model") if is_object(model)]
         if missing and models:
             recovered = (*recovered, f"what it includes is left out ({', '.join(missing)}): {FLATTEN}")
+        if missing and not models:
+            raise unconvertible(file, "sdf_nested", MISSING.format(", ".join(missing)))
         if len(models) > 1:
+            taken = set[str]()
+            for model in models:
+                model.set("name", unused(str(model.get("name")), taken))
             whole = etree.Element("model", name=str(worlds[0].get("name") or file.stem))
             whole.extend(models)
             return replace(_Model(file, work, whole, version_of(document), recovered).converted(), files=tuple(files))
@@ -67,8 +75,7 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
         raise unconvertible(file, "sdf_models", problem)
     inner, missing = included(models[0], file, reach)
     if missing:
-        problem = f"its <include> '{missing[0]}' is not there: keep that model's folder beside its own, or {FLATTEN}"
-        raise unconvertible(file, "sdf_nested", problem)
+        raise unconvertible(file, "sdf_nested", MISSING.format(", ".join(missing)))
     made = _Model(file, work, models[0], version_of(document), recovered).converted()
     return replace(made, files=(*files, *inner))
 
@@ -87,12 +94,14 @@ class _Model:
         inner = model.findall("model")
         self.inner = [(str(item.get("name")), self.text(item, "static") in ("1", "true")) for item in inner]
         self.is_world = bool(self.inner) and not model.findall("link") and not model.findall("joint")
+        self.is_still = self.text(model, "static") in ("1", "true")
         flatten(model, version)
+        self.notes = [*notes, *as_tree(model)]
         kinds = ("link", "joint", "frame")
         self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
         self.links = [str(link.get("name")) for link in model.findall("link")]
         self.base = world_name(self.links)
-        self.notes = list(notes)
+        self.taken = {*self.links, self.base}
         self.poses: dict[str, Array] = {}
         self.joint_of = {
             self.text(item, "child"): item for item in model.findall("joint") if item.get("type") != "gearbox"
@@ -108,13 +117,14 @@ class _Model:
             if joint not in gears:
                 self.add_joint(robot, joint)
         self.notes += tie(robot, list(self.ties(gears)))
-        world, free = self.hung(robot) if self.is_world else ("", ())
+        world, free = self.hung(robot)
         on_world = any(self.text(item, "parent") == "world" for item in self.joint_of.values())
-        held = "its file has a joint to the world" if on_world and not self.is_world else ""
+        held = "its file has a joint to the world" if on_world and not (self.is_world or free) else ""
         return Converted(robot, (), tuple(dict.fromkeys(self.notes)), world=world, free=free, held=held)
 
     def hung(self, robot: Element) -> tuple[str, tuple[str, ...]]:
-        """Hang what stands in the world, model by model, from a link for it: its name, and the links that are free."""
+        """Hang what stands in the world from a link for it, where there are several such: its name, and the links that
+        are free."""
         children = {str(end.get("link")) for end in robot.iterfind("joint/child")}
         roots = [name for name in self.links if name not in children]
         if len(roots) == 1 and self.base not in children and robot.find(f"link[@name='{self.base}']") is None:
@@ -123,7 +133,7 @@ class _Model:
             add(robot, "link", name=self.base)
         still = tuple(f"{model}{SEPARATOR}" for model, static in self.inner if static)
         fixed = {name for name in roots if name in self.joint_of}  # by a joint to the world
-        held = {name for name in roots if name in fixed or name.startswith(still)}
+        held = {name for name in roots if self.is_still or name in fixed or name.startswith(still)}
         for name in roots:
             add_joint(robot, f"{name}_stands", "fixed", self.base, name, self.frame(name))
         free = tuple(name for name in roots if name not in held)
@@ -251,7 +261,7 @@ class _Model:
         steps, pose = self.axes(joint, kind), np.linalg.inv(above) @ self.pose(name)
         for number, axis in enumerate(steps):
             last = number == len(steps) - 1
-            end = child if last else f"{child}_{number + 1}"
+            end = child if last else unused(f"{child}_{number + 1}", self.taken)
             if not last:
                 add(robot, "link", name=end)
             simple = kind if kind in ("prismatic", "fixed") else "revolute"

@@ -16,7 +16,7 @@ def flatten(model: Element, version: tuple[int, ...]) -> None:
     for inner in model.findall("model"):
         flatten(inner, version)
         name = str(inner.get("name"))
-        frame = etree.SubElement(model, "frame", name=_joined(name, "model"))
+        frame = etree.SubElement(model, "frame", name=frame_of(name))
         frame.extend(inner.findall("pose"))
         for item in [item for kind in KINDS for item in inner.findall(kind)]:
             item.set("name", _joined(name, str(item.get("name"))))
@@ -37,7 +37,7 @@ def _unprefixed(model: Element, name: str) -> None:
     start = _joined(name, "")
     for element in model.iter(etree.Element):
         for key, value in element.attrib.items():
-            if str(value).startswith(start) and value != _joined(name, "model"):
+            if str(value).startswith(start) and value != frame_of(name):
                 element.set(key, str(value)[len(start) :])
         if element.tag in ("parent", "child") and str(element.text).strip().startswith(start):
             element.text = str(element.text).strip()[len(start) :]
@@ -45,6 +45,11 @@ def _unprefixed(model: Element, name: str) -> None:
 
 def _joined(model: str, name: str) -> str:
     return f"{model}{SEPARATOR}{name}"
+
+
+def frame_of(model: str) -> str:
+    """The name of the frame that stands for a nested model."""
+    return _joined(model, "model")
 
 
 def _frame_in(model: str, name: str) -> str:

@@ -1,0 +1,92 @@
+"""The tree that an SDF model's joints make: between links, from the world or what hangs on nothing on."""
+
+from collections.abc import Iterator
+
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.intake.formats.sdf_nested import SEPARATOR, frame_of
+from asset2sim.intake.formats.tree import spanning
+
+WORLD = "world"
+"""SDF's name for the world at a joint's end."""
+AXES = ("axis", "axis2")
+
+
+def as_tree(model: Element) -> Iterator[str]:
+    """Have a flat model's joints tie links instead of frames, each link hang on one joint, and none close a loop; notes
+    on what is left out. A link called as the world is, which has no shape, is the world."""
+    for link in model.findall(f"link[@name='{WORLD}']"):
+        if link.find("visual") is None and link.find("collision") is None:
+            model.remove(link)
+    joints = [joint for joint in model.findall("joint") if joint.get("type") != "gearbox"]
+    ends = [(link_of(model, joint, "parent"), link_of(model, joint, "child")) for joint in joints]
+    links = [str(link.get("name")) for link in model.findall("link")]
+    known = {*links, WORLD}
+    usable = [number for number, pair in enumerate(ends) if known.issuperset(pair)]  # of others ``check`` says it
+    children = {ends[number][1] for number in usable}
+    bodies = [WORLD, *dict.fromkeys(sorted(links, key=lambda link: link in children))]
+    tree = spanning(bodies, [ends[number] for number in usable])
+    for number in tree.loops:
+        joint = joints[usable[number]]
+        name = str(joint.get("name"))
+        yield f"joint '{name}' closes a loop, which a URDF cannot say: it is left out"
+        model.remove(joint)
+        for axis in model.iterfind("joint/axis"):
+            for mimic in [mimic for mimic in axis.findall("mimic") if mimic.get("joint") == name]:
+                axis.remove(mimic)
+    for number, turned in tree.ways:
+        if turned:
+            turn(joints[usable[number]])
+
+
+def link_of(model: Element, joint: Element, side: str) -> str:
+    """The link at one side of a joint, which may name a frame or a nested model; it names the link afterwards, and the
+    joint's own pose stays relative to what it was."""
+    end = joint.find(side)
+    if end is None:
+        return ""
+    stated = name = str(end.text or "").strip()
+    links = [str(link.get("name")) for link in model.findall("link")]
+    frames = {str(frame.get("name")): str(frame.get("attached_to") or "") for frame in model.findall("frame")}
+    for _ in range(len(frames) + 1):
+        if name in links or name == WORLD:
+            break
+        within = name if name in frames else frame_of(name)
+        if within in frames and not frames[within]:
+            inner = within.removesuffix(frame_of("")) if within.endswith(frame_of("")) else ""
+            name = next((link for link in links if link.startswith(f"{inner}{SEPARATOR}" if inner else "")), name)
+            break
+        name = frames.get(within, name)
+    if name != stated:
+        if side == "child":
+            keep_place(joint, stated if stated in frames else frame_of(stated))
+        end.text = name
+    return name
+
+
+def keep_place(joint: Element, frame: str) -> None:
+    """State that a joint's pose is relative to a frame, where it says nothing else."""
+    pose = joint.find("pose")
+    if pose is None:
+        pose = etree.SubElement(joint, "pose")
+        pose.text = "0 0 0 0 0 0"
+    if not (pose.get("relative_to") or pose.get("frame")):
+        pose.set("relative_to", frame)
+
+
+def turn(joint: Element) -> None:
+    """Have a joint's child be its parent: its axes go the other way, so that its positions stay what they are."""
+    parent, child = joint.find("parent"), joint.find("child")
+    if parent is None or child is None:
+        return
+    keep_place(joint, str(child.text).strip())
+    parent.text, child.text = child.text, parent.text
+    axes = [axis for axis in (joint.find(tag) for tag in AXES) if axis is not None]
+    for axis, tag in zip(axes, reversed(AXES[: len(axes)]), strict=True):
+        xyz = axis.find("xyz")
+        if xyz is None:
+            xyz = etree.SubElement(axis, "xyz")
+        words = str(xyz.text or "0 0 1").split()
+        xyz.text = " ".join(word[1:] if word.startswith("-") else f"-{word.lstrip('+')}" for word in words)
+        axis.tag = tag

@@ -1,0 +1,123 @@
+"""SDF whose joints name frames, close loops, hang the other way round, and models of several loose or still links."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from asset2sim.assets.urdf.read import element_joint
+from asset2sim.assets.urdf.references import ANYWHERE
+from asset2sim.intake.formats.sdf import urdf_of_sdf
+from asset2sim.intake.split import parts_of
+from asset2sim.physics.kinematics import link_to_root, parents_first
+from schemas.errors import AssetError
+
+BOX = "<collision name='c'><geometry><box><size>.1 .1 .1</size></box></geometry></collision>"
+PLACES = {"a": "0 0 0", "b": "1 0 0", "c": "1 2 0"}
+LINKS = [f"<link name='{name}'><pose>{xyz} 0 0 .3</pose>{BOX}</link>" for name, xyz in PLACES.items()]
+
+
+def hinge(name: str, ends: tuple[str, str], axis: str = "0 0 1", more: str = "") -> str:
+    first, second = ends
+    inner = f"<parent>{first}</parent><child>{second}</child>{more}<axis><xyz>{axis}</xyz></axis>"
+    return f"<joint name='{name}' type='revolute'>{inner}</joint>"
+
+
+def made(folder: Path, *inside: str, holder: str = "model name='thing'") -> Any:
+    """What comes of a model, or of a world."""
+    (folder / "thing.sdf").write_text(f"<sdf version='1.8'><{holder}>{''.join(inside)}</{holder.split()[0]}></sdf>")
+    return urdf_of_sdf(folder / "thing.sdf", folder, ANYWHERE)
+
+
+def ways(robot: Any) -> dict[str, tuple[str, str]]:
+    """Joint → its parent and child."""
+    return {joint.name: (joint.parent, joint.child) for joint in map(element_joint, robot.findall("joint"))}
+
+
+def places(robot: Any, root: str, positions: dict[str, float]) -> dict[str, Any]:
+    """Link → its (4, 4) place below the root's, each joint at its position, rad."""
+    return link_to_root(parents_first([element_joint(joint) for joint in robot.findall("joint")]), root, positions)
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 1 0", "-.6 0 .8"])
+def test_a_joint_stated_the_other_way_round_turns_as_it_did(tmp_path: Path, axis: str) -> None:
+    near = hinge("near", ("a", "b"))
+    plain = made(tmp_path, *LINKS, near, hinge("far", ("b", "c"), axis, "<pose>.2 .1 0 0 .4 0</pose>")).robot
+    # the same joint from c to b: its frame is where it was, which b states now, and its axis points the other way
+    other = "<pose relative_to='c'>.2 .1 0 0 .4 0</pose>"
+    reversed_axis = " ".join(f"{-float(word):g}" for word in axis.split())
+    turned = made(tmp_path, *LINKS, near, hinge("far", ("c", "b"), reversed_axis, other)).robot
+    assert ways(turned) == ways(plain) == {"near": ("a", "b"), "far": ("b", "c")}
+    for angle in (0.0, 0.7):
+        found, expected = (places(robot, "a", {"near": 0.2, "far": angle})["c"] for robot in (turned, plain))
+        assert found == pytest.approx(expected, abs=1e-7)
+
+
+def test_a_joint_that_closes_a_loop_is_left_out_and_named(tmp_path: Path) -> None:
+    follows = "<mimic joint='last'><multiplier>2</multiplier></mimic>"
+    near = hinge("near", ("a", "b")).replace("<xyz>", f"{follows}<xyz>")
+    found = made(tmp_path, *LINKS, near, hinge("far", ("b", "c")), hinge("last", ("a", "c")))
+    assert ways(found.robot) == {"near": ("a", "b"), "far": ("b", "c")}
+    assert any("joint 'last' closes a loop" in note for note in found.notes)
+    assert found.robot.find("joint/mimic") is None
+
+
+def test_the_ends_of_a_joint_may_be_frames_and_models(tmp_path: Path) -> None:
+    frames = "<frame name='at' attached_to='b'><pose>0 0 .5 0 0 0</pose></frame><frame name='on' attached_to='at'/>"
+    inner = f"<model name='in'><pose>0 5 0 0 0 0</pose><link name='first'>{BOX}</link></model>"
+    joints = hinge("near", ("a", "on")), hinge("far", ("on", "in")), hinge("further", ("in::first", "c"))
+    robot = made(tmp_path, *LINKS, frames, inner, *joints).robot
+    assert ways(robot) == {"near": ("a", "b"), "far": ("b", "in__first"), "further": ("in__first", "c")}
+    found = places(robot, "a", {})
+    turn = element_joint(robot.find("joint[@name='near']"))
+    assert turn.child_to_parent[:3, 3] == pytest.approx(np.array([np.cos(0.3), -np.sin(0.3), 0.5]), abs=1e-6)
+    assert np.linalg.norm(found["in__first"][:3, 3]) == pytest.approx(5.0, abs=1e-6)
+
+
+def test_a_link_without_shape_called_as_the_world_is_the_world(tmp_path: Path) -> None:
+    rail = hinge("rail", ("world", "a")).replace("revolute", "prismatic")
+    robot = made(tmp_path, "<link name='world'/>", *LINKS[:2], rail, hinge("near", ("a", "b"))).robot
+    assert ways(robot) == {"rail": ("base", "a"), "near": ("a", "b")}
+    held = hinge("held", ("world", "a")).replace("revolute", "fixed")
+    found = made(tmp_path, "<link name='world'/>", *LINKS[:2], held, hinge("near", ("a", "b")))
+    assert ways(found.robot) == {"near": ("a", "b")} and "link 'a' is fixed to the world" in found.notes
+
+
+def test_the_world_may_be_the_child(tmp_path: Path) -> None:
+    robot = made(tmp_path, *LINKS[:2], hinge("foot", ("a", "world")), hinge("near", ("a", "b"))).robot
+    assert ways(robot) == {"foot": ("base", "a"), "near": ("a", "b")}
+
+
+def test_the_walls_of_a_still_model_are_one_object(tmp_path: Path) -> None:
+    found = made(tmp_path, "<static>1</static>", *LINKS)
+    assert {parent for parent, _ in ways(found.robot).values()} == {"base"} and not found.free
+    assert places(found.robot, "base", {})["c"][:3, 3] == pytest.approx([1.0, 2.0, 0.0])
+    assert parts_of(found) == ()
+
+
+def test_loose_links_of_a_model_are_parts(tmp_path: Path) -> None:
+    found = made(tmp_path, *LINKS, hinge("near", ("a", "b")))
+    assert [(part.name, part.free) for part in parts_of(found)] == [("a", True), ("c", True)]
+
+
+def test_models_of_one_name_stand_where_each_stands(tmp_path: Path) -> None:
+    model = "<model name='m'><static>1</static><pose>{} 0 0 0 0 0</pose><link name='l'>" + BOX + "</link></model>"
+    robot = made(tmp_path, model.format(1), model.format(4), holder="world name='w'").robot
+    placed = places(robot, "base", {})
+    assert sorted(float(pose[0, 3]) for name, pose in placed.items() if name != "base") == [1.0, 4.0]
+
+
+def test_links_between_axes_have_names_of_their_own(tmp_path: Path) -> None:
+    links = [text.replace("'c'", "'b_1'", 1) for text in LINKS]
+    ball = hinge("ball", ("a", "b")).replace("revolute", "ball")
+    robot = made(tmp_path, *links, ball, hinge("far", ("b", "b_1"))).robot
+    names = [link.get("name") for link in robot.findall("link")]
+    assert len({*names}) == len(names)
+
+
+def test_of_a_world_of_nothing_but_absent_models_each_is_named(tmp_path: Path) -> None:
+    names = "".join(f"<include><uri>model://{name}</uri></include>" for name in ("sun", "walker"))
+    with pytest.raises(AssetError, match="model://sun, model://walker' is not there") as caught:
+        made(tmp_path, names, holder="world name='w'")
+    assert caught.value.code == "sdf_nested"
