@@ -121,3 +121,33 @@ def test_of_a_world_of_nothing_but_absent_models_each_is_named(tmp_path: Path) -
     with pytest.raises(AssetError, match="model://sun, model://walker' is not there") as caught:
         made(tmp_path, names, holder="world name='w'")
     assert caught.value.code == "sdf_nested"
+
+
+def test_a_file_may_include_its_one_model(tmp_path: Path) -> None:
+    (tmp_path / "shelf").mkdir()
+    made(tmp_path / "shelf", *LINKS[:2], hinge("near", ("a", "b")))
+    (tmp_path / "shelf" / "thing.sdf").rename(tmp_path / "shelf" / "model.sdf")
+    (tmp_path / "room.sdf").write_text("<sdf version='1.8'><include><uri>model://shelf</uri></include></sdf>")
+    found = urdf_of_sdf(tmp_path / "room.sdf", tmp_path, ANYWHERE)
+    assert ways(found.robot) == {"near": ("a", "b")} and [file.name for file in found.files] == ["model.sdf"]
+    (tmp_path / "room.sdf").write_text("<sdf version='1.8'><include><uri>https://x.org/chair</uri></include></sdf>")
+    with pytest.raises(AssetError, match="chair' is not there"):
+        urdf_of_sdf(tmp_path / "room.sdf", tmp_path, ANYWHERE)
+
+
+@pytest.mark.parametrize(
+    ("links", "axis", "code", "said"),
+    [
+        (LINKS[:2], "0 1", "sdf_number", "<xyz> of joint 'near', line 1: it is not three finite numbers"),
+        (LINKS[:2], "0 0 z", "sdf_number", "<xyz> of joint 'near', line 1"),
+        (LINKS[:2], "0 0 nan", "sdf_number", "three finite numbers"),
+        ([LINKS[0], *LINKS[:2]], "0 0 1", "sdf_name", "two of its links are called 'a'"),
+        ([LINKS[0], LINKS[1].replace(" 0 0 .3<", " 0 0<")], "0 0 1", "sdf_number", "<pose> of link 'b', line 1"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_joint_or_link_and_line(
+    tmp_path: Path, links: list[str], axis: str, code: str, said: str
+) -> None:
+    with pytest.raises(AssetError, match=r"thing\.sdf") as caught:
+        made(tmp_path, *links, hinge("near", ("a", "b"), axis))
+    assert caught.value.code == code and said in str(caught.value), str(caught.value)

@@ -26,7 +26,7 @@ def made(folder: Path, *inside: str) -> tuple[Any, str]:
     return found.robot, "; ".join(found.notes)
 
 
-def hinge(name: str, ends: str, axis: str, *more: str) -> str:
+def hinge(name: str, ends: tuple[str, str], axis: str, *more: str) -> str:
     first, second = ends
     across = 0.5 * ("abc".index(second) - "abc".index(first))
     line = f'uniform token physics:axis = "{axis}"'
@@ -42,7 +42,7 @@ def ways(robot: Any) -> dict[str, tuple[str, str]]:
 
 
 def test_joints_of_one_body_follow_each_other_in_their_order(tmp_path: Path) -> None:
-    robot, notes = made(tmp_path, *BODIES[:2], *(hinge(f"turn_{axis}", "ab", axis) for axis in "XYZ"))
+    robot, notes = made(tmp_path, *BODIES[:2], *(hinge(f"turn_{axis}", ("a", "b"), axis) for axis in "XYZ"))
     assert ways(robot) == {"turn_X": ("a", "b_1"), "turn_Y": ("b_1", "b_2"), "turn_Z": ("b_2", "b")}
     assert "loop" not in notes
     tree = parents_first([element_joint(item) for item in robot.findall("joint")])
@@ -54,20 +54,20 @@ def test_joints_of_one_body_follow_each_other_in_their_order(tmp_path: Path) -> 
 
 
 def test_leaves_of_one_pin_are_one_hinge(tmp_path: Path) -> None:
-    robot, notes = made(tmp_path, *BODIES[:2], hinge("low", "ab", "Z"), hinge("high", "ab", "Z"))
+    robot, notes = made(tmp_path, *BODIES[:2], hinge("low", ("a", "b"), "Z"), hinge("high", ("a", "b"), "Z"))
     assert ways(robot) == {"low": ("a", "b")} and "/Thing/high closes a loop" in notes
 
 
 @pytest.mark.parametrize("kind", ["Fixed", "Spherical"])
 def test_what_is_excluded_from_the_articulation_is_left_out_first(tmp_path: Path, kind: str) -> None:
     weld = joint(kind, "weld", ("/Thing/a", "/Thing/c"), SPARE)
-    robot, notes = made(tmp_path, *BODIES, weld, hinge("near", "ab", "Z"), hinge("far", "bc", "Z"))
+    robot, notes = made(tmp_path, *BODIES, weld, hinge("near", ("a", "b"), "Z"), hinge("far", ("b", "c"), "Z"))
     assert ways(robot) == {"near": ("a", "b"), "far": ("b", "c")} and "/Thing/weld closes a loop" in notes
 
 
 def test_a_joint_follows_another_as_mujoco_s_equality_says(tmp_path: Path) -> None:
     tie = "rel mjc:target = </Thing/near>\nuniform double mjc:coef0 = 0.5\nuniform double mjc:coef1 = -1.5"
-    robot, _ = made(tmp_path, *BODIES, hinge("near", "ab", "Z"), hinge("far", "bc", "Z", tie))
+    robot, _ = made(tmp_path, *BODIES, hinge("near", ("a", "b"), "Z"), hinge("far", ("b", "c"), "Z", tie))
     mimic = dict(robot.find("joint[@name='far']/mimic").attrib)
     assert mimic == {"joint": "near", "multiplier": "-1.5", "offset": "0.5"}
 

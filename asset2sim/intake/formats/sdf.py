@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
-from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.edit import words
@@ -32,16 +31,13 @@ from asset2sim.intake.formats.format import (
 from asset2sim.intake.formats.mjcf_ties import Tie, tie
 from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
+from asset2sim.intake.formats.sdf_model import SdfModel
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, solid_of
 from asset2sim.intake.formats.sdf_tree import as_tree
 from asset2sim.intake.formats.tree import unused
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import transform
-from schemas.errors import AssetError
 
-UNLIMITED = 1e15
-"""SDF writes ±1e16 for a joint without limits."""
 SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", "universal", "ball")
 TURNS = ("1 0 0", "0 1 0", "0 0 1")
@@ -54,8 +50,10 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     """The URDF of the one model in an SDF file, or of all models of its one world. Raises AssetError (unreadable_asset)
     for what is no SDF, and for joints and nesting that a URDF does not have."""
     document, recovered = parse_xml(file, "SDF")
+    files, missing = included(document, file, reach) if document.find("include") is not None else ([], [])
     models, worlds = document.findall("model"), document.findall("world")
-    files: list[Path] = []
+    if missing and not models and not worlds:
+        raise unconvertible(file, "sdf_nested", MISSING.format(", ".join(missing)))
     if not models and len(worlds) == 1:
         files, missing = included(worlds[0], file, reach)
         models = [model for model in worlds[0].findall("model") if is_object(model)]
@@ -86,23 +84,20 @@ def is_object(model: Element) -> bool:
     return not shapes or bool(shapes - {"plane", "heightmap"})
 
 
-class _Model:
-    """One model being converted. Poses are (4, 4) in the model's frame."""
+class _Model(SdfModel):
+    """One model being converted."""
 
     def __init__(self, file: Path, work: Path, model: Element, version: tuple[int, ...], notes: Sequence[str]) -> None:
-        self.file, self.work, self.model, self.version = file, work, model, version
         inner = model.findall("model")
-        self.inner = [(str(item.get("name")), self.text(item, "static") in ("1", "true")) for item in inner]
-        self.is_world = bool(self.inner) and not model.findall("link") and not model.findall("joint")
-        self.is_still = self.text(model, "static") in ("1", "true")
+        stated = [(str(item.get("name")), item.findtext("static") or "") for item in inner]
+        self.still = tuple(f"{name}{SEPARATOR}" for name, static in stated if static.strip() in ("1", "true"))
+        self.is_world = bool(inner) and not model.findall("link") and not model.findall("joint")
         flatten(model, version)
-        self.notes = [*notes, *as_tree(model)]
-        kinds = ("link", "joint", "frame")
-        self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
-        self.links = [str(link.get("name")) for link in model.findall("link")]
+        self.notes, self.work = [*notes, *as_tree(model)], work
+        super().__init__(file, model, version)
+        self.is_still = self.text(model, "static") in ("1", "true")
         self.base = world_name(self.links)
         self.taken = {*self.links, self.base}
-        self.poses: dict[str, Array] = {}
         self.joint_of = {
             self.text(item, "child"): item for item in model.findall("joint") if item.get("type") != "gearbox"
         }
@@ -131,60 +126,13 @@ class _Model:
             return "", ()
         if robot.find(f"link[@name='{self.base}']") is None:
             add(robot, "link", name=self.base)
-        still = tuple(f"{model}{SEPARATOR}" for model, static in self.inner if static)
         fixed = {name for name in roots if name in self.joint_of}  # by a joint to the world
-        held = {name for name in roots if self.is_still or name in fixed or name.startswith(still)}
+        held = {name for name in roots if self.is_still or name in fixed or name.startswith(self.still)}
         for name in roots:
             add_joint(robot, f"{name}_stands", "fixed", self.base, name, self.frame(name))
         free = tuple(name for name in roots if name not in held)
         self.notes += settle_free(robot, self.base, free)
         return self.base, free
-
-    def refused(self, code: str, problem: str) -> AssetError:
-        """The error that names the file."""
-        return unconvertible(self.file, code, problem)
-
-    def text(self, element: Element, path: str, default: str = "") -> str:
-        """The stripped text below an element."""
-        return str(element.findtext(path) or default).strip()
-
-    def numbers(self, element: Element, path: str, default: str) -> list[float]:
-        """The numbers below an element."""
-        try:
-            return [float(word) for word in self.text(element, path, default).split()]
-        except ValueError as error:
-            raise self.refused("sdf_number", f"<{path}> of '{element.get('name')}': {error}") from error
-
-    def own_pose(self, element: Element) -> Array:
-        """An element's <pose>, in whatever frame it is stated."""
-        pose = element.find("pose")
-        values = self.numbers(element, "pose", "0 0 0 0 0 0")
-        if pose is not None and pose.get("rotation_format") == "quat_xyzw":
-            found = transform(values[:3])
-            found[:3, :3] = Rotation.from_quat(values[3:7]).as_matrix()
-            return found
-        if len(values) != 6:
-            raise self.refused("sdf_number", f"<pose> of '{element.get('name')}' has {len(values)} numbers of 6")
-        degrees = pose is not None and pose.get("degrees") == "true"
-        return transform(values[:3], [math.radians(v) if degrees else v for v in values[3:]])
-
-    def pose(self, name: str, asked: tuple[str, ...] = ()) -> Array:
-        """The pose of a link, joint or frame in the model's frame."""
-        if name in ("", "__model__", "world"):
-            return np.eye(4)
-        if name not in self.named or name in asked:
-            problem = "which is not in the model" if name not in self.named else "which is stated relative to itself"
-            raise self.refused("sdf_frame", f"a pose is relative to '{name}', {problem}")
-        if name not in self.poses:
-            element = self.named[name]
-            stated = element.find("pose")
-            relative = "" if stated is None else str(stated.get("relative_to") or stated.get("frame") or "")
-            if not relative and element.tag == "joint":
-                relative = self.text(element, "child")
-            elif not relative and element.tag == "frame":
-                relative = str(element.get("attached_to") or "")
-            self.poses[name] = self.pose(relative, (*asked, name)) @ self.own_pose(element)
-        return self.poses[name]
 
     def frame(self, link: str) -> Array:
         """The pose of a URDF link's frame: that of the joint that moves it, else SDF's own."""
@@ -286,13 +234,6 @@ class _Model:
             else:
                 self.notes.append(found)
 
-    def turn_axis(self, joint: Element, tag: str = "axis") -> Array:
-        """(3,) an axis of a joint in the model's frame; z where it states none."""
-        pose, axis = self.pose(str(joint.get("name"))), joint.find(tag)
-        stated = etree.Element("axis") if axis is None else axis
-        turned: Array = pose[:3, :3] @ self.axis_in_joint(stated, pose)
-        return turned
-
     def check(self, name: str, kind: str, parent: str, child: str) -> None:
         """Refuse a joint of another kind, and one between links that are not there."""
         if kind not in JOINTS:
@@ -322,14 +263,6 @@ class _Model:
             add(element, "axis", xyz=words(self.axis_in_joint(axis, self.pose(of))))
             self.add_terms(element, axis, limit)
 
-    def limit(self, axis: Element) -> dict[str, str]:
-        """The limits that an axis states, by URDF's names."""
-        paths = {key: f"limit/{key}" for key in ("lower", "upper", "effort", "velocity")}
-        stated = {key: self.numbers(axis, path, "0")[0] for key, path in paths.items() if axis.find(path) is not None}
-        if not all(abs(stated.get(key, UNLIMITED)) < UNLIMITED for key in ("lower", "upper")):
-            stated = {key: value for key, value in stated.items() if key not in ("lower", "upper")}
-        return {key: words([value]) for key, value in stated.items()}
-
     def add_terms(self, element: Element, axis: Element, limit: dict[str, str]) -> None:
         """A joint's limits, dynamics and mimic."""
         if limit:
@@ -346,17 +279,6 @@ class _Model:
             ratio = self.numbers(mimic, "multiplier", "1")[0]
             offset = self.numbers(mimic, "offset", "0")[0] - ratio * self.numbers(mimic, "reference", "0")[0]
             add(element, "mimic", joint=str(mimic.get("joint")), multiplier=words([ratio]), offset=words([offset]))
-
-    def axis_in_joint(self, axis: Element, joint_pose: Array) -> Array:
-        """(3,) the axis in the joint's frame: up to SDF 1.4 it is stated in the model's frame, to 1.6 there on request,
-        since then in any frame."""
-        stated = axis.find("xyz")
-        direction = np.array(self.numbers(axis, "xyz", "0 0 1"))
-        expressed = "" if stated is None else str(stated.get("expressed_in") or "")
-        in_model = self.text(axis, "use_parent_model_frame") in ("1", "true") or self.version <= (1, 4)
-        if expressed or in_model:
-            direction = joint_pose[:3, :3].T @ self.pose(expressed)[:3, :3] @ direction
-        return direction
 
 
 FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf", of_several=newest, further=(".world",))

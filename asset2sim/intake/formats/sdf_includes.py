@@ -16,7 +16,7 @@ VERSIONED = re.compile(r"(.*?)[-_](1[._]\d+)\.sdf$")
 """A file's name that says for which version of SDF it is, as Gazebo's models have it."""
 FRAMED_AXES = (1, 4)
 """The last version of SDF in which axes are stated in their model's frame unless they say otherwise."""
-MOST_INCLUDES = 100
+MOST_INCLUDES = 1000
 
 
 def version_of(document: Element) -> tuple[int, ...]:
