@@ -1,4 +1,4 @@
-"""What an SDF model says of its links, joints and frames: its numbers, and where they stand."""
+"""The numbers of an SDF model, and the poses of its links, joints and frames."""
 
 import math
 from pathlib import Path
