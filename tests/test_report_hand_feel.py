@@ -1,11 +1,13 @@
 """What joint terms mean to a hand."""
 
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from asset2sim.report.hand_feel import felt, position, stopping_time_s
+from schemas.mechanism import MechanismName
 
 JOINT = {
     "position_unit": "rad", "effective_inertia": 0.02, "armature": None, "damping": 0.01, "friction": 0.3,
@@ -51,6 +53,13 @@ def test_what_it_holds_is_said_by_what_bears_or_moves_it() -> None:
     assert "1.5 times over" in dict(felt(JOINT, []))["holds"]
     assert "gravity moves it" in dict(felt(JOINT | {"holds": False, "friction": 0.1}, []))["does not hold"]
     assert "spring" in dict(felt(JOINT | {"holds": False, "stiffness": 2.0}, []))["does not hold"]
+
+
+@pytest.mark.parametrize("kind", get_args(MechanismName))
+def test_any_mechanism_that_exerts_something_is_said_in_words(kind: str) -> None:
+    said = dict(felt(JOINT | {"mechanism": kind, "mechanism_effort": 0.5}, []))["mechanism"]
+    assert said.endswith("0.500 N·m; its friction is 0.300 N·m")
+    assert "clicks" in said or kind != "detent"
 
 
 def test_positions_are_degrees_and_millimetres() -> None:

@@ -90,6 +90,7 @@ def _usual(joint: FrameRow) -> str:
 
 
 MECHANISMS = {
+    "detent": "clicks from place to place and is kept there by up to",
     "bistable": "snaps to the end that is nearer and is pressed there by",
     "seal": "a gasket keeps it shut by up to",
     "latch": "a catch keeps it shut by up to",
@@ -102,7 +103,8 @@ def _hold(joint: FrameRow) -> list[tuple[str, str]]:
     unit = "N" if joint["position_unit"] == "m" else "N·m"
     load, friction, spring = abs(float(joint["gravity_load"])), float(joint["friction"]), float(joint["stiffness"])
     if joint.get("mechanism_effort"):
-        said = f"{MECHANISMS[str(joint['mechanism'])]} {number(float(joint['mechanism_effort']), unit)}"
+        kind = str(joint["mechanism"])
+        said = f"{MECHANISMS.get(kind, f'{kind}, up to')} {number(float(joint['mechanism_effort']), unit)}"
         return [("mechanism", f"{said}; its friction is {number(friction, unit)}")]
     if joint["holds"]:
         if load < 1e-9 * max(friction, 1e-9) or load == 0.0:
