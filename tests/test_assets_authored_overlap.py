@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, overlap_cause
+from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, authored_shapes, overlap_cause
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import transform
 from schemas.vocabulary import OverlapCause
@@ -33,7 +33,7 @@ def pair(folder: Path, first: str, second: str, scale: float = 1.0) -> AuthoredS
         joint("one", "continuous", "base", "a", axis="0 0 1"),
         joint("two", "continuous", "base", "b", axis="0 0 1"),
     )
-    return AuthoredShapes(read(written(folder, robot(*links, *joints), {"a.obj": first, "b.obj": second})), scale)
+    return authored_shapes(read(written(folder, robot(*links, *joints), {"a.obj": first, "b.obj": second})), scale)
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_boxes_that_the_urdf_states_count_as_meshes_do(tmp_path: Path) -> None:
         joint("turn", "continuous", "base", "part", axis="0 0 1"),
         joint("weld", "fixed", "base", "empty"),
     )
-    shapes = AuthoredShapes(read(written(tmp_path, urdf)), 1.0)
+    shapes = authored_shapes(read(written(tmp_path, urdf)), 1.0)
     assert overlap_cause(shapes, "part", "base", at(0.0, 0.0, 0.2)) is OverlapCause.HULL  # its collision box is beside
     assert overlap_cause(shapes, "part", "base", at(-0.06, 0.0, 0.2)) is OverlapCause.AUTHORED
     assert overlap_cause(shapes, "empty", "base", at(0.0)) is OverlapCause.HULL

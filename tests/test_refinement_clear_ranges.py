@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls, collision_hulls, write_hulls
 from asset2sim.engines.contacts import by_pair
@@ -62,7 +62,7 @@ def limits_of(item: Extraction) -> dict[str, tuple[float, float]]:
 def clear(item: Extraction, **initial: float) -> tuple[Hulls, Cleared]:
     hulls, joints = collision_hulls(item, 1.0), item.features.joints
     pairs = list(contact_pairs(joints, [one.name for one in item.features.links]))
-    shapes = AuthoredShapes(item, 1.0)
+    shapes = authored_shapes(item, 1.0)
     return hulls, clear_ranges(hulls, tree_of(joints), item.features.root, limits_of(item), initial, pairs, shapes)
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.physics.kinematics import tree_of
 from asset2sim.refinement.collision.pinned import pinned_pairs
 from tests.assets import joint, link, read, robot, shape, written
@@ -25,6 +25,6 @@ def test_a_pole_pinned_in_its_carts_rail_passes_it(tmp_path: Path, pole: str, li
     )  # fmt: skip
     item = read(written(tmp_path, text))
     limits = {"slide": (-0.8, 0.8), "hinge": (-1.5, 1.5)}
-    start, shapes = {"slide": 0.0, "hinge": 0.0}, AuthoredShapes(item, 1.0)
+    start, shapes = {"slide": 0.0, "hinge": 0.0}, authored_shapes(item, 1.0)
     found = pinned_pairs(tree_of(item.features.joints), "rail", limits, start, [("rail", "pole")], shapes, {})
     assert found == [("rail", "pole")] * pinned

@@ -5,8 +5,9 @@ intersect (FCL's bounding volume hierarchies, exact on triangles). Parts that to
 so an overlap is real if it remains after one part is moved by ``TOUCHING_M``.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 
 import fcl
 import numpy as np
@@ -31,24 +32,25 @@ DIRECTIONS = np.vstack([np.eye(3), -np.eye(3)])
 @dataclass(frozen=True)
 class AuthoredShapes:
     """Authored collision meshes of every link as FCL hierarchies, built on first use, queried at the final scale.
-    Hierarchies are built at the authored scale and cached in the extraction, so that they serve every scale: a query
-    divides the translation between two links by the scale instead."""
+    ``read`` gives a link's triangles in its frame at the authored scale, None for none; ``models`` are the hierarchies
+    at that scale, so that they serve every scale: a query divides the translation between two links by it instead."""
 
-    extraction: Extraction
+    read: Callable[[str], tuple[Array, Faces] | None]
+    models: dict[str, fcl.BVHModel | None]
     scale: float
-
-    @cached_property
-    def links(self) -> dict[str, yourdfpy.Link]:
-        """Link name → link of the authored URDF."""
-        return {link.name: link for link in read_urdf(self.extraction.urdf).links}
 
     def model(self, link: str) -> fcl.BVHModel | None:
         """FCL hierarchy of a link in its frame at the authored scale; None where the link has no mesh that collides."""
-        models = self.extraction.hierarchies
-        if link not in models:
-            triangles = link_triangles(self.extraction, self.links[link])
-            models[link] = None if triangles is None else hierarchy(*triangles)
-        return models[link]
+        if link not in self.models:
+            triangles = self.read(link)
+            self.models[link] = None if triangles is None else hierarchy(*triangles)
+        return self.models[link]
+
+
+def authored_shapes(extraction: Extraction, scale: float) -> AuthoredShapes:
+    """The authored collision meshes of an asset's links, at a scale; hierarchies are kept in the extraction."""
+    links = cache(lambda: {link.name: link for link in read_urdf(extraction.urdf).links})
+    return AuthoredShapes(lambda name: link_triangles(extraction, links()[name]), extraction.hierarchies, scale)
 
 
 def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, Faces] | None:
@@ -145,7 +147,7 @@ def rest_overlaps(extraction: Extraction) -> tuple[RestOverlap, ...]:
             if (shared > DEPTHS_M[1] * longest).all():
                 near.append((float(shared.prod()), first, second))
     # Depths are absolute: at this scale the longest edge is 1 m.
-    shapes, found = AuthoredShapes(extraction, 1.0 / longest), list[RestOverlap]()
+    shapes, found = authored_shapes(extraction, 1.0 / longest), list[RestOverlap]()
     for _, first, second in sorted(near, reverse=True)[:MOST_PAIRS]:
         between = np.linalg.inv(poses[second]) @ poses[first]
         between[:3, 3] /= longest

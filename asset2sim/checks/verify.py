@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.assets.authored_overlap import AuthoredShapes, overlap_cause
+from asset2sim.assets.authored_overlap import authored_shapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.collision_points import know_points
 from asset2sim.checks.at_rest import CHECK as AT_REST
@@ -150,7 +150,7 @@ def report_of(
 
 def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> CauseOf:
     """Function that tells whether two links' authored meshes overlap at given joint positions, or only their hulls."""
-    features, shapes = extraction.features, AuthoredShapes(extraction, overlay.scale)
+    features, shapes = extraction.features, authored_shapes(extraction, overlay.scale)
     tree = tree_of(written_joints(features, overlay), overlay.scale)
 
     def cause(a: str, b: str, positions: Mapping[str, float]) -> OverlapCause:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, intersect
+from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, authored_shapes, intersect
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
@@ -66,7 +66,7 @@ class LinkShapes:
     @cached_property
     def triangles(self) -> AuthoredShapes:
         """The authored triangles of the links."""
-        return AuthoredShapes(self.extraction, 1.0)
+        return authored_shapes(self.extraction, 1.0)
 
     def points(self, link: str) -> tuple[Array, np.ndarray] | None:
         """A link's pieces in its frame, m at the authored scale; None where it has no mesh."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
@@ -30,7 +30,7 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     """Overlay with narrowed limits, and hulls cut so that joints can move; each change is a finding."""
     features = loop.extraction.features
     joints = written_joints(features, overlay)
-    tree, shapes = tree_of(joints, overlay.scale), AuthoredShapes(loop.extraction, overlay.scale)
+    tree, shapes = tree_of(joints, overlay.scale), authored_shapes(loop.extraction, overlay.scale)
     limits = {j.name: (j.lower, j.upper) for j in overlay.joints if j.lower is not None and j.upper is not None}
     links, start = [link.name for link in features.links], overlay.initial_positions
     pairs = list(contact_pairs(joints, links, loop.passing))
