@@ -112,7 +112,7 @@ def _link_text(link: UrdfLink) -> str:
 
 
 def bias_of(joint: UrdfJoint) -> Bias | None:
-    """What the joint's mechanism exerts, as an overlay has it; None without one."""
+    """Effort of the joint's mechanism, as an overlay has it; None without one."""
     terms = dict(zip(("slope", "none_at", "least", "most", "period"), joint.bias, strict=False))
     return Bias(kind="detent" if terms.get("period") else "seal", **terms) if joint.bias[0] != 0.0 else None
 

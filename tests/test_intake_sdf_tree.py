@@ -25,7 +25,7 @@ def hinge(name: str, ends: tuple[str, str], axis: str = "0 0 1", more: str = "")
 
 
 def made(folder: Path, *inside: str, holder: str = "model name='thing'") -> Any:
-    """What comes of a model, or of a world."""
+    """The URDF made of a model, or of a world."""
     (folder / "thing.sdf").write_text(f"<sdf version='1.8'><{holder}>{''.join(inside)}</{holder.split()[0]}></sdf>")
     return urdf_of_sdf(folder / "thing.sdf", folder, ANYWHERE)
 

@@ -20,7 +20,7 @@ TOUCHING = 0.02
 that are carried by springs hang a little lower or higher than each other."""
 
 UNKNOWN_KINDS = frozenset(part_effort("", "", "slider", length).kind for length in (0.0, 0.1, 1.0))
-"""What sliders are called of which nothing is known but their size."""
+"""Kinds of sliders of which nothing is known but their size."""
 
 
 def with_suspensions(

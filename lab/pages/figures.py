@@ -3,6 +3,7 @@
 A block that is no older than what it measures is left as it is, so that a command that was stopped goes on where it
 was, and each step goes on with its own runs in OUT. ``--stale`` only names the blocks that are older."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -96,6 +97,7 @@ def make_figures(shared: Path, out: Path, only: Sequence[str] = ()) -> int:
             raise UnknownChoiceError("block", name, FIGURES)
     if not (shared / "partnet_mobility").is_dir():
         raise UsageError(f"{shared} holds no partnet_mobility; name the folder of the test data with SHARED=")
+    shared = Path(os.path.relpath(shared))  # tables name what they were made of, and no machine's folders
     wanted = [name for name in FIGURES if name in (only or stale(DOCS))]
     done = set[str]()
     for name in wanted:
