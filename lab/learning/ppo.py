@@ -14,6 +14,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from asset2sim.gym.environment import Action, ObjectEnv
+from lab.learning.critic import AsymmetricPolicy, CriticEnv
 from lab.learning.rollouts import Act
 from lab.schemas.ppo_settings import PpoSettings
 
@@ -32,7 +33,8 @@ def environments(make: Callable[[], ObjectEnv], settings: PpoSettings, seed: int
 
         several: VecEnv = WarpVecEnv(WarpEnv(make(), settings.environments, on_device(settings)))
     else:
-        several = DummyVecEnv([make for _ in range(settings.environments)])
+        shown = (lambda: CriticEnv(make())) if settings.critic_sees_object else make
+        several = DummyVecEnv([shown for _ in range(settings.environments)])
     several.seed(seed)
     return VecNormalize(several, gamma=settings.discount, clip_obs=CLIPPED, clip_reward=CLIPPED)
 
@@ -45,8 +47,9 @@ def on_device(settings: PpoSettings) -> str:
 def new_model(envs: VecNormalize, settings: PpoSettings, seed: int) -> PPO:
     """A policy that has learnt nothing."""
     noisy = settings.noise_actions > 0
+    policy = AsymmetricPolicy if settings.critic_sees_object else "MlpPolicy"
     return PPO(
-        "MlpPolicy", envs, n_steps=settings.rollout, batch_size=settings.minibatch, n_epochs=settings.epochs,
+        policy, envs, n_steps=settings.rollout, batch_size=settings.minibatch, n_epochs=settings.epochs,
         learning_rate=settings.learning_rate, gamma=settings.discount, gae_lambda=settings.smoothing,
         clip_range=settings.clip, target_kl=settings.most_divergence, ent_coef=settings.entropy, seed=seed,
         use_sde=noisy, sde_sample_freq=settings.noise_actions if noisy else -1, device=on_device(settings),
@@ -93,6 +96,8 @@ def without_noise(model: PPO, scaling: VecNormalize) -> Act:
     """A policy's mean actions, of observations that are scaled as they were when it learnt."""
 
     def act(seen: NDArray[np.float32]) -> Action:
+        (size,) = scaling.observation_space.shape
+        seen = np.pad(seen, ((0, 0), (0, size - seen.shape[1])))  # the actor is blind to the rest
         found: Action = model.predict(scaling.normalize_obs(seen), deterministic=True)[0]
         return found
 

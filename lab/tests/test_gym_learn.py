@@ -16,6 +16,9 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it comes with the extra learn")
 pytest.importorskip("torch", reason="torch is not installed: it comes with the extra learn")
 import mlflow
+import mujoco
+import torch
+from stable_baselines3 import PPO
 
 from asset2sim.catalog.own_files import OwnFile, latest_own, read_own_files
 from asset2sim.catalog.query import connect
@@ -24,9 +27,10 @@ from asset2sim.catalog.write import write_run
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.gym.arm.scene import base_at
 from asset2sim.gym.arm.tasks import Task, Verb
-from asset2sim.gym.environment import ObjectEnv
+from asset2sim.gym.environment import Action, ObjectEnv
 from flows.command import refine, run_command, serve
 from lab.learning import study
+from lab.learning.critic import CriticEnv, Seen
 from lab.learning.lesson import Lesson
 from lab.learning.ppo import environments, load_policy, new_model, without_noise
 from lab.learning.progress import PROGRESS, Point, TrainingProgress
@@ -220,6 +224,33 @@ def test_a_policy_gets_better_at_reaching_the_drawer(tmp_path: Path) -> None:
     model.learn(1024)
     (after,) = roll(judge, without_noise(model, envs), [1])
     assert after.reward > 2.0 * before.reward
+
+
+def test_the_critic_alone_sees_what_becomes_of_the_object(tmp_path: Path) -> None:
+    one = ObjectEnv(slider(tmp_path / "thing", fixed=False), CLOSE, settings=SHORT)
+    env, ppo = CriticEnv(one), PpoSettings(environments=1, rollout=8, minibatch=8)
+    model = new_model(environments(lambda: one, ppo, 0), ppo, 0)
+    seen, _ = env.reset(seed=0)
+    assert seen.shape == env.observation_space.shape == (47,) and np.allclose(seen[38:41], 0.0, atol=1e-3)
+    data, place = one.stage.data, one.subject.free_place
+    assert place is not None
+    dof = int(one.stage.model.body_dofadr[one.root])
+    data.qpos[place] += 0.05
+    data.qvel[dof : dof + 3] = 0.3, 0.0, 0.0
+    mujoco.mj_forward(one.stage.model, data)
+    one.centers.append(data.xipos[one.root].copy())
+    one.ups.append(data.xmat[one.root, 6:].copy())
+    moved = env.with_object(seen[:38])
+    assert moved[38:41] == pytest.approx([0.0, 0.0, 1.0], abs=1e-3), "5 cm of the 5 cm that it may travel"
+    assert moved[44] == pytest.approx(0.3, abs=0.02), "m/s along x"
+    acts, values = zip(*(answers(model, part) for part in (seen, moved)), strict=True)
+    assert np.array_equal(*acts) and values[0] != values[1]
+
+
+def answers(model: PPO, seen: Seen) -> tuple[Action, float]:
+    """The actor's action, without noise, and the critic's value."""
+    value = model.policy.predict_values(torch.from_numpy(seen[None]))
+    return model.predict(seen, deterministic=True)[0], float(value.detach())
 
 
 def test_the_checkpoint_of_the_highest_s_is_chosen_and_only_what_holds_ends_early() -> None:

@@ -125,7 +125,7 @@ def test_ppo_learns_from_them_and_goes_on_from_a_checkpoint(thing: Path, tmp_pat
     pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it comes with the extra learn")
     from lab.learning.ppo import environments, load_policy, new_model, restore, save
 
-    ppo = PpoSettings(physics="warp", environments=2, rollout=8, minibatch=8, epochs=1)
+    ppo = PpoSettings(physics="warp", critic_sees_object=False, environments=2, rollout=8, minibatch=8, epochs=1)
     envs = environments(lambda: ObjectEnv(thing, settings=SHORT), ppo, seed=3)
     model = new_model(envs, ppo, seed=3)
     model.learn(16)
