@@ -116,6 +116,10 @@ def refused(folder: Path) -> AssetError:
         ("parts.xacro", "gone.xacro", r"cabinet.urdf.xacro, line 6: .*gone.xacro"),
         ("</robot>", "", r"cabinet.urdf.xacro, line 2\d: "),
         ('default="0.6"', "", r"cabinet.urdf.xacro, line 3: .*default"),
+        ("${height / 2}", "${9**9**9}", r"cabinet.urdf.xacro, line 8: .*too large"),
+        ("${height / 2}", "$(eval 9**9**9)", "too large"),
+        ("${height / 2}", "${len([x for x in range(10**9)])}", "too large"),
+        ("${height / 2}", "${[x.__class__ for x in (1,)]}", "__class__"),
     ],
 )
 def test_a_xacro_that_cannot_be_resolved_names_file_and_line(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -124,6 +128,13 @@ def test_a_xacro_that_cannot_be_resolved_names_file_and_line(tmp_path: Path, old
     error = refused(folder)
     assert error.code == "xacro_unresolved"
     assert re.search(said, str(error)), str(error)
+
+
+def test_a_xacro_may_name_its_own_folder(tmp_path: Path) -> None:
+    folder = written_cabinet(tmp_path / "one", "xacro")
+    text = XACRO.replace("$(find cabinet_description)/urdf/", "$(dirname)/")
+    (folder / "urdf" / "cabinet.urdf.xacro").write_text(text)
+    assert is_the_cabinet(read(folder))
 
 
 def test_a_mistake_in_an_included_xacro_names_that_file(tmp_path: Path) -> None:

@@ -151,3 +151,16 @@ def test_what_is_wrong_is_named_with_its_joint_or_link_and_line(
     with pytest.raises(AssetError, match=r"thing\.sdf") as caught:
         made(tmp_path, *links, hinge("near", ("a", "b"), axis))
     assert caught.value.code == code and said in str(caught.value), str(caught.value)
+
+
+def test_a_static_model_is_held_and_what_has_no_name_gets_one(tmp_path: Path) -> None:
+    nameless = [hinge("", ends).replace(" name=''", "") for ends in (("a", "b"), ("b", "c"))]
+    found = made(tmp_path, "<static>true</static>", *LINKS, *nameless)
+    assert ways(found.robot) == {"joint_1": ("a", "b"), "joint_2": ("b", "c")}
+    assert "static" in found.held and not made(tmp_path, *LINKS, *nameless).held
+
+
+def test_a_mass_without_an_inertia_is_kept(tmp_path: Path) -> None:
+    heavy = LINKS[0].replace("<pose>", "<inertial><mass>3</mass></inertial><pose>", 1)
+    found = made(tmp_path, heavy).robot.find("link/inertial")
+    assert found.find("mass").get("value") == "3" and found.find("inertia").get("ixx") == "0"

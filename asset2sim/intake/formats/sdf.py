@@ -32,7 +32,7 @@ from asset2sim.intake.formats.mjcf_ties import Tie, tie
 from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_model import SdfModel
-from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten
+from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten, name_nameless
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, solid_of
 from asset2sim.intake.formats.sdf_tree import as_tree
 from asset2sim.intake.formats.tree import unused
@@ -92,6 +92,7 @@ class _Model(SdfModel):
         stated = [(str(item.get("name")), item.findtext("static") or "") for item in inner]
         self.still = tuple(f"{name}{SEPARATOR}" for name, static in stated if static.strip() in ("1", "true"))
         self.is_world = bool(inner) and not model.findall("link") and not model.findall("joint")
+        name_nameless(model)
         flatten(model, version)
         self.notes, self.work = [*notes, *as_tree(model)], work
         super().__init__(file, model, version)
@@ -114,7 +115,8 @@ class _Model(SdfModel):
         self.notes += tie(robot, list(self.ties(gears)))
         world, free = self.hung(robot)
         on_world = any(self.text(item, "parent") == "world" for item in self.joint_of.values())
-        held = "its file has a joint to the world" if on_world and not (self.is_world or free) else ""
+        reason = "its file has a joint to the world" if on_world else "its file says that it is static"
+        held = reason if (on_world or self.is_still) and not (self.is_world or free) else ""
         return Converted(robot, (), tuple(dict.fromkeys(self.notes)), world=world, free=free, held=held)
 
     def hung(self, robot: Element) -> tuple[str, tuple[str, ...]]:
@@ -145,8 +147,10 @@ class _Model(SdfModel):
         source, link = self.named[name], add(robot, "link", name=name)
         to_link = np.linalg.inv(self.frame(name)) @ self.pose(name)
         inertial = source.find("inertial")
-        if inertial is not None and inertial.find("mass") is not None and inertial.find("inertia") is not None:
-            defaults = {"ixx": "1", "iyy": "1", "izz": "1"}
+        if inertial is not None and inertial.find("mass") is not None:
+            # A mass alone is stated, too: zeros say that its inertia is not.
+            least = "0" if inertial.find("inertia") is None else "1"
+            defaults = {"ixx": least, "iyy": least, "izz": least}
             keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
             tensor = [self.numbers(inertial, f"inertia/{key}", defaults.get(key, "0"))[0] for key in keys]
             add_inertial(link, self.numbers(inertial, "mass", "1")[0], to_link @ self.own_pose(inertial), tensor)

@@ -4,10 +4,21 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.intake.formats.sdf_includes import FRAMED_AXES
+from asset2sim.intake.formats.tree import unused
 
 KINDS = ("link", "joint", "frame")
 SEPARATOR = "__"
 """Between the names of a model and of what it holds, in place of SDF's ``::``, which file names do not bear."""
+
+
+def name_nameless(model: Element) -> None:
+    """Name each link, joint and frame of a model and those nested in it that has no name, after its kind and place."""
+    for inner in model.iter("model"):
+        for kind in KINDS:
+            taken = {str(item.get("name")) for item in inner.findall(kind)}
+            for number, item in enumerate(inner.findall(kind), 1):
+                if not item.get("name"):
+                    item.set("name", unused(f"{kind}_{number}", taken))
 
 
 def flatten(model: Element, version: tuple[int, ...]) -> None:

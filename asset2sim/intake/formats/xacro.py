@@ -14,6 +14,7 @@ from xacro import substitution_args
 
 from asset2sim.assets.urdf.references import ANYWHERE, PARENTS_SEARCHED, AllowedFolders, lies_outside
 from asset2sim.intake.formats.format import Converted, Format, outermost, unconvertible
+from asset2sim.intake.formats.xacro_expressions import evaluated
 from schemas.errors import AssetError
 
 PACKAGE_FOLDERS = ("urdf", "xacro", "robots", "robot", "description")
@@ -30,7 +31,11 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
     """The URDF of a xacro file, its arguments at their defaults. Raises AssetError (unreadable_asset) that names the
     file and, where it can be told, the line; also for what it includes that lies outside ``reach``."""
     xacro.all_includes.clear()
-    with _packages_beside(file, substitution_args, reach), _only_within(reach, xacro):
+    with (
+        _packages_beside(file, substitution_args, reach),
+        _only_within(reach, xacro),
+        _bounded_expressions(xacro, substitution_args),
+    ):
         try:
             document = xacro.process_file(str(file.resolve()))
             made = instance_of(file, xacro, reach.macro) if not document.getElementsByTagName("link") else None
@@ -147,6 +152,26 @@ def _only_within(reach: AllowedFolders, module: Any) -> Iterator[None]:
         yield
     finally:
         module.abs_filename_spec, module.parse = kept
+
+
+@contextmanager
+def _bounded_expressions(module: Any, substitution: Any) -> Iterator[None]:
+    """While it lasts, ``${…}`` and ``$(eval …)`` take bounded time, and ``$(dirname)`` is the folder of the file that
+    is read."""
+    kept = module.safe_eval, substitution._eval_dirname
+
+    def value(expression: str, names: dict[str, Any], local: Any = None) -> Any:
+        dict.update(names, __builtins__={})
+        return evaluated(expression, names, local)
+
+    module.safe_eval = value
+    substitution.eval = evaluated
+    substitution._eval_dirname = lambda _: str(Path(module.filestack[-1]).resolve().parent)
+    try:
+        yield
+    finally:
+        module.safe_eval, substitution._eval_dirname = kept
+        del substitution.eval
 
 
 def find_package(name: str, folders: list[Path]) -> Path:
