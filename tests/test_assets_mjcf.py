@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from asset2sim.assets.exports import left_out
 from asset2sim.assets.exports.mjcf import HOME, SCENE_NAME, export_mjcf
 from asset2sim.assets.exports.refined_object import MJCF_NAME
 from asset2sim.engines.contacts import penetration
@@ -16,7 +17,7 @@ from asset2sim.load import load
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
-from schemas.vocabulary import Engine
+from schemas.vocabulary import Engine, Export
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, prior, sample
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, box, mesh, sphere
@@ -113,6 +114,27 @@ def test_a_mechanism_stronger_than_the_effort_limit_is_whole(tmp_path: Path) -> 
     model, data = held(tmp_path, arm(tmp_path, bias=(1e6, -1.0, 0.0, 300.0), lower=0.0, upper=1.5))
     mujoco.mj_forward(model, data)
     assert float(data.qfrc_actuator[0]) == pytest.approx(300.0)
+
+
+SEAL, CLICKS = (50.0, 0.03, -1.0, 0.0), (-5.0, 0.0, -0.1, 0.1, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("bias", "rolling_m", "lacking"),
+    [
+        (SEAL, 0.0, {Export.USD: "j (seal)", Export.SDF: "j (seal)"}),
+        (CLICKS, 0.0, dict.fromkeys(Export, "clicks of j")),
+        ((0.0,), 1e-3, {Export.USD: "rolling", Export.SDF: "rolling"}),
+        ((0.0,), 0.0, {}),
+    ],
+)
+def test_a_format_says_what_it_has_no_words_for(
+    tmp_path: Path, bias: tuple[float, ...], rolling_m: float, lacking: dict[Export, str]
+) -> None:
+    overlay = arm(tmp_path, bias=bias).model_copy(update={"rolling_friction_m": rolling_m})
+    found = {export: " ".join(item.message for item in left_out(overlay, export)) for export in Export}
+    assert {export for export, said in found.items() if said} == set(lacking)
+    assert all(said in found[export] for export, said in lacking.items())
 
 
 @pytest.mark.parametrize(("share", "moves"), [(0.95, False), (1.1, True)])

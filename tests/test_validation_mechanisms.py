@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from asset2sim.baselines.declared_method import known_methods
@@ -22,10 +23,10 @@ from tasks.extract import extract_asset
 from tasks.pipeline import refine_asset
 from tasks.progress import AssetJob
 from tasks.synthesize import with_users_numbers
-from tasks.validate import validate_overlay
+from tasks.validate import Validated, validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
 from tests.factories import make_features
-from tests.planted_mechanisms import HELD, PLANTED, made
+from tests.planted_mechanisms import HELD, PLANTED, flap, made
 
 BODY = shape("0.04 0.04 0.2") + shape("0.15 0.025 0.025", xyz="0.06 0 0.09")
 STICK = shape("0.1 0.02 0.012", xyz="0.04 0 0.006")
@@ -56,11 +57,16 @@ def described(
 
 def overlay_of(ref: AssetRef, folder: Path) -> PhysicsOverlay:
     """The overlay of an asset by the offline model and the rules."""
+    return validated(ref, folder).overlay
+
+
+def validated(ref: AssetRef, folder: Path) -> Validated:
+    """The overlay of an asset by the offline model and the rules, with findings."""
     job, method = AssetJob(ref, folder / "out", NO_VIEWS, prior), known_methods()[NO_VIEWS.method]
     extracted = extract_asset(job, correct_joints=True)
     job = replace(job, guidance=extracted.guidance)
     proposal = with_users_numbers(method.propose, job, extracted.extraction).proposal
-    return validate_overlay(job, extracted.extraction, proposal, rules=True).overlay
+    return validate_overlay(job, extracted.extraction, proposal, rules=True)
 
 
 def only(overlay: PhysicsOverlay) -> JointPhysics:
@@ -316,3 +322,22 @@ def test_mechanisms_pass_every_check_in_every_engine(tmp_path: Path, name: str) 
     ref = AssetRef(asset_id=name, path=str(folder), category=category, prompt=words, up=UpAxis.Z)
     record = refine_asset(ref, tmp_path / "out", NO_VIEWS, prior)
     assert record.status is Status.OK, record.reason
+
+
+def test_a_garage_door_is_balanced_over_its_whole_arc(tmp_path: Path) -> None:
+    """A panel hinged along its upper edge weighs m g h / 2 sin(q) on its hinge; it stays wherever it is left."""
+    body, part, kind, xyz, axis, limit = flap(2.4, 2.1, 0.2)
+    hinge = {"body": body, "kind": kind, "xyz": xyz, "axis": axis, "limit": limit, "up": "z"}
+    overlay = described(tmp_path, "garage", "GarageDoor", "A garage door.", part, "door", **hinge)
+    made, (panel,) = only(overlay), (item for item in overlay.links if item.name == "part")
+    half = 0.5 * 2.1 * overlay.scale
+    for position in np.linspace(0.1, 1.4, 7):
+        left = made.exerted(position) - 9.81 * panel.mass_kg * half * math.sin(position)
+        assert abs(left) < made.friction, f"it stays at {position:.2f}"
+        assert abs(left) + made.friction < 150.0 * 2.0 * half, "EN 12604"
+
+
+def test_a_screw_is_said_to_turn_in_its_plane(tmp_path: Path) -> None:
+    jar = made(next(one for one in HELD if one.name == "pickles"), tmp_path / "in")
+    (said,) = (item for item in validated(jar, tmp_path).findings if item.code == "screw_in_place")
+    assert said.value is not None and said.limit is not None and 1.0 < said.value < said.limit < 10.0, "N·m"

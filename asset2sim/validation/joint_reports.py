@@ -10,7 +10,15 @@ from schemas.settings import PhysicsSettings
 
 
 def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) -> None:
-    """Add a finding where a spring carries a part's weight, and where a hand allows less friction than a bump needs."""
+    """Add a finding where a spring carries a part's weight, where a hand allows less friction than a bump needs, and
+    where a screw turns in its plane."""
+    if kind.mechanism == "screw":
+        least, most = kind.lever * kind.range.least_n, kind.lever * kind.range.most_n
+        message = (
+            f"joint '{name}': a screw, and its file has one joint for it: it turns with the grip of its kind, "
+            f"{least:.2g} to {most:.2g} N·m, and does not rise along its thread (caps of bottles by about 3 mm a turn)"
+        )
+        notes.info("screw_in_place", message, joint=name, value=least, limit=most)
     if held_by.balance.stiffness > 0.0:
         stiffness = held_by.balance.stiffness
         message = f"joint '{name}': springs of {stiffness:.3g} N·m/rad carry its part, as of a {kind.range.kind}"

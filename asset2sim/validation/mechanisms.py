@@ -138,7 +138,10 @@ def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: Physi
     it starts, with the friction that would hold it there; None for what a hand lifts. Linear over the range: as near as
     can be to the share of its weight that struts carry, and of a part that may fall shut never more."""
     span = start.range
-    if span.joint.prismatic or span.lower is None or span.open == span.closed or kind.anywhere:
+    if span.joint.prismatic or span.lower is None or span.open == span.closed:
+        return None
+    # What friction keeps anywhere needs none, unless springs are its kind's mechanism: a garage door.
+    if kind.anywhere and kind.mechanism != "strut":
         return None
     ways = np.linspace(0.0, 1.0, WAY_SAMPLES)
     lifts = np.sign(span.open - span.closed)

@@ -7,9 +7,9 @@ from pathlib import Path
 from asset2sim.assets.exports.mjcf import export_mjcf
 from asset2sim.assets.exports.sdf import export_sdf
 from schemas.errors import UsageError
-from schemas.finding import Finding
+from schemas.finding import Finding, remark
 from schemas.overlay import PhysicsOverlay
-from schemas.vocabulary import Export, Severity, Stage
+from schemas.vocabulary import Export, Stage
 
 
 def has_usd() -> bool:
@@ -34,7 +34,29 @@ def write_exports(
         export_mjcf(folder, overlay, timestep_s)
     if Export.SDF in exports:
         export_sdf(folder, overlay)
-    return usd_findings(folder, overlay, timestep_s) if Export.USD in exports else ()
+    lacking = tuple(finding for export in exports for finding in left_out(overlay, export))
+    return (*lacking, *(usd_findings(folder, overlay, timestep_s) if Export.USD in exports else ()))
+
+
+def left_out(overlay: PhysicsOverlay, export: Export) -> tuple[Finding, ...]:
+    """A finding of what a format has no words for; none where it holds all of the object."""
+    biases = {joint.name: joint.bias for joint in overlay.joints if joint.bias is not None}
+    clicks = [name for name, bias in biases.items() if bias.period > 0.0]
+    others = [f"{name} ({bias.kind})" for name, bias in biases.items() if name not in clicks]
+    rolls = overlay.rolling_friction_m > 0.0
+    found = []
+    if clicks:
+        found.append(f"the clicks of {', '.join(clicks)}: friction alone keeps {'them' if clicks[1:] else 'it'}")
+    if export is Export.USD and others:
+        found.append(f"for PhysX, what {', '.join(others)} exerts: stated as asset2sim:bias_…, for a user to apply")
+    if export is Export.USD and rolls:
+        found.append("for PhysX, friction against rolling: a round object rolls on")
+    if export is Export.SDF and others:
+        found.append(f"what {', '.join(others)} exerts")
+    if export is Export.SDF and rolls:
+        found.append("except for Bullet, friction against rolling")
+    message = f"{export.value} leaves out {'; '.join(found)}"
+    return (remark(Stage.PUBLISH, "export_leaves_out", message),) if found else ()
 
 
 def usd_findings(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> tuple[Finding, ...]:
@@ -45,14 +67,10 @@ def usd_findings(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> tu
     export = export_usd(folder, overlay, timestep_s)
     if not export.limited:
         return ()
-    finding = Finding(
-        stage=Stage.PUBLISH,
-        severity=Severity.INFO,
-        code="usd_hulls_limited",
-        message=f"{export.path.name}: {len(export.limited)} collision hulls are cut down to {VERTEX_LIMIT} vertices "
+    message = (
+        f"{export.path.name}: {len(export.limited)} collision hulls are cut down to {VERTEX_LIMIT} vertices "
         f"and {POLYGON_LIMIT} faces, the most that PhysX takes to a GPU; they lie inside the given ones, at most "
         f"{1e3 * export.distance_m:.3g} mm from them, with at least {100.0 * export.volume_ratio:.1f} % of the volume. "
-        "URDF and MJCF keep the given ones",
-        value=export.distance_m,
+        "URDF and MJCF keep the given ones"
     )
-    return (finding,)
+    return (remark(Stage.PUBLISH, "usd_hulls_limited", message, value=export.distance_m),)
