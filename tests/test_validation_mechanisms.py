@@ -26,7 +26,7 @@ from tasks.synthesize import with_users_numbers
 from tasks.validate import Validated, validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
 from tests.factories import make_features
-from tests.planted_mechanisms import HELD, PLANTED, flap, made
+from tests.planted_mechanisms import HELD, PLANTED, flap, made, round_shape
 
 BODY = shape("0.04 0.04 0.2") + shape("0.15 0.025 0.025", xyz="0.06 0 0.09")
 STICK = shape("0.1 0.02 0.012", xyz="0.04 0 0.006")
@@ -341,3 +341,22 @@ def test_a_screw_is_said_to_turn_in_its_plane(tmp_path: Path) -> None:
     jar = made(next(one for one in HELD if one.name == "pickles"), tmp_path / "in")
     (said,) = (item for item in validated(jar, tmp_path).findings if item.code == "screw_in_place")
     assert said.value is not None and said.limit is not None and 1.0 < said.value < said.limit < 10.0, "N·m"
+
+
+@pytest.mark.parametrize(
+    ("across_m", "high_m", "kg", "start_n"), [(0.205, 0.29, 1.5, 5.0), (0.25, 0.4, 2.4, 10.0), (0.29, 0.65, 4.5, 15.0)]
+)
+def test_a_pedal_bin_is_heavy_enough_for_a_foot(
+    tmp_path: Path, across_m: float, high_m: float, kg: float, start_n: float
+) -> None:
+    """Bins of 5, 12 and 30 l weigh what makers state, within a factor of 1.6; a pedal takes at most half of what tips
+    its bin over the edge before which the foot presses, m g r / reach."""
+    pedal, reach = shape("0.05 0.08 0.004", xyz="-0.025 0 0"), 0.05
+    hinge = {"kind": "revolute", "axis": "0 -1 0", "limit": "0 0.2", "xyz": f"{-across_m / 2.0} 0 0.02", "up": "z"}
+    body = round_shape(across_m / 2.0, high_m, f"0 0 {high_m / 2.0}")
+    overlay = described(tmp_path, "bin", "TrashCan", "A pedal bin.", pedal, "foot_pad", body=body, **hinge)
+    mass, made = sum(item.mass_kg for item in overlay.links), only(overlay)
+    assert kg / 1.6 < mass < 1.6 * kg
+    end = made.stiffness * abs(made.spring_reference - made.open) / reach
+    assert end < 0.6 * mass * 9.81 * across_m / 2.0 / reach
+    assert made.stiffness * abs(made.spring_reference - made.closed) / reach > start_n
