@@ -23,6 +23,8 @@ GROOVE = 0.25
 """Share of the way from one detent to the next over which it comes to draw with all its force."""
 LEAST_CLICK = 1.5
 """Least force of a detent, over the friction beside it: with less, the part stays between two."""
+FELT_N = 0.5
+"""Least weight at the edge of a flap that a hand feels, N (``efforts.csv``): less needs no strut."""
 WAY_SAMPLES = 17
 """Positions of its range at which the load of a flap is taken."""
 
@@ -135,7 +137,7 @@ def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None
 
 def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
     """Strut of a flap or lid that gravity shuts and that is too heavy for a hand, somewhere or, where it ``stays`` as
-    it starts, with the friction that would hold it there; None for what a hand lifts. Linear over the range: as near as
+    it starts, with the friction that would hold it there, and of furniture's flaps; None for the rest. Linear over the range: as near as
     can be to the share of its weight that struts carry, and of a part that may fall shut never more."""
     span = start.range
     if span.joint.prismatic or span.lower is None or span.open == span.closed:
@@ -147,10 +149,10 @@ def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: Physi
     lifts = np.sign(span.open - span.closed)
     shuts = -lifts * pull.at(span.closed + ways * (span.open - span.closed))
     held = -lifts * float(pull.at(start.position)) if stays and not on_stop(start, -lifts) else 0.0
-    if (
-        max(float(shuts.max()), (1.0 + settings.least_hold_margin) * held)
-        <= SAFE_SHARE * kind.lever * kind.range.most_n
-    ):
+    heaviest = max(float(shuts.max()), (1.0 + settings.least_hold_margin) * held)
+    # A light flap of furniture has stays all the same, or it would fall shut.
+    lifted_n = FELT_N if kind.counterbalanced else SAFE_SHARE * kind.range.most_n
+    if heaviest <= lifted_n * kind.lever:
         return None
     under = shuts > 0.0
     if np.count_nonzero(under) < 2:
