@@ -15,7 +15,8 @@ from lxml import etree
 
 from asset2sim.assets.exports.usd import export_usd
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.urdf.read import read_contacts, read_dynamics, read_urdf
+from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.read import passing_pairs, read_contacts, read_dynamics, read_urdf
 from asset2sim.intake.formats.usd import urdf_of_usd
 from asset2sim.intake.origin import extract
 from asset2sim.physics.arrays import Array
@@ -411,3 +412,20 @@ def test_the_ground_and_what_repeats_points_are_no_part_of_it(tmp_path: Path) ->
         all(word in told for word in ("/Thing/ground/endless", "/Thing/many", "metersPerUnit")) and "/seed" not in told
     )
     assert urdf_of_usd(tmp_path / "thing.usda", tmp_path).metric is False
+
+
+def test_pairs_that_pass_and_what_a_mechanism_exerts_are_read_back(tmp_path: Path) -> None:
+    base, clicks = UrdfLink("base", 1.0), (-5.0, 0.1, -0.2, 0.2, 0.5)
+    parts = [UrdfLink(name, 1.0) for name in ("one", "two")]
+    joints = [
+        UrdfJoint("j", "revolute", "base", "one", lower=-1.0, upper=1.0, bias=clicks),
+        UrdfJoint("k", "prismatic", "base", "two", lower=0.0, upper=1.0),
+    ]
+    overlay = refined(tmp_path, [base, *parts], joints)
+    urdf = tmp_path / URDF_NAME
+    text = urdf.read_text().replace("</robot>", '<disable_collisions link1="one" link2="two"/></robot>')
+    urdf.write_text(text)
+    back = tmp_path / "back.urdf"
+    back.write_bytes(etree.tostring(urdf_of_usd(export_usd(tmp_path, overlay).path, tmp_path).robot))
+    assert read_dynamics(back)["j"].bias == exact(clicks) and read_dynamics(back)["k"].bias[0] == 0.0
+    assert [set(pair) for pair in passing_pairs(parsed(back))] == [{"one", "two"}]

@@ -537,3 +537,17 @@ def test_parts_that_fixed_joints_hold_pass_each_other(engine: str, tmp_path: Pat
         item.step()
         assert not item.contacts()
     assert item.positions()["slide"] == pytest.approx(0.0, abs=1e-6)
+
+
+@every_engine
+@pytest.mark.parametrize("passes", [True, False])
+def test_parts_that_the_file_lets_pass_each_other_do(engine: str, passes: bool, tmp_path: Path) -> None:
+    """A pendulum with a block and a bar across its way, on a hinge of its own that friction holds."""
+    block = body("bob", MASS, f"0 0 -{ARM}", BALL_INERTIA, box("0.06 0.06 0.06", f"0 0 -{ARM}"))
+    bar = body("bar", 5.0, "0 0 0", 0.1, box("0.02 0.2 0.02"))
+    foot = body("base", 10.0, "0 0 0", 1.0, box("0.1 0.1 0.1", "1 0 0"))
+    text = foot + block + bar + ('<disable_collisions link1="bob" link2="bar" reason="Default"/>' if passes else "")
+    hangs = {"child": "bob", "xyz": "0 0 0.4", "initial_position": 0.6}
+    joints = {"j": hangs, "k": {"child": "bar", "xyz": f"0 0 {0.4 - ARM}", "axis": "1 0 0", "friction": 50.0}}
+    q = track(load(written(tmp_path, text, joints), engine), "j", 1.0)
+    assert (q.min() < -0.4) == passes

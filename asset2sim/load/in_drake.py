@@ -143,9 +143,14 @@ class DrakeObject(Loaded):
 
 
 def drake_urdf(urdf: ET.Element, mu: float) -> ET.Element:
-    """The tree with contact friction as Drake reads it, without names of shapes, which datasets repeat and Drake
-    refuses."""
+    """The tree with contact friction and pairs that pass each other as Drake reads them, without names of shapes, which
+    datasets repeat and Drake refuses."""
     urdf.set("xmlns:drake", "http://drake.mit.edu")
+    for number, pair in enumerate(urdf.findall("disable_collisions")):
+        group = ET.SubElement(urdf, "drake:collision_filter_group", name=f"pass_{number}")
+        for key in ("link1", "link2"):
+            ET.SubElement(group, "drake:member", link=str(pair.get(key)))
+        ET.SubElement(group, "drake:ignored_collision_filter_group", name=f"pass_{number}")
     for shape in (*urdf.iter("visual"), *urdf.iter("collision")):
         shape.attrib.pop("name", None)
         contact = ET.SubElement(shape, "drake:proximity_properties")

@@ -57,11 +57,15 @@ class SapienObject(Loaded):
             link.linear_damping = link.angular_damping = 0.0
             for shape in link.collision_shapes:
                 shape.contact_offset = 5e-4  # at SAPIEN's 10 mm every part touches its neighbours
-        serial = next(SERIALS)
-        for number, group in enumerate(about.held_together):  # a bit of the third and a number of the fourth group
-            own = [1 << number % 32, (8 * serial + number // 32) % 0x10000]
-            for shape in (shape for link in body.links if link.name in group for shape in link.collision_shapes):
-                shape.set_collision_groups([*shape.collision_groups[:2], *own])
+        serial, marks = next(SERIALS), dict[str, tuple[int, int]]()
+        for number, group in enumerate((*about.passing, *about.held_together)):
+            for name in group:  # a bit of the third group, and a number of the fourth for each 32 of them
+                bits, block = marks.get(name, (0, number // 32))
+                marks[name] = bits | (1 << number % 32 if block == number // 32 else 0), block
+        for link in (link for link in body.links if link.name in marks):
+            bits, block = marks[link.name]
+            for shape in link.collision_shapes:
+                shape.set_collision_groups([*shape.collision_groups[:2], bits, (8 * serial + block) % 0x10000])
         for joint in about.joints:
             made, slides, rest = body.find_joint_by_name(joint.name), joint.unit == "m", joint.spring_reference
             made.friction, made.armature = 0.0, np.array([joint.armature], np.float32)

@@ -137,8 +137,9 @@ def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None
 
 def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
     """Strut of a flap or lid that gravity shuts and that is too heavy for a hand, somewhere or, where it ``stays`` as
-    it starts, with the friction that would hold it there, and of furniture's flaps; None for the rest. Linear over the range: as near as
-    can be to the share of its weight that struts carry, and of a part that may fall shut never more."""
+    it starts, with the friction that would hold it there, and of any of furniture's flaps; None for the rest. Linear
+    over the range: as near as can be to the share of its weight that struts carry, and of a part that may fall shut
+    never more."""
     span = start.range
     if span.joint.prismatic or span.lower is None or span.open == span.closed:
         return None

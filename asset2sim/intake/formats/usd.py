@@ -27,7 +27,7 @@ from asset2sim.intake.formats.format import (
     write_obj,
 )
 from asset2sim.intake.formats.tree import spanning, unused
-from asset2sim.intake.formats.usd_joints import Step, UsdJoint, one_after_another, read_joints
+from asset2sim.intake.formats.usd_joints import Step, UsdJoint, one_after_another, pass_each_other, read_joints
 from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
 from asset2sim.intake.formats.usd_shapes import (
     BOUNDS,
@@ -130,6 +130,8 @@ class _Object:
         for joint, turned in tree:
             self.add_chain(robot, joint, turned)
         self.add_mimics(robot, [joint for joint, _ in tree])
+        for one, other in pass_each_other(self.bodies):
+            add(robot, "disable_collisions", link1=self.names[one], link2=self.names[other], reason="Never")
         stage.notes += settle_free(robot, world, free) if world else ()
         notes = tuple(dict.fromkeys(stage.notes))
         return Converted(robot, stage.layers, notes, metric=stage.states_metres, world=world, free=free)

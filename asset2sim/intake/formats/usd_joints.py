@@ -1,12 +1,13 @@
 """Joints of a USD stage, their numbers in metres, kilograms and radians: one step for each degree of freedom."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.intake.formats.format import pose_of
 from asset2sim.intake.formats.usd_stage import UsdStage, wxyz
 from asset2sim.physics.arrays import Array
@@ -213,10 +214,21 @@ def step(
         "spring_reference": reference if stiffness else 0.0,
         "armature": number(*armature) * inertia,
     }
+    # Our own exports': of a mechanism besides the spring, in rad, metres, N·m and N.
+    bias = {key: stage.number(prim, f"asset2sim:{key}") for key in BIAS}
+    dynamics |= bias | ({"bias_none_at": bias["bias_none_at"] - zero} if bias["bias_slope"] else {})
     start = number("state:{}:physics:position", default=math.nan) * unit
     kind = ("revolute" if "lower" in limit else "continuous") if turns else "prismatic"
     stated = {key: value for key, value in dynamics.items() if value}
     return Step(kind, axis, limit, stated if math.isnan(start) else stated | {"start": start - zero})
+
+
+def pass_each_other(bodies: Mapping[str, "Usd.Prim"]) -> Iterator[tuple[str, str]]:
+    """Pairs of paths of bodies that the stage keeps from colliding."""
+    for path, prim in bodies.items():
+        told = prim.GetRelationship("physics:filteredPairs")
+        targets = map(str, told.GetForwardedTargets()) if told else ()
+        yield from ((path, other) for other in targets if other in bodies and other != path)
 
 
 def mimic_of(stage: UsdStage, prim: "Usd.Prim") -> tuple[str, float, float] | None:
