@@ -113,7 +113,9 @@ def watch(
         longer.append((pose, speeds))
         if seen is not None and seen(steps * world.timestep_s):
             break
-        if len(poses) > window and np.all(np.ptp(np.array(poses), axis=0) <= bounds):
+        # What lies further apart at a window's ends has moved: the whole window is looked at where they are alike.
+        alike = len(poses) > window and bool((np.abs(pose - poses[0]) <= bounds).all())
+        if alike and np.all(np.ptp(np.array(poses), axis=0) <= bounds):
             break
         due = len(longer) == 3 * window and steps // stride % STEADY_EVERY == 0
         if due and calm is not None and steady(longer, bounds, calm, (seconds / world.timestep_s - steps) / stride):
@@ -148,8 +150,6 @@ def reading_stride(world: World) -> int:
 def pose_vector(world: World) -> Array:
     """(12 + n,) pose of the object: the root's position and rotation matrix, then the joint positions."""
     position, orientation = world.root_pose()
-    if not np.isfinite(orientation).all():
-        return np.full(12 + len(world.joint_names), np.nan)
     return np.concatenate([position, rotation_of(orientation), world.positions()])
 
 

@@ -41,13 +41,20 @@ class ArmatureSprings:
         self.stiffness, self.reference = array(t.stiffness for t in terms), array(t.spring_reference for t in terms)
         self.damping, self.friction = array(t.damping for t in terms), array(t.friction for t in terms)
         self.armature = array(t.armature for t in terms)
-        self.moved, self.pull = np.zeros(len(terms)), np.zeros(len(terms))
+        self.weigh(np.zeros(len(terms)), np.zeros(len(terms)))
         limits = [item.client.getJointInfo(item.body, index)[8:10] for index in self.joints]
         # Bullet takes a lower limit above the upper one as none.
-        self.lower = array(low if low <= high else -np.inf for low, high in limits)
-        self.upper = array(high if low <= high else np.inf for low, high in limits)
+        self.low = array(low if low <= high else -np.inf for low, high in limits) + STOP_GAP
+        self.high = array(high if low <= high else np.inf for low, high in limits) - STOP_GAP
         for index in self.joints:
             item.client.changeDynamics(item.body, index, jointDamping=0.0)
+
+    def weigh(self, moved: Array, pull: Array) -> None:
+        """Take ``moved`` and ``pull``, and what follows of them for each step."""
+        self.moved, self.pull = moved, pull
+        self.total = moved + self.armature
+        self.resists = self.total + self.step * self.damping
+        self.slowed = self.step * self.friction / self.resists
 
     def measure(self) -> None:
         """Take ``moved`` and ``pull`` from the object as it is."""
@@ -72,8 +79,8 @@ class ArmatureSprings:
         masses, moments = np.array([item[0] for item in dynamics]), np.array([item[2] for item in dynamics])
         turned = np.einsum("ja,lab->jlb", axes, inertial.as_matrix())
         spun = np.where(slides[:, None], 0.0, (turned**2 * moments).sum(axis=2))
-        self.moved = (moves * (masses * (along**2).sum(axis=2) + spun)).sum(axis=1)
-        self.pull = (moves * masses * along[:, :, 2]).sum(axis=1) * gravity
+        moved = (moves * (masses * (along**2).sum(axis=2) + spun)).sum(axis=1)
+        self.weigh(moved, (moves * masses * along[:, :, 2]).sum(axis=1) * gravity)
 
     def drive(self, efforts: Array) -> None:
         """Aim the motors for the next step, (n,) ``efforts`` being pushed on the joints by the world."""
@@ -81,7 +88,7 @@ class ArmatureSprings:
             return
         client, body = self.item.client, self.item.body
         states = client.getJointStates(body, self.joints)
-        positions, speeds = array(state[0] for state in states), array(state[1] for state in states)
+        positions, speeds = np.array([state[:2] for state in states]).T
         targets, bounds = self.aims(positions, speeds, efforts)
         client.setJointMotorControlArray(
             body, self.joints, pybullet.VELOCITY_CONTROL, targetVelocities=targets.tolist(), forces=bounds.tolist()
@@ -91,19 +98,19 @@ class ArmatureSprings:
         """(n,) velocities after the next step, kept from passing a limit, and (n,) the largest force of spring, damper,
         armature, friction and stop on the way, at least the spring's. The spring is explicit: validation makes
         the armature large enough, and damping implicit, for which it does not."""
-        step, total = self.step, self.moved + self.armature
+        step = self.step
         spring = self.stiffness * (self.reference - positions)
-        resists = total + step * self.damping
-        targets = (total * speeds + step * (spring + self.pull + efforts)) / resists
-        slowed = np.minimum(np.abs(targets), step * self.friction / resists)
-        targets = targets - np.sign(targets) * slowed
-        low, high = self.lower + STOP_GAP, self.upper - STOP_GAP
+        targets = (self.total * speeds + step * (spring + self.pull + efforts)) / self.resists
+        targets -= np.sign(targets) * np.minimum(np.abs(targets), self.slowed)
         # Beyond a limit Bullet brings it back: a motor that did would leave it with that speed.
-        targets = np.clip(targets, np.minimum(low - positions, 0.0) / step, np.maximum(high - positions, 0.0) / step)
-        exerted = spring - self.damping * targets - self.armature * (targets - speeds) / step
+        targets = np.maximum(targets, np.minimum(self.low - positions, 0.0) / step)
+        targets = np.minimum(targets, np.maximum(self.high - positions, 0.0) / step)
+        gained = targets - speeds
+        exerted = spring - self.damping * targets - self.armature * gained / step
         # At a stop the motor also bears what is pushed against it.
-        borne = self.moved * (targets - speeds) / step - self.pull - efforts
-        return targets, SLACK * np.abs([exerted, spring, borne]).max(axis=0) + self.friction
+        borne = self.moved * gained / step - self.pull - efforts
+        most = np.maximum(np.maximum(np.abs(exerted), np.abs(spring)), np.abs(borne))
+        return targets, SLACK * most + self.friction
 
 
 def array(values: Iterable[float]) -> Array:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.parallel_sliders import never_meeting
-from asset2sim.engines.pybullet_object import PyBulletObject, loaded
+from asset2sim.engines.pybullet_object import PyBulletObject, keep_clients, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.engines.world import DeclaredEngine, biases, contact_distance_m, nothing_collides, with_followers
@@ -160,4 +160,4 @@ class PyBulletWorld:
         return self.item.contacts()
 
 
-ENGINE = DeclaredEngine(Engine.PYBULLET, open_pybullet, started=(pybullet, "connect"))
+ENGINE = DeclaredEngine(Engine.PYBULLET, open_pybullet, started=(pybullet, "connect"), ready=keep_clients)

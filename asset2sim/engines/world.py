@@ -1,6 +1,6 @@
 """The interface that every engine implements: one object in one simulated world."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -137,3 +137,5 @@ class DeclaredEngine:
     """Name of the package that it needs; that of the engine itself where none is stated."""
     version: str = ""
     """Its version; that of the installed package where none is stated."""
+    ready: Callable[[], None] = lambda: None
+    """Makes what its worlds need, once, for all processes that fork from this one."""

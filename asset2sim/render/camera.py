@@ -57,20 +57,21 @@ def fit(points: Floats, towards: Floats, fov: float, aspect: float) -> Camera:
     """A camera in direction ``towards`` that centres (n, 3) ``points`` and shows them at FILL of its frame. ``aspect``
     is width over height."""
     frame = axes(towards)
-    seen = points @ frame.T
-    low, high = seen.min(axis=0), seen.max(axis=0)
+    # A row an axis: NumPy takes three times as long for rows of three.
+    seen = frame @ points.T
+    low, high = seen.min(axis=1), seen.max(axis=1)
     size = float((high - low).max()) or 1.0
     middle = 0.5 * (low + high)
     slope_y = np.tan(0.5 * fov) * FILL
     slope_x = slope_y * aspect
     distance = size
     for _ in range(CENTERINGS):
-        offset = seen - middle
-        reach = offset[:, 2] + np.maximum(np.abs(offset[:, 0]) / slope_x, np.abs(offset[:, 1]) / slope_y)
+        across, up, near = seen - middle[:, None]
+        reach = near + np.maximum(np.abs(across) / slope_x, np.abs(up) / slope_y)
         distance = max(float(reach.max()), 0.5 * float(high[2] - low[2]) + 0.05 * size)
         # What is nearer looks larger, so the picture's middle is not the box's: look where it is.
-        projected = offset[:, :2] / (distance - offset[:, 2])[:, None]
-        middle[:2] += 0.5 * distance * (projected.min(axis=0) + projected.max(axis=0))
+        projected = np.stack([across, up]) / (distance - near)
+        middle[:2] += 0.5 * distance * (projected.min(axis=1) + projected.max(axis=1))
     target = middle @ frame
     half_depth = 0.5 * float(high[2] - low[2]) + 0.02 * size
     near = max(distance - half_depth, 1e-3 * distance)

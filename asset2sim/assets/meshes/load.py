@@ -29,20 +29,20 @@ def load_mesh(path: Path) -> trimesh.Trimesh:
 def _merged(path: Path) -> trimesh.Trimesh:
     try:
         known = read_obj(path.read_bytes()) if path.suffix.lower() == ".obj" else None
-        mesh = (
-            load_scene(path, skip_materials=True, process=False).to_mesh()
-            if known is None
-            else trimesh.Trimesh(*known.mesh, process=False)
-        )
+        mesh = load_scene(path, skip_materials=True, process=False).to_mesh() if known is None else None
     except (UnusableMeshError, MemoryError):
         raise
     except Exception as error:  # a loader raises whatever its format's parser raises
         raise UnusableMeshError(why_unreadable(path, error)) from error
-    if not isinstance(mesh, trimesh.Trimesh):
+    if known is not None:
+        vertices, faces = known.mesh
+    elif isinstance(mesh, trimesh.Trimesh):
+        vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    else:
         raise UnusableMeshError(f"holds no triangle: {AGAIN} with its faces")
-    check_geometry(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+    check_geometry(vertices, faces)
     with np.errstate(over="ignore", invalid="ignore"):
-        bare = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False)
+        bare = trimesh.Trimesh(vertices=vertices, faces=faces, process=False)
         bare.merge_vertices()
         bare.update_faces(bare.nondegenerate_faces())
         bare.remove_unreferenced_vertices()

@@ -11,7 +11,7 @@ import os
 
 from asset2sim.checks.known_reports import sources
 from asset2sim.engines.console import silenced
-from asset2sim.engines.registry import installed, modules_of, versions_of
+from asset2sim.engines.registry import declared_engine, installed, modules_of, versions_of
 from asset2sim.experiments.isolation.children import PIPELINE_VARIABLE
 from schemas.vocabulary import DECIDING_PACKAGES
 
@@ -39,5 +39,8 @@ import_quietly((*MODULES, *filter(None, [os.environ.get(PIPELINE_VARIABLE)])))
 # A child would look each up anew, in 40 ms together.
 versions_of(("asset2sim", *DECIDING_PACKAGES, *installed()))
 sources()
+with silenced():
+    for engine in installed():
+        declared_engine(engine).ready()
 # What is loaded is there to stay: no child's garbage collector looks at it, 4 % of its time, or unshares its memory.
 gc.freeze()
