@@ -55,9 +55,15 @@ def command(
     """The arguments of an ``asset2sim refine`` command."""
     words = ["refine", str(data), "--out", str(out), "--workers", str(workers), *([] if views else ["--no-views"])]
     words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
+    ids = ids or (chosen(request) if request.limit is not None and data == request.data else ())
     words += ["--assets", ",".join(ids)] if ids else []
-    words += ["--limit", str(request.limit)] if request.limit is not None and data == request.data else []
     return [*words, *([] if request.interaction else ["--no-interaction"])]
+
+
+def chosen(request: BenchRequest) -> tuple[str, ...]:
+    """The dataset's assets that are measured, by their ids."""
+    ids = [ref.asset_id for ref in load_dataset(request.data)]
+    return evenly_spaced(ids, request.limit or len(ids))
 
 
 def fresh(request: BenchRequest, name: str) -> Path:
@@ -96,13 +102,18 @@ def rates(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
 
 
 def cold(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure one worker without caches, in every engine, with views and report."""
-    out = request.work / "cold"
-    shutil.rmtree(out, ignore_errors=True)
-    times = flow(request, "cold", command(request, request.data, out, 1, "all", views=True))
-    known = read_table(out, "assets").dropna(subset=["processor_s_total"])
+    """Measure one object alone, one worker and two, without caches, in every engine, with views and report."""
+    ids = chosen(request)
+    times = {}
+    for name, workers, some in (("alone", 1, ids[:1]), ("cold", 1, ids), ("cold-two", 2, ids)):
+        out = request.work / name
+        shutil.rmtree(out, ignore_errors=True)
+        times[name] = flow(request, name, command(request, request.data, out, workers, "all", some, views=True))
+    known = read_table(request.work / "cold", "assets").dropna(subset=["processor_s_total"])
     seconds = {str(kind): tuple(own) for kind, own in known.groupby("category", dropna=False)["processor_s_total"]}
-    return found.model_copy(update={"cold": times, "cold_assets_s": seconds})
+    own = float(read_table(request.work / "alone", "assets")["processor_s_total"].sum())
+    update = {"cold": times["cold"], "cold_two": times["cold-two"], "alone": times["alone"], "alone_s": own}
+    return found.model_copy(update={**update, "cold_assets_s": seconds})
 
 
 def unchanged(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
@@ -176,8 +187,7 @@ def checker(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurement
     """Measure our refinement, verified in two engines, and the independent checker on its output, on one core."""
     if "rates" not in request.parts:
         fill_caches(request)
-    refs = load_dataset(request.data, None, (), request.limit)
-    ids = evenly_spaced([ref.asset_id for ref in refs], request.objects)
+    ids = evenly_spaced(chosen(request), request.objects)
     out = fresh(request, "both")
     with one_core():
         both = flow(request, "both", command(request, request.data, out, 1, "both", ids))
@@ -198,7 +208,7 @@ MEASURE = {
 
 def bench(request: BenchRequest) -> BenchMeasurements:
     """Measure what is asked for; raises UsageError for a dataset that cannot be read, before anything is made."""
-    load_dataset(request.data, None, (), request.limit)
+    load_dataset(request.data)
     found = BenchMeasurements(machine=machine())
     for part in request.parts:
         found = MEASURE[part](request, found)

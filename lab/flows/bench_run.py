@@ -11,7 +11,7 @@ from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
 from flows.command import ready, run_command
 from lab.speed.measured import FlowTimes
-from lab.speed.process import cpu_s, peak_memory_mb, whole_cpu_s
+from lab.speed.process import cpu_s, largest_mb, peak_memory_mb, whole_cpu_s
 from schemas.errors import UsageError
 from schemas.vocabulary import Status
 
@@ -26,7 +26,7 @@ def main(words: Sequence[str]) -> int:
     code = run_command(command, refine=refine, nightly=_refuse)
     if Path(result).is_file():
         times = FlowTimes.model_validate_json(Path(result).read_text(encoding="utf-8"))
-        whole = times.model_copy(update={"whole_cpu_s": whole_cpu_s()})
+        whole = times.model_copy(update={"whole_cpu_s": whole_cpu_s(), "largest_mb": largest_mb()})
         Path(result).write_text(whole.model_dump_json(), encoding="utf-8")
     return code
 

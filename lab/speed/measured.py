@@ -19,7 +19,8 @@ class FlowTimes(Frozen):
     ``startup_s`` is from the start of the process to the call of the flow: imports, and Prefect's server; ``flow_s``
     from that call to its result: planning, refining, publishing, report and MLflow. ``tasks_s`` maps a Prefect task's
     name to its share of it. Memory and ``cpu_s`` are of that process alone, without the assets' and the server's;
-    ``whole_cpu_s`` is the processor time of all that it started, too, 0 where that was not waited for.
+    ``whole_cpu_s`` is the processor time of all that it started, too, and ``largest_mb`` the most memory of any one of
+    these processes, 0 where they were not waited for.
     """
 
     workers: int
@@ -32,6 +33,7 @@ class FlowTimes(Frozen):
     peak_memory_mb: NonNegative
     cpu_s: NonNegative
     whole_cpu_s: NonNegative = 0.0
+    largest_mb: NonNegative = 0.0
 
 
 class LoopTimes(Frozen):
@@ -76,6 +78,12 @@ class BenchMeasurements(Frozen):
     """A run as users have it: without caches, in every engine, with views and report."""
     cold_assets_s: dict[str, tuple[float, ...]] = Field(default_factory=dict)
     """Category → processor time of each asset of that, s."""
+    cold_two: FlowTimes | None = None
+    """The same with two workers."""
+    alone: FlowTimes | None = None
+    """The same of one object alone: what a run costs whatever it refines."""
+    alone_s: NonNegative = 0.0
+    """Processor time of that object, s."""
     again: FlowTimes | None = None
     synthetic: tuple[FlowTimes, ...] = ()
     """Unchanged runs over synthetic entries, few and many."""
@@ -99,7 +107,7 @@ class BenchRequest(Options):
     work: CliPositionalArg[Path] = Field(
         description="a folder for everything that is made; bench.md and bench.json in it"
     )
-    limit: N | None = Field(None, description="only the dataset's first N objects")
+    limit: N | None = Field(None, description="only N of the dataset's objects, evenly spaced")
     entries: N = Field(10_000, description="synthetic entries")
     few: N = Field(1_000, description="... against so many, for the memory")
     left: CliToggleFlag[bool] = Field(

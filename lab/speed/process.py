@@ -85,6 +85,12 @@ def whole_cpu_s() -> float:
     return sum(os.times()[:4])
 
 
+def largest_mb() -> float:
+    """The most resident memory that any process has had which this one started and that has ended, MB."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * unit / MEGABYTE
+
+
 @contextlib.contextmanager
 def one_core() -> Iterator[bool]:
     """Pin this thread, and the processes it starts in the block, to one core; yields whether the system supports it."""

@@ -118,12 +118,30 @@ def test_a_cold_run_is_held_against_its_target_with_all_that_it_started() -> Non
     found = BenchMeasurements(machine="m", cold=flow(10, 50.0, whole_cpu_s=40.0), cold_assets_s=assets_s)
     whole, slowest, night = figures(found)
     assert (whole.met, slowest.met, night.met) == (False, False, False)
-    assert whole.measured == "4.00 s, 3.40 s of it the objects' own"
+    assert whole.measured == "4.00 s, 3.40 s of it the objects' own; 0.0 s for the run's start and end"
     assert slowest.measured == "16.0 s; the slowest tenth takes 47 %"
     # 37 keyboards, 28 boxes, 2,281 others at the mean of 3.4 s; 0.6 s an object is the run's own.
     each = 0.6 + (37 * 16.0 + 28 * 2.0 + 2281 * 3.4) / 2346
     minutes = each * 2346 / 2.0 / 0.9 / 60.0
     assert night.measured == f"{minutes:.0f} min; {each:.2f} s an object, 3 % of them of measured kinds"
+
+
+def test_a_cold_run_of_a_few_objects_tells_its_start_from_what_each_object_costs() -> None:
+    """Three boxes at 2 s of their own and 0.5 s beside it, in runs that take 30 s whatever they refine."""
+    found = BenchMeasurements(
+        machine="m",
+        alone=flow(1, whole_cpu_s=32.5),
+        alone_s=2.0,
+        cold=flow(3, 8.0, whole_cpu_s=37.5),
+        cold_two=flow(3, 5.0, workers=2, largest_mb=700.0),
+        cold_assets_s={"Box": (2.0,) * 3},
+    )
+    whole, _, night, two, memory = figures(found)
+    assert whole.measured.startswith("2.50 s, 2.00 s of it") and whole.measured.endswith(
+        "30.0 s for the run's start and end"
+    )
+    assert night.measured.startswith(f"{(30.0 + 2.5 * 2346) / 2.0 / 0.9 / 60.0:.0f} min; 2.50 s an object, 1 %")
+    assert (two.met, two.measured[:4], memory.measured[-6:]) == (False, "0.80", "700 MB")
 
 
 def test_what_was_not_measured_says_so_and_what_was_not_asked_for_is_left_out() -> None:
@@ -248,8 +266,10 @@ def test_the_request_and_the_commands_it_runs(tmp_path: Path) -> None:
     assert request.parts == ("rates", "history") and not request.strict
     assert parse_request([str(RAW), str(tmp_path)]).parts == PARTS
     words = command(request, RAW, tmp_path / "one", 1)
-    assert words[-2:] == ["--limit", "3"] and words[words.index("--engines") + 1] == "pybullet"
-    assert "--limit" not in command(request, tmp_path / "other", tmp_path / "one", 1)
+    ids = [ref.asset_id for ref in load_dataset(RAW)]
+    assert words[-2:] == ["--assets", ",".join(evenly_spaced(ids, 3))]
+    assert words[words.index("--engines") + 1] == "pybullet"
+    assert "--assets" not in command(request, tmp_path / "other", tmp_path / "one", 1)
     (tmp_path / "warm" / ".cache" / "pieces").mkdir(parents=True)
     (tmp_path / "warm" / ".cache" / "pieces" / "a.npz").write_bytes(b"pieces")
     (tmp_path / "warm" / ".cache" / "answers").mkdir()
