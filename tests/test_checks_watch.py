@@ -9,6 +9,7 @@ import pytest
 
 from asset2sim.checks.watch import Harmless, steady, watch
 from asset2sim.engines.pybullet_world import open_pybullet
+from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 from tests.builders import UrdfJoint, UrdfLink, ball_inertia, box, write_urdf
 
@@ -48,6 +49,23 @@ def test_a_free_joint_may_turn_on_and_a_fast_link_may_not() -> None:
     assert not seen(lambda _: 0.0, free=lambda t: 3.0 * t + 1.0 * t**2)
     assert seen(lambda _: 0.0, speed=0.009)
     assert not seen(lambda _: 0.0, speed=0.011)
+
+
+@pytest.mark.system
+def test_a_window_is_looked_at_only_where_its_ends_are_alike(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked, spread = list[int](), np.ptp
+
+    def look(poses: Array, axis: int) -> Array:
+        looked.append(len(poses))
+        return np.asarray(spread(poses, axis=axis))
+
+    monkeypatch.setattr(np, "ptp", look)
+    body = UrdfLink("body", 1.0, inertia=ball_inertia(0.01), shapes=((box(0.1, 0.1, 0.1), (0.0, 0.0, 0.0)),))
+    with open_pybullet(write_urdf(tmp_path, [body]), plane=True, timestep_s=1.0 / 240.0, contact_friction=0.8) as world:
+        world.place({}, height_m=1.0)
+        assert watch(world, 0.4, SETTINGS).seconds >= 0.4 and not looked, "it falls"
+        world.place({}, height_m=0.0)
+        assert watch(world, 4.0, SETTINGS).seconds < 1.0 and looked
 
 
 @pytest.mark.system

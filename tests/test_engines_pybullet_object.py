@@ -4,6 +4,8 @@ What holds in every engine is in ``test_engines_joints`` and ``test_engines_cont
 """
 
 import math
+import subprocess
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -163,6 +165,13 @@ def test_clients_are_apart_and_empty_after_their_block(tmp_path: Path) -> None:
             assert second.positions()[0] == 0.0
         assert first.positions()[0] == 0.5
     assert first.client.getNumBodies() == second.client.getNumBodies() == 0
+
+
+def test_clients_that_are_kept_serve_what_forks() -> None:
+    """The fork server connects as many as a check opens at once: each takes 15 ms anew."""
+    look = "from asset2sim.engines.pybullet_object import IDLE; print(len(IDLE))"
+    words = [sys.executable, "-c", f"import asset2sim.experiments.isolation.preload; {look}"]
+    assert subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()[-1] == "3"
 
 
 def test_a_used_client_gives_exactly_what_a_new_one_gives(tmp_path: Path) -> None:
