@@ -41,10 +41,6 @@ RESIDUAL = 1e-10
 2 mrad/s on an object that stands on a plane."""
 
 
-MANY_PAIRS, SPREAD = 100, 10.0
-"""Pairs of links from which it pays to move all joints apart, by so much each, rad or m, before contacts between them
-are left out: each time Bullet looks through all that overlap, 0.2 ms on a keyboard of 939 such pairs."""
-
 GEAR_ERP = 0.2
 """Share of its error that a gear takes back in a step, as Bullet's own joints do."""
 GEAR_FORCE = 1e6
@@ -74,18 +70,10 @@ class PyBulletObject:
         self.client.resetJointStatesMultiDof(self.body, joints, placed, [[0.0]] * len(joints))
 
     def ignore(self, pairs: Iterable[tuple[str, str]]) -> None:
-        """Make no contacts between these links; the object is placed with its joints at zero."""
-        pairs = tuple(pairs)
-        if len(pairs) > MANY_PAIRS:
-            joints = list(self.joint_index.values())
-            apart = [[SPREAD * place] for place in range(len(joints))]
-            self.client.resetJointStatesMultiDof(self.body, joints, apart, [[0.0]] * len(joints))
-            self.client.performCollisionDetection()
+        """Make no contacts between these links."""
         index = {name: number for number, name in self.link_names.items()}
         for a, b in pairs:
             self.client.setCollisionFilterPair(self.body, self.body, index[a], index[b], 0)
-        if len(pairs) > MANY_PAIRS:
-            self.place({})
 
     def positions(self) -> Array:
         """(n,) joint positions in ``joint_index``' order, rad or m."""
