@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.assets.meshes.hull import hull_volume
 from asset2sim.assets.meshes.volume import Shape
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, box_of
 
 SIZE_FACTOR = 2.0
 """Ratio of the box diagonals of collision meshes and visuals, either way, above which they differ in unit or part."""
@@ -88,8 +88,7 @@ def shapes_with_mass(items: list[PlacedShape]) -> list[PlacedShape]:
 
 def box(items: list[PlacedShape]) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of these shapes in the link's frame, m."""
-    points = np.vstack([item.points(item.shape.points) for item in items])
-    return points.min(axis=0), points.max(axis=0)
+    return box_of(np.vstack([item.points(item.shape.points) for item in items]))
 
 
 def volume(items: list[PlacedShape]) -> float:

@@ -17,6 +17,7 @@ from asset2sim.assets.surfaces.surface import (
     face_normals,
     unit,
 )
+from asset2sim.physics.arrays import box_of
 
 LIFT = 4e-5
 """How far the smallest flat surface is lifted, as a share of the object's size: a tenth of a large view's pixel."""
@@ -31,7 +32,8 @@ def with_lifts(surfaces: Sequence[Surface]) -> list[tuple[Surface, float]]:
     if not surfaces:
         return []
     areas, thickness = zip(*(area_and_thickness(surface) for surface in surfaces), strict=True)
-    size = max(float(np.ptp(np.concatenate([surface.vertices for surface in surfaces]), axis=0).max()), 1e-9)
+    low, high = box_of(np.concatenate([surface.vertices for surface in surfaces]))
+    size = max(float((high - low).max()), 1e-9)
     largest = max(areas) or 1.0
 
     def on_top(index: int) -> tuple[float, bool]:
@@ -59,8 +61,7 @@ def outside_first(batches: Sequence[Batch]) -> list[Batch]:
     further out along its own normal is likely to be the nearer; that needs no camera, so one order serves all views."""
     if not batches:
         return []
-    low = np.min([batch.vertices.min(axis=0) for batch in batches], axis=0)
-    high = np.max([batch.vertices.max(axis=0) for batch in batches], axis=0)
+    low, high = box_of(np.concatenate([box_of(batch.vertices) for batch in batches]))
     ranked = [sorted_faces(batch, 0.5 * (low + high)) for batch in batches]
     return [batch for batch, _ in sorted(ranked, key=lambda item: -item[1])]
 
@@ -118,7 +119,8 @@ def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
 def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
     """Two (m,) bool arrays over all surfaces' faces: which to draw, and which of these lack an opposite partner."""
     corners = np.concatenate([surface.vertices[surface.faces] for surface in surfaces])
-    size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
+    low, high = box_of(corners.reshape(-1, 3))
+    size = float((high - low).max()) or 1.0
     grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)
     points = mixed(mixed(mixed(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
     triangles = points.sum(axis=1)  # the same for every order of the corners

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import ConvexHull
 
-from asset2sim.physics.arrays import Array, cross, norms
+from asset2sim.physics.arrays import Array, box_of, boxes_of, cross, norms
 
 Cells = NDArray[np.int64]
 
@@ -176,7 +176,7 @@ ROUNDING = 1e-6
 def grid_over(triangles: Array, radius: float) -> tuple[Hollow, float]:
     """A grid over (k, 3, 3) triangles for a ball of ``radius`` (m), of which nothing is hollow yet, and the ball's
     radius in cells."""
-    low, high = triangles.reshape(-1, 3).min(axis=0), triangles.reshape(-1, 3).max(axis=0)
+    low, high = box_of(triangles.reshape(-1, 3))
     cell = radius / CELLS_A_RADIUS
     size = high - low + 2.0 * radius + 2.0 * OUTER_CELLS * cell
     cell *= max(1.0, float((size / cell).prod() / MOST_CELLS) ** (1.0 / 3.0))
@@ -219,19 +219,19 @@ def sampled(
 ) -> tuple[Array, Cells]:
     """``samples`` of triangles, and (n,) the index of each one's triangle. Rows of samples are left out whose box is
     not ``wanted``, which gets the (m, 3) lowest and highest corners."""
-    lengths = norms(triangles[:, [1, 2, 0]] - triangles)
-    large = lengths.max(axis=1) > spacing
-    keep = large if wanted is None else large & wanted(triangles.min(axis=1), triangles.max(axis=1))
+    lengths = np.array([norms(triangles[:, corner - 2] - triangles[:, corner]) for corner in range(3)])
+    large = lengths.max(axis=0) > spacing
+    keep = large if wanted is None else large & wanted(*boxes_of(triangles))
     known = np.zeros((0, 3)) if large.all() else triangles.reshape(-1, 3)
     known_of = np.repeat(np.arange(len(triangles)), 3)[: len(known)]
     kept = np.flatnonzero(keep)
     if not len(kept):
         return known, known_of
-    triangles, lengths = triangles[kept], lengths[kept]
+    triangles, lengths = triangles[kept], lengths[:, kept]
     each = np.arange(len(triangles))
-    longest = lengths.argmax(axis=1)
+    longest = lengths.argmax(axis=0)
     a, b, c = (triangles[each, (longest + turn) % 3] for turn in range(3))
-    length = lengths[each, longest]
+    length = lengths[longest, each]
     height = norms(cross(b - a, c - a)) / np.maximum(length, 1e-30)
     along = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64) + 1
     across = np.maximum(np.ceil(height / spacing), 1.0).astype(np.int64) + 1

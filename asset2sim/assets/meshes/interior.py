@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, OUTER_CELLS, samples
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, box_of, boxes_of
 
 Grid = NDArray[np.bool_]
 SIDES = 5
@@ -50,7 +50,7 @@ def interiors(
     ``in_the_way`` stay while it comes in from outside: none unless stated. Walls beside and above are the link's own,
     or with ``walls_of_all`` any link's, as about a rack.
     """
-    low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)
+    low, high = box_of(own.reshape(-1, 3))
     if walls_of_all:
         high = high + np.array([0.0, 0.0, 6.0 * radius])
     if float(np.sort(high - low)[0]) < radius:
@@ -86,7 +86,8 @@ def occupied(faces: Array, corner: Array, cell: float, shape: Array) -> Grid:
     """Boolean grid of the cells that (k, 3, 3) faces pass through."""
     taken = np.zeros(shape, dtype=bool)
     if len(faces):
-        reached = (faces.max(axis=1) >= corner).all(axis=1) & (faces.min(axis=1) <= corner + shape * cell).all(axis=1)
+        lowest, highest = boxes_of(faces)
+        reached = (highest >= corner).all(axis=1) & (lowest <= corner + shape * cell).all(axis=1)
         index = np.floor((samples(faces[reached], cell / 2.0) - corner) / cell).astype(int)
         index = index[np.all((index >= 0) & (index < shape), axis=1)]
         taken[index[:, 0], index[:, 1], index[:, 2]] = True

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, Faces
 
 MESHES = (".obj", ".stl", ".dae", ".gltf", ".glb", ".ply", ".off", ".3mf")
 """Formats that are read."""
@@ -134,7 +134,7 @@ def is_json(path: Path) -> bool:
     return True
 
 
-def check_geometry(vertices: Array, faces: Array) -> None:
+def check_geometry(vertices: Array, faces: Faces) -> None:
     """Refuse triangles whose vertices are missing or not finite, and none. Raises UnusableMeshError."""
     if len(faces) == 0:
         raise UnusableMeshError(f"holds no triangle: {AGAIN} with its faces")

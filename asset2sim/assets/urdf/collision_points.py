@@ -11,7 +11,7 @@ from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.meshes.obj_file import read_obj
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.read import element_pose, numbers
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, box_of
 
 TURNS = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
 ROUND = np.stack([np.cos(TURNS), np.sin(TURNS), np.ones(48)], axis=1)
@@ -75,7 +75,7 @@ def shape_box(geometry: "etree._Element | None", folder: Path) -> tuple[Array, A
         if not len(points):
             return None
         scale = np.array(numbers(shape, "scale", "1 1 1"))
-        low, high = points.min(axis=0) * scale, points.max(axis=0) * scale
+        low, high = (end * scale for end in box_of(points))
         return np.minimum(low, high), np.maximum(low, high)
     return -half, half
 

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, samples
 from asset2sim.assets.meshes.patches import PatchPiece, piece_of
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, boxes_of
 
 UPRIGHT = 0.985
 """Least upward part of a floor's unit normal: it leans by at most 10°."""
@@ -105,7 +105,8 @@ def within(planes: Array, points: Array) -> NDArray[np.bool_]:
 def lost_m2(index: int, planes: Sequence[Array], piece: PatchPiece, floor: Floor, over: Array, low: float) -> float:
     """Area of the (k, 3, 3) triangles ``over`` a floor that lies in a piece, higher than ``low``, and in no other."""
     spacing = float(np.sqrt(floor.each_m2)) / 2.0
-    near = (over.max(axis=1) >= piece.low).all(axis=1) & (over.min(axis=1) <= piece.high).all(axis=1)
+    lowest, highest = boxes_of(over)
+    near = (highest >= piece.low).all(axis=1) & (lowest <= piece.high).all(axis=1)
     points = samples(over[near], spacing)
     points = points[((points >= piece.low) & (points <= piece.high)).all(axis=1)]
     points = points[points @ floor.normal - floor.height > low]
