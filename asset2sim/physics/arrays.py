@@ -34,7 +34,7 @@ def norms(vectors: Array) -> Array:
 
 
 def box_of(points: Array) -> tuple[Array, Array]:
-    """(3,) lowest and highest coordinates of (n, 3) points; NumPy's own ``min(axis=0)`` takes up to 30 times as long."""
+    """(3,) lowest and highest coordinates of (n, 3) points; NumPy's ``min(axis=0)`` takes up to 30 times as long."""
     rows = np.ascontiguousarray(points.T)
     return rows.min(axis=1), rows.max(axis=1)
 
