@@ -75,8 +75,8 @@ def interiors(
         index = np.argwhere(label == number)
         place = tuple(index.T)
         height = (index[:, 2] - level[place]) * cell
-        low = index[height <= radius + FLOOR_CELLS * cell, :2]
-        wide = len(low) > 0 and float(np.ptp(low, axis=0).min()) * cell >= ABREAST * radius
+        lowest = index[height <= radius + FLOOR_CELLS * cell, :2]
+        wide = len(lowest) > 0 and float(np.ptp(lowest, axis=0).min()) * cell >= ABREAST * radius
         if wide and len(index) * cell**3 >= ROOM * 4.0 / 3.0 * np.pi * radius**3:
             found.append(Interior(corner + (index + 0.5) * cell, clearance[place], height, cell, radius))
     return sorted(found, key=lambda item: -len(item.points))
