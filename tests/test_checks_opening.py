@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.checks.effort import falls
+from asset2sim.checks.mechanism import poses_at
 from asset2sim.checks.opening import VISIBLE_M, openings
 from asset2sim.checks.sweep import sweep_verdict
 from schemas.interaction import Opening, Sweep
@@ -89,6 +91,22 @@ def test_what_falls_by_itself_takes_nothing_that_way(tmp_path: Path) -> None:
     load = 0.5 * G * 0.15 * math.cos(0.9)
     assert record.closing == pytest.approx(0.0, abs=0.05 * load)
     assert record.opening == pytest.approx(load, rel=0.05)
+
+
+def test_a_heavy_door_is_not_stuck_that_its_limit_moves_slowly(tmp_path: Path) -> None:
+    """1 N·m beyond its friction on 10 kg·m² is 0.1 rad/s²: 5 cm at the edge of a metre in a second, not in a third."""
+    joint = UrdfJoint("hinge", "revolute", "base", "door", lower=-1.0, upper=1.0, friction=5.0, damping=0.5)
+    item = subject(tmp_path, [bare("base"), bare("door", 30.0, moment=10.0)], [joint])
+    item.urdf.write_text(item.urdf.read_text(encoding="utf-8").replace('effort="100"', 'effort="6"'), encoding="utf-8")
+    record = efforts(item, Engine.PYBULLET)["hinge"]
+    assert not record.stuck and record.opening == pytest.approx(5.0, rel=0.2)
+
+
+def test_what_falls_at_once_takes_its_friction_at_least(tmp_path: Path) -> None:
+    item = lid(tmp_path, friction=0.02, start=0.9)
+    joint, poses = item.item.joints[0], poses_at(item.item, item.item.start)
+    assert falls(item.item, joint, poses) and not falls(lid(tmp_path, friction=5.0, start=0.9).item, joint.model_copy(
+        update={"friction": 5.0}), poses)  # fmt: skip
 
 
 def test_a_wedged_door_is_found_stuck_and_fails(tmp_path: Path) -> None:

@@ -137,6 +137,27 @@ def test_a_xacro_may_name_its_own_folder(tmp_path: Path) -> None:
     assert is_the_cabinet(read(folder))
 
 
+def test_a_xacro_of_an_sdf_is_that_sdf(tmp_path: Path) -> None:
+    folder = written_cabinet(tmp_path / "one", "sdf")
+    file = folder / "model.sdf"
+    argument = '<xacro:arg name="top" default="0.6"/>'
+    head = f'<sdf xmlns:xacro="http://www.ros.org/x"{file.read_text().split("<sdf", 1)[1]}'.replace(
+        ">", f">{argument}", 1
+    )
+    (folder / "model.sdf.xacro").write_text(head)
+    file.unlink()
+    assert is_the_cabinet(read(folder))
+
+
+def test_a_urdf_may_hang_on_a_world_that_is_no_link(tmp_path: Path) -> None:
+    folder = written_cabinet(tmp_path / "one", "urdf")
+    file = next(folder.rglob("*.urdf"))
+    weld = '<joint name="weld" type="fixed"><parent link="world"/><child link="body"/></joint></robot>'
+    file.write_text(file.read_text().replace("</robot>", weld))
+    found = read(folder)
+    assert found.features.root == "world" and any("'world'" in finding.message for finding in found.findings)
+
+
 def test_a_mistake_in_an_included_xacro_names_that_file(tmp_path: Path) -> None:
     folder = written_cabinet(tmp_path / "one", "xacro")
     parts = folder / "urdf" / "parts.xacro"

@@ -87,12 +87,17 @@ def limit_of(item: Mechanism, joint: str) -> float:
     return stated if np.isfinite(stated) and stated > 0.0 else DEFAULT_LIMIT
 
 
+def least_visible(joint: JointPhysics) -> float:
+    """How far a joint moves before it counts as moved, rad or m."""
+    if joint.bias is not None and joint.bias.period > 0.0:
+        return CLICK_SHARE * joint.bias.period
+    lower, upper = span_of(joint)
+    return min(VISIBLE_M if joint.type == "prismatic" else VISIBLE_RAD, VISIBLE_SHARE * max(upper - lower, 0.0))
+
+
 def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, item: Mechanism) -> Push | None:
     """The push of one joint in one direction, or None where it has no room to move visibly there."""
-    lower, upper = span_of(joint)
-    visible = min(VISIBLE_M if joint.type == "prismatic" else VISIBLE_RAD, VISIBLE_SHARE * max(upper - lower, 0.0))
-    if joint.bias is not None and joint.bias.period > 0.0:
-        visible = CLICK_SHARE * joint.bias.period
+    (lower, upper), visible = span_of(joint), least_visible(joint)
     room = (upper - joint.initial_position) if direction > 0.0 else (joint.initial_position - lower)
     if visible <= 0.0 or room < visible:
         return None
@@ -130,6 +135,7 @@ def ramp(
     settle_s: float,
 ) -> dict[str, float | None]:
     """Raise every push's effort from 0 to ``most`` over ``push_s``; the effort at which each joint has moved visibly.
+    One that ends at a joint's limit stays there as long again: a heavy door takes its time.
 
     The joint then has some speed: the effort that its damper and inertia take is subtracted, so that the result is the
     effort for slow motion. Without that it would grow with the speed of the ramp.
@@ -146,8 +152,9 @@ def ramp(
     found: dict[str, float | None] = {push.joint.name: None for push in pushes}
     steps = max(1, round(settings.push_s / world.timestep_s))
     before = world.velocities()[indices] * ways
-    for step in range(1, steps + 1):
-        efforts = ends * step / steps
+    stays = any(end >= push.limit for end, push in zip(most, pushes, strict=True))
+    for step in range(1, steps * (2 if stays else 1) + 1):
+        efforts = ends * min(1.0, step / steps)
         live = [i for i, push in enumerate(pushes) if found[push.joint.name] is None]
         if not live:
             break

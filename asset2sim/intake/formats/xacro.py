@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +15,7 @@ from xacro import substitution_args
 
 from asset2sim.assets.urdf.references import ANYWHERE, PARENTS_SEARCHED, AllowedFolders, lies_outside
 from asset2sim.intake.formats.format import Converted, Format, outermost, unconvertible
+from asset2sim.intake.formats.sdf import urdf_of_sdf
 from asset2sim.intake.formats.xacro_expressions import evaluated
 from schemas.errors import AssetError
 
@@ -28,8 +30,9 @@ POSES = ("*origin", "*pose")
 
 
 def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
-    """The URDF of a xacro file, its arguments at their defaults. Raises AssetError (unreadable_asset) that names the
-    file and, where it can be told, the line; also for what it includes that lies outside ``reach``."""
+    """The URDF of a xacro file of a URDF or SDF, its arguments at their defaults. Raises AssetError
+    (unreadable_asset) that names the file and, where it can be told, the line; also for what it includes that lies
+    outside ``reach``."""
     xacro.all_includes.clear()
     with (
         _packages_beside(file, substitution_args, reach),
@@ -47,6 +50,11 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
     robot = etree.fromstring(document.toxml().encode())
     includes = tuple(Path(name) for name in dict.fromkeys(xacro.all_includes) if Path(name).is_file())
     notes = ("its arguments have their defaults", *(() if made is None else made[1:]))
+    if robot.tag == "sdf":
+        resolved = work / f"{file.name.removesuffix('.xacro').removesuffix('.sdf')}.sdf"
+        resolved.write_bytes(etree.tostring(robot))
+        made_of = urdf_of_sdf(resolved, work, reach)
+        return replace(made_of, files=(*includes, *made_of.files), notes=(*notes, *made_of.notes))
     return Converted(robot, includes, notes)
 
 
