@@ -149,11 +149,12 @@ def test_a_xacro_of_an_sdf_is_that_sdf(tmp_path: Path) -> None:
     assert is_the_cabinet(read(folder))
 
 
-def test_a_urdf_may_hang_on_a_world_that_is_no_link(tmp_path: Path) -> None:
+@pytest.mark.parametrize("space", ["", ' xmlns="http://drake.mit.edu"'])
+def test_a_urdf_may_hang_on_a_world_that_is_no_link(tmp_path: Path, space: str) -> None:
     folder = written_cabinet(tmp_path / "one", "urdf")
     file = next(folder.rglob("*.urdf"))
     weld = '<joint name="weld" type="fixed"><parent link="world"/><child link="body"/></joint></robot>'
-    file.write_text(file.read_text().replace("</robot>", weld))
+    file.write_text(file.read_text().replace("</robot>", weld).replace("<robot", f"<robot{space}", 1))
     found = read(folder)
     assert found.features.root == "world" and any("'world'" in finding.message for finding in found.findings)
 

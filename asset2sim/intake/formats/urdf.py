@@ -14,8 +14,8 @@ def parsed_urdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
     """The URDF itself, with the link ``world`` where joints hang on it and no link is called so, as Drake's files have
     it. Raises AssetError: unreadable_asset."""
     robot, recovered = parse_xml(file, "URDF")
-    hangs = any(parent.get("link") == WORLD for parent in robot.iterfind("joint/parent"))
-    if hangs and all(link.get("name") != WORLD for link in robot.iterfind("link")):
+    hangs = any(parent.get("link") == WORLD for parent in robot.iterfind("{*}joint/{*}parent"))
+    if hangs and all(link.get("name") != WORLD for link in robot.iterfind("{*}link")):
         add(robot, "link", name=WORLD)
         recovered = (*recovered, f"its joints hang on '{WORLD}', which is no link of it: it is added")
     return Converted(robot, notes=recovered)
