@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.effort import falls
-from asset2sim.checks.mechanism import poses_at
 from asset2sim.checks.opening import VISIBLE_M, openings
 from asset2sim.checks.sweep import sweep_verdict
 from schemas.interaction import Opening, Sweep
@@ -100,13 +98,6 @@ def test_a_heavy_door_is_not_stuck_that_its_limit_moves_slowly(tmp_path: Path) -
     item.urdf.write_text(item.urdf.read_text(encoding="utf-8").replace('effort="100"', 'effort="6"'), encoding="utf-8")
     record = efforts(item, Engine.PYBULLET)["hinge"]
     assert not record.stuck and record.opening == pytest.approx(5.0, rel=0.2)
-
-
-def test_what_falls_at_once_takes_its_friction_at_least(tmp_path: Path) -> None:
-    item = lid(tmp_path, friction=0.02, start=0.9)
-    joint, poses = item.item.joints[0], poses_at(item.item, item.item.start)
-    assert falls(item.item, joint, poses) and not falls(lid(tmp_path, friction=5.0, start=0.9).item, joint.model_copy(
-        update={"friction": 5.0}), poses)  # fmt: skip
 
 
 def test_a_wedged_door_is_found_stuck_and_fails(tmp_path: Path) -> None:

@@ -6,8 +6,7 @@ import numpy as np
 
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import by_joint
-from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
-from asset2sim.checks.opening import least_visible
+from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.checks.opening import openings as measured_openings
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.support_polygon import Clouds
@@ -75,7 +74,6 @@ def efforts(
         if carried is not SupportKind.FIXED and bears_the_rest(item, joint):
             continue
         grip = part_grip(item, clouds, joint, poses)
-        least = joint.friction if falls(item, joint, poses) else 0.0
         for way, effort, sign in (("opening", seen.opening, opens(joint)), ("closing", seen.closing, -opens(joint))):
             if grip is None or effort is None:
                 continue
@@ -87,23 +85,13 @@ def efforts(
             record = Effort(
                 joint=seen.joint,
                 way=way,
-                effort=max(effort, least),
+                effort=effort,
                 lever_m=grip.lever,
                 tips_at_n=None if stands is None else stands.tips_at(grip.point, direction),
                 slides_at_n=None if stands is None else stands.slides_at(direction, friction),
             )
             found.append(record)
     return tuple(found)
-
-
-def falls(item: Mechanism, joint: JointPhysics, poses: Mapping[str, Array]) -> bool:
-    """Whether gravity moves the joint from its initial position, as a pendulum let go on its side: whatever pushes it
-    moves it then, and what it takes in any other position is its friction at least."""
-    pull = float(pull_on(item, joint.name, item.start, poses).at(joint.initial_position))
-    pull += joint.exerted(joint.initial_position)
-    lower, upper = span_of(joint)
-    room = upper - joint.initial_position if pull > 0.0 else joint.initial_position - lower
-    return abs(pull) > joint.friction and room > least_visible(joint)
 
 
 def bears_the_rest(item: Mechanism, joint: JointPhysics) -> bool:

@@ -87,17 +87,12 @@ def limit_of(item: Mechanism, joint: str) -> float:
     return stated if np.isfinite(stated) and stated > 0.0 else DEFAULT_LIMIT
 
 
-def least_visible(joint: JointPhysics) -> float:
-    """How far a joint moves before it counts as moved, rad or m."""
-    if joint.bias is not None and joint.bias.period > 0.0:
-        return CLICK_SHARE * joint.bias.period
-    lower, upper = span_of(joint)
-    return min(VISIBLE_M if joint.type == "prismatic" else VISIBLE_RAD, VISIBLE_SHARE * max(upper - lower, 0.0))
-
-
 def push_of(joint: JointPhysics, direction: float, pull: float, inertia: float, item: Mechanism) -> Push | None:
     """The push of one joint in one direction, or None where it has no room to move visibly there."""
-    (lower, upper), visible = span_of(joint), least_visible(joint)
+    lower, upper = span_of(joint)
+    visible = min(VISIBLE_M if joint.type == "prismatic" else VISIBLE_RAD, VISIBLE_SHARE * max(upper - lower, 0.0))
+    if joint.bias is not None and joint.bias.period > 0.0:
+        visible = CLICK_SHARE * joint.bias.period
     room = (upper - joint.initial_position) if direction > 0.0 else (joint.initial_position - lower)
     if visible <= 0.0 or room < visible:
         return None

@@ -130,13 +130,12 @@ def held_start(item: Mechanism, share: float) -> dict[str, float]:
 
 def held_reset(world: World, item: Mechanism, share: float, settings: EngineSettings, limits: Thresholds) -> Reset:
     """Start as ``held_start`` has it, the root held, and watch until it is still, at most ``fall_s``, or as long as a
-    chain, or what neither friction nor a spring holds, swings. A joint that must hold may stay where it starts or go
-    back to where the object begins, no further: not to where it would fall undisturbed."""
+    chain swings. A joint that must hold may stay where it starts or go back to where the object begins, no further: not
+    to where it would fall undisturbed."""
     start = held_start(item, share)
     world.place(start)
     seen = watch(world, settings.fall_s, settings, calm=harmless(world, item, settings, limits))
-    swings = any(not joint.holds and joint.stiffness <= 0.0 for joint in item.joints)
-    left = LONGEST_S if swings or in_chains(item.tree) else 0.0
+    left = LONGEST_S if in_chains(item.tree) else 0.0
     while (left := left - seen.seconds) > 0.0 and seen.finite and seen.final > limits.final_speed_m_s:
         # The end of a chain swings by turns that count as still in each of its joints.
         later = watch(world, left, settings)

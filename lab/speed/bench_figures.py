@@ -104,7 +104,7 @@ def beyond(found: BenchMeasurements) -> tuple[float, float]:
 
 
 def _cold(found: BenchMeasurements) -> Iterator[FigureLine]:
-    """Processor time an object beyond the run's start, of the slowest, and of a night over PartNet-Mobility with its
+    """Processor time an object, of the slowest, and of a night over PartNet-Mobility with its
     own mix of categories; the efficiency of two workers, and their memory."""
     times, by_category = found.cold, found.cold_assets_s
     assets_s = sorted((value for values in by_category.values() for value in values), reverse=True)
@@ -112,9 +112,10 @@ def _cold(found: BenchMeasurements) -> Iterator[FigureLine]:
         return
     slowest, tenth, (startup, around) = max(assets_s), -(-len(assets_s) // 10), beyond(found)
     own, share = sum(assets_s) / times.assets, sum(assets_s[:tenth]) / max(sum(assets_s), 1e-9)
-    said = f"{own + around:.2f} s, {own:.2f} s of it the objects' own; {startup:.1f} s for the run's start and end"
+    whole = times.whole_cpu_s / times.assets
+    said = f"{whole:.2f} s, {own:.2f} s of it the objects' own; {startup:.1f} s for the run's start and end"
     name = f"processor time an object, {times.assets} cold, {times.ok} ok, everything"
-    yield FigureLine(name, f"≤ {MAX_COLD_S:g} s", said, own + around <= MAX_COLD_S)
+    yield FigureLine(name, f"≤ {MAX_COLD_S:g} s", said, whole <= MAX_COLD_S)
     said = f"{slowest:.1f} s; the slowest tenth takes {100.0 * share:.0f} %"
     yield FigureLine("… of the slowest object", f"≤ {MAX_SLOWEST_S:g} s", said, slowest <= MAX_SLOWEST_S)
     mixed, covered = weighted_mean(by_category)

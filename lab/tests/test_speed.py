@@ -137,7 +137,7 @@ def test_a_cold_run_of_a_few_objects_tells_its_start_from_what_each_object_costs
         cold_assets_s={"Box": (2.0,) * 3},
     )
     whole, _, night, two, memory = figures(found)
-    assert whole.measured.startswith("2.50 s, 2.00 s of it") and whole.measured.endswith(
+    assert whole.measured.startswith("12.50 s, 2.00 s of it") and whole.measured.endswith(
         "30.0 s for the run's start and end"
     )
     assert night.measured.startswith(f"{(30.0 + 2.5 * 2346) / 2.0 / 0.9 / 60.0:.0f} min; 2.50 s an object, 1 %")
