@@ -13,10 +13,14 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
 from asset2sim.gym.environment import SIZE, Action, ObjectEnv
 from asset2sim.gym.guards import displacement
+from asset2sim.physics.arrays import Array
+from schemas.learning_settings import GuardSettings
 
 Seen = NDArray[np.float32]
-MOST = np.full(9, 10.0)
-"""Where each number that the critic alone sees is cut off: its unit is a bound, or rad/s and m/s."""
+OBJECT = 9
+"""How many numbers the critic alone sees."""
+MOST = np.full(OBJECT, 10.0)
+"""Where each of them is cut off: its unit is a bound, or rad/s and m/s."""
 
 
 class CriticEnv(gymnasium.Wrapper[Seen, Action, Seen, Action]):
@@ -26,8 +30,7 @@ class CriticEnv(gymnasium.Wrapper[Seen, Action, Seen, Action]):
     def __init__(self, env: ObjectEnv) -> None:
         super().__init__(env)
         self.one = env
-        high = np.concatenate([env.observation_space.high, MOST]).astype(np.float32)  # type: ignore[attr-defined]
-        self.observation_space = spaces.Box(-high, high, dtype=np.float32)
+        self.observation_space = with_object_space(env.observation_space)  # type: ignore[arg-type]
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode, as ``ObjectEnv`` does."""
@@ -41,13 +44,25 @@ class CriticEnv(gymnasium.Wrapper[Seen, Action, Seen, Action]):
 
     def with_object(self, seen: Seen) -> Seen:
         """(47,) what the actor sees, (38,), and what the critic alone sees."""
-        one, speed, bounds = self.one, np.zeros(6), self.one.settings.guards
+        one, speed = self.one, np.zeros(6)
         moved = displacement(one.centers[0], one.ups[0], np.array(one.centers[-1:]), np.array(one.ups[-1:]))[0]
         mujoco.mj_objectVelocity(one.stage.model, one.stage.data, mujoco.mjtObj.mjOBJ_BODY, one.root, speed, 0)
-        shares = moved / (bounds.tilt_rad, bounds.lift_m, bounds.travel_m)
-        # A world that has diverged has no numbers; its episode is over.
-        more = np.clip(np.nan_to_num(np.concatenate([shares, speed])), -MOST, MOST)
-        return np.concatenate([seen, more]).astype(np.float32)
+        return np.concatenate([seen, of_object(moved, speed[:3], speed[3:], one.settings.guards)])
+
+
+def of_object(moved: Array, spin: Array, speed: Array, bounds: GuardSettings) -> Seen:
+    """(…, 9) what the critic alone sees: tilt, lift and travel (rad, m) as shares of the guards' bounds, and the
+    angular (rad/s) and linear (m/s) velocity of the root link in the world."""
+    shares = moved / (bounds.tilt_rad, bounds.lift_m, bounds.travel_m)
+    # A world that has diverged has no numbers; its episode is over.
+    found = np.clip(np.nan_to_num(np.concatenate([shares, spin, speed], axis=-1)), -MOST, MOST)
+    return found.astype(np.float32)
+
+
+def with_object_space(space: spaces.Box) -> spaces.Box:
+    """The space of observations with what the critic alone sees behind them."""
+    high = np.concatenate([space.high, MOST]).astype(np.float32)
+    return spaces.Box(-high, high, dtype=np.float32)
 
 
 class Blind(BaseFeaturesExtractor):  # type: ignore[misc]

@@ -31,7 +31,8 @@ def environments(make: Callable[[], ObjectEnv], settings: PpoSettings, seed: int
         from lab.learning.warp_env import WarpEnv
         from lab.learning.warp_ppo import WarpVecEnv
 
-        several: VecEnv = WarpVecEnv(WarpEnv(make(), settings.environments, on_device(settings)))
+        worlds = WarpEnv(make(), settings.environments, on_device(settings))
+        several: VecEnv = WarpVecEnv(worlds, settings.critic_sees_object)
     else:
         shown = (lambda: CriticEnv(make())) if settings.critic_sees_object else make
         several = DummyVecEnv([shown for _ in range(settings.environments)])

@@ -31,11 +31,13 @@ class Point(Frozen):
 
 
 class TrainingProgress(Frozen):
-    """How far a training is. ``key`` says of what; ``ended`` why it ended, empty while it may go on."""
+    """How far a training is. ``key`` says of what; ``ended`` why it ended, empty while it may go on; ``device`` where
+    its last checkpoint was reached."""
 
     key: str
     points: tuple[Point, ...] = ()
     ended: str = ""
+    device: str = ""
 
     @property
     def steps(self) -> int:

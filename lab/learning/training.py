@@ -84,7 +84,7 @@ def learnt(
             fps=(model.num_timesteps - steps) / took, numbers=numbers(model),
         )  # fmt: skip
         save(model, checkpoint(lesson.to, point))
-        progress = progress.model_copy(update={"points": (*progress.points, point)})
+        progress = progress.model_copy(update={"points": (*progress.points, point), "device": on_device(ppo)})
         write_progress(lesson.to, progress)
         tell(point)
     return progress
@@ -121,7 +121,7 @@ def row_of(lesson: Lesson, progress: TrainingProgress, best: Point, found: Seque
         "steps": progress.steps, "chosen_steps": best.steps, "seconds": seconds, "fps": progress.steps / seconds,
         "s": mean(item.s for item in found), "success": rate, "rollouts": len(found), "first_seed": found[0].seed,
         "diverged": sum(item.diverged for item in found), "gripper": lesson.learning.gripper,
-        "device": on_device(lesson.ppo), "video": FILM if lesson.filmed else None,
+        "device": progress.device or on_device(lesson.ppo), "video": FILM if lesson.filmed else None,
         "reached": mean(item.reached for item in found),
         **{name: sum(bool(getattr(item, name)) for item in found) for name in GUARDS},
         **{name: max(getattr(item, name) for item in found) for name in DISPLACED},

@@ -19,6 +19,7 @@ from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
 from asset2sim.gym.guards import displacement, is_displaced
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.physics.arrays import Array
+from lab.learning.critic import OBJECT, of_object
 from lab.learning.warp_worlds import Worlds
 from schemas.learning_settings import LearningSettings
 
@@ -30,7 +31,8 @@ logger = logging.getLogger(__name__)
 class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
     """``num_envs`` environments of one object, task and place of the arm, stepped together on ``device``, Warp's name
     of one (None: the first GPU, else the processor). Observations (n, 38), actions (n, 7 or 8), rewards (n,) are what
-    ``ObjectEnv`` says of one. ``info`` has (n,) arrays: the terms, ``S``, ``S_best``, ``position``.
+    ``ObjectEnv`` says of one. ``info`` has (n,) arrays: the terms, ``S``, ``S_best``, ``position``; and ``object``
+    (n, 9), what ``CriticEnv`` shows of the object itself.
 
     An environment that ends begins anew in the same step: ``info["final_obs"]`` (n, 38) is what it last saw, where
     ``info["_final_obs"]`` (n,) says so. Episodes are not recorded, so no guard is asked and there is no ``is_success``:
@@ -101,6 +103,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         rewards, info = self.judged()
         rewards[lost] = 0.0
         seen[lost] = last[lost]
+        info["object"] = self.object_moved()
         lost |= self.displaced()
         ended = (self.counts >= self.one.steps) & ~lost
         over = ended | lost
@@ -125,9 +128,23 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         """(n,) whether an object was tipped, lifted or shoved, which ends its episode where the settings say so."""
         if self.subject.free_place is None or not self.settings.ends_displaced:
             return np.zeros(self.num_envs, dtype=bool)
+        return is_displaced(self.moved(), self.settings.guards)
+
+    def moved(self) -> Array:
+        """(n, 3) how far the objects were tilted (rad), lifted and shoved (m) since their episode began."""
         now = self.roots()
-        moved = displacement(self.stood[:, 0], self.stood[:, 1], now[:, 0], now[:, 1])
-        return is_displaced(moved, self.settings.guards)
+        return displacement(self.stood[:, 0], self.stood[:, 1], now[:, 0], now[:, 1])
+
+    def object_moved(self) -> Arrays:
+        """(n, 9) what ``CriticEnv`` shows of the objects themselves; zeros where roots are held."""
+        place = self.subject.free_place
+        if place is None:
+            return np.zeros((self.num_envs, OBJECT), dtype=np.float32)
+        at, dof = self.roots()[:, 0], int(self.stage.model.body_dofadr[self.one.root])
+        turns = Rotation.from_quat(self.positions[:, place + 3 : place + 7], scalar_first=True)
+        spin = turns.apply(self.speeds[:, dof + 3 : dof + 6])
+        speed = self.speeds[:, dof : dof + 3] + np.cross(spin, at - self.positions[:, place : place + 3])
+        return of_object(self.moved(), spin, speed, self.settings.guards)
 
     def look(self) -> Arrays:
         """(n, 38) observations of the state as it is."""

@@ -7,16 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
+from lab.learning.critic import with_object_space
 from lab.learning.warp_env import WarpEnv
 
 
 class WarpVecEnv(VecEnv):  # type: ignore[misc]
-    """One ``WarpEnv`` as the library's vectorised environment; each has no object of its own to be asked."""
+    """One ``WarpEnv`` as the library's vectorised environment, ``with_object`` as ``CriticEnv`` shows it; each has no
+    object of its own to be asked."""
 
-    def __init__(self, envs: WarpEnv) -> None:
+    def __init__(self, envs: WarpEnv, with_object: bool = False) -> None:
         self.envs, self.actions = envs, np.zeros(envs.action_space.shape or (0,), dtype=np.float32)
         self.first_seed: int | None = None
-        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
+        self.with_object = with_object
+        space = envs.single_observation_space
+        super().__init__(envs.num_envs, with_object_space(space) if with_object else space, envs.single_action_space)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """The seed of the next reset, of all together."""
@@ -27,7 +31,11 @@ class WarpVecEnv(VecEnv):  # type: ignore[misc]
         """Begin all anew; what they see."""
         seen, _ = self.envs.reset(seed=self.first_seed)
         self.first_seed = None
-        return seen
+        return self.shown(seen, self.envs.object_moved())
+
+    def shown(self, seen: NDArray[np.float32], of_object: NDArray[np.float32]) -> NDArray[np.float32]:
+        """(n, 38) or (n, 47) what is shown of observations (n, 38) and what the critic alone sees (n, 9)."""
+        return np.concatenate([seen, of_object], axis=1) if self.with_object else seen
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
         """Remember what is to be done."""
@@ -38,9 +46,10 @@ class WarpVecEnv(VecEnv):  # type: ignore[misc]
         seen, rewards, lost, ended, info = self.envs.step(self.actions)
         over = lost | ended
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        last = self.shown(info.get("final_obs", seen), info["object"])
         for index in np.flatnonzero(over):
-            last = info["final_obs"][index]
-            infos[index] = {"terminal_observation": last, "TimeLimit.truncated": bool(ended[index])}
+            infos[index] = {"terminal_observation": last[index], "TimeLimit.truncated": bool(ended[index])}
+        seen = self.shown(seen, self.envs.object_moved())
         return seen, rewards.astype(np.float32), over, infos
 
     def close(self) -> None:

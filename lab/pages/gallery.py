@@ -22,7 +22,7 @@ def cards(report: Path) -> str:
     if found is None:
         return NO_REPORT
     names = sorted(json.loads(found[1])["id"], key=lambda name: (name.startswith("planted"), name))
-    return "<div class=\"gallery\">\n" + "\n".join(card(report, name) for name in names) + "\n</div>"
+    return '<div class="gallery">\n' + "\n".join(card(report, name) for name in names) + "\n</div>"
 
 
 def card(report: Path, asset_id: str) -> str:

@@ -38,7 +38,7 @@ class PpoSettings(Frozen):
     """Weight of the policy's entropy: the library's; the noise below explores."""
     critic_sees_object: bool = True
     """Whether the critic, as the paper's, sees more than the actor: how far the object itself was moved and how fast
-    it moves, which decides whether an episode is lost and which nothing that the actor sees tells. Not with Warp."""
+    it moves, which decides whether an episode is lost and which nothing that the actor sees tells."""
     hidden: tuple[int, ...] = (128, 128)
     """Neurons of the layers of actor and critic, each its own: 38 numbers in, 7 out."""
     noise_log_std: float = -1.5
@@ -65,7 +65,7 @@ def warp_settings(environments: int) -> PpoSettings:
     rollout = max(32, 2048 // environments)
     batch = rollout * environments
     return PpoSettings(
-        physics="warp", critic_sees_object=False, device="auto", environments=environments, rollout=rollout,
+        physics="warp", device="auto", environments=environments, rollout=rollout,
         minibatch=max(256, batch // 16), checkpoint_steps=max(16_384, 4 * batch),
         memory_mb=1 << 20,  # CUDA maps what it may ever use
     )  # fmt: skip

@@ -13,6 +13,7 @@ import mujoco
 from asset2sim.gym import planned_action
 from asset2sim.gym.environment import OBSERVATION, ObjectEnv
 from lab.learning import warp_worlds
+from lab.learning.critic import CriticEnv
 from lab.learning.warp_env import WarpEnv, make_warp_env
 from lab.learning.warp_worlds import part_surfaces, surface
 from lab.schemas.ppo_settings import PpoSettings, warp_settings
@@ -80,8 +81,32 @@ def test_an_object_that_was_shoved_ends_its_own_episode_alone(tmp_path: Path) ->
     many = make_warp_env(file.parent, 2, settings=SHORT, device="cpu")
     many.reset(options={"start": 0})
     many.stood[1, 0, 0] -= 0.06
-    _, _, lost, ended, _ = many.step(np.zeros((2, 7), dtype=np.float32))
+    _, _, lost, ended, info = many.step(np.zeros((2, 7), dtype=np.float32))
     assert lost.tolist() == [False, True] and not ended.any()
+    assert info["object"][:, 2] == pytest.approx([0.0, 1.2], abs=0.01), "6 cm of the 5 cm that it may travel"
+    assert many.object_moved()[1, 2] == pytest.approx(0.0, abs=0.01), "the next episode's"
+
+
+def test_the_critic_sees_of_the_object_what_it_sees_in_mujoco(tmp_path: Path) -> None:
+    file = drawer(tmp_path / "thing") / "overlay.json"
+    file.write_text(file.read_text().replace(SupportKind.FIXED, SupportKind.FREESTANDING))
+    one = ObjectEnv(file.parent, settings=SHORT)
+    env, many = CriticEnv(one), make_warp_env(file.parent, 2, settings=SHORT, device="cpu")
+    env.reset(options={"start": 0})
+    many.reset(options={"start": 0})
+    place, data = one.subject.free_place, one.stage.data
+    assert place is not None
+    turned = np.array([0.98, 0.1, 0.1, 0.1]) / np.linalg.norm([0.98, 0.1, 0.1, 0.1])
+    dof = int(one.stage.model.body_dofadr[one.root])
+    for positions, speeds in ((data.qpos, data.qvel), (many.positions[1], many.speeds[1])):
+        positions[place : place + 3] += 0.02, 0.0, 0.01
+        positions[place + 3 : place + 7] = turned
+        speeds[dof : dof + 6] = 0.3, 0.1, 0.2, 0.5, -0.2, 1.0
+    mujoco.mj_forward(one.stage.model, data)
+    one.centers.append(data.xipos[one.root].copy())
+    one.ups.append(data.xmat[one.root, 6:].copy())
+    wanted = env.with_object(np.zeros(38, dtype=np.float32))[38:]
+    assert np.abs(wanted).min() > 1e-3 and many.object_moved()[1] == pytest.approx(wanted, abs=1e-4)
 
 
 def test_what_ends_begins_anew_in_the_same_step_and_what_it_last_saw_is_kept(thing: Path) -> None:
@@ -125,7 +150,7 @@ def test_ppo_learns_from_them_and_goes_on_from_a_checkpoint(thing: Path, tmp_pat
     pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it comes with the extra learn")
     from lab.learning.ppo import environments, load_policy, new_model, restore, save
 
-    ppo = PpoSettings(physics="warp", critic_sees_object=False, environments=2, rollout=8, minibatch=8, epochs=1)
+    ppo = PpoSettings(physics="warp", environments=2, rollout=8, minibatch=8, epochs=1)
     envs = environments(lambda: ObjectEnv(thing, settings=SHORT), ppo, seed=3)
     model = new_model(envs, ppo, seed=3)
     model.learn(16)
