@@ -282,6 +282,23 @@ def test_an_mjcf_names_nothing_outside(tmp_path: Path, model: str) -> None:
     assert caught.value.code == "outside_dataset"
 
 
+@pytest.mark.system
+def test_an_mjcf_goes_without_pictures_that_lie_outside(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    ref = dataset(tmp_path, "own.obj")
+    folder = Path(ref.path)
+    (folder / "mobility.urdf").rename(folder / "gone")
+    (tmp_path / "outside" / "wood.png").write_bytes(b"no picture")
+    asset = (
+        '<asset><texture name="t" type="2d" file="../../../outside/wood.png"/><material name="m" texture="t"/></asset>'
+    )
+    body = '<worldbody><body name="b"><geom type="box" size="1 1 1" material="m"/></body></worldbody>'
+    (folder / "model.xml").write_text(f"<mujoco>{asset}{body}</mujoco>")
+    found = extract(ref)
+    assert found.features.rest_size == pytest.approx((2.0, 2.0, 2.0))
+    assert any("texture 't' is left out: its file 'wood.png' is" in item.message for item in found.findings)
+
+
 def test_what_lies_within_its_package_or_beside_its_model_is_inside(tmp_path: Path) -> None:
     """Named as a file, as the ``urdf`` folder or as the package; of Gazebo's models one may need another."""
     package, models = tmp_path / "pkg", tmp_path / "models"

@@ -64,6 +64,50 @@ def test_a_model_beside_is_included_as_the_include_has_it(tmp_path: Path, uri: s
     assert mesh is not None and Path(str(mesh.get("filename"))) == place.parent / "meshes" / "d.obj"
 
 
+def test_an_included_model_is_placed_by_a_frame_of_its_own(tmp_path: Path) -> None:
+    """Its drawer stands 0.1 m off its origin; by the drawer it is placed 1 m off the body's, turned a quarter."""
+    model(tmp_path / "box", LATCH)
+    include = f"<include><uri>model://box</uri><name>top</name><pose>{QUARTER}</pose>{{}}</include>"
+    placed = include.format("<placement_frame>drawer</placement_frame>")
+    made = urdf_of_sdf(cabinet(tmp_path, placed, "top::drawer"), tmp_path, ANYWHERE)
+    assert numbers(made, "slide", "origin") == pytest.approx([1.0, 0.0, 0.0])
+    unknown = include.format("<placement_frame>door</placement_frame>")
+    with pytest.raises(AssetError, match="'door', which is not in the model"):
+        urdf_of_sdf(cabinet(tmp_path, unknown, "top::drawer"), tmp_path, ANYWHERE)
+
+
+def test_a_xacro_of_an_sdf_includes_what_lies_beside_it(tmp_path: Path) -> None:
+    shape = '<visual name="v"><geometry><box><size>0.1 0.1 0.1</size></box></geometry></visual>'
+    model(tmp_path / "box", f'<link name="drawer">{shape}</link>')
+    file = cabinet(tmp_path, "<include><uri>../box</uri><name>top</name></include>", "top::drawer")
+    file.rename(file.with_name("model.sdf.xacro"))
+    assert extract(AssetRef(asset_id="cabinet", path=str(file.parent), root=str(tmp_path))).features.link("top__drawer")
+
+
+@pytest.mark.parametrize(
+    ("inertial", "second", "kilograms", "centre"),
+    [
+        ("<density>700</density>", "", 14.0, 0.2),
+        ("", "<density>3000</density>", 40.0, 0.3),
+        ("<mass>5</mass>", "", 5.0, 0.2),
+        ("", "", None, None),
+    ],
+    ids=["one density", "one of a shape", "a mass", "nothing"],
+)
+def test_an_inertial_that_gazebo_makes_is_made_of_stated_densities(
+    inertial: str, second: str, kilograms: float | None, centre: float | None, tmp_path: Path
+) -> None:
+    """Two boxes of 10 l, at 0 and 0.4 m."""
+    box = "<geometry><box><size>0.1 0.2 0.5</size></box></geometry>"
+    shapes = (
+        f"<collision name='a'>{box}</collision><collision name='b'><pose>0.4 0 0 0 0 0</pose>{box}{second}</collision>"
+    )
+    file = model(tmp_path / "box", f"<link name='d'><inertial auto='true'>{inertial}</inertial>{shapes}</link>", "1.11")
+    stated = read(file).features.link("d").inertial
+    assert (None if stated is None else stated.mass_kg) == pytest.approx(kilograms)
+    assert (None if stated is None else stated.com[0]) == pytest.approx(centre)
+
+
 def test_of_an_included_model_s_files_the_newest_is_taken(tmp_path: Path) -> None:
     for name, link in (("box-1_3.sdf", "old"), ("box-1_10.sdf", "new"), ("box-1_4.sdf", "older")):
         model(tmp_path / "box", f'<link name="{link}"/>', file=name)

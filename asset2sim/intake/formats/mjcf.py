@@ -48,7 +48,7 @@ LEAST_MASS_KG, LEAST_INERTIA_KG_M2 = 1e-6, 1e-9
 def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
     """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError (unreadable_asset) where MuJoCo
     refuses the file, where it names files outside ``reach``, and for joints that a URDF does not have."""
-    check_files(file, reach)
+    pictures_outside = check_files(file, reach)
     try:
         import mujoco
     except ModuleNotFoundError as error:
@@ -56,9 +56,11 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
         raise unconvertible(file, "mujoco_missing", problem) from error
     notes: tuple[str, ...] = ()
     try:
+        if pictures_outside:
+            raise ValueError("pictures that it names lie outside the dataset")
         spec, model = compiled(mujoco.MjSpec.from_file(str(file)))
     except (ValueError, OSError) as error:
-        text, notes = mended_document(file)
+        text, notes = mended_document(file, reach)
         try:
             spec = mujoco.MjSpec.from_string(text.decode())
             # What has no mass is to be given one later; MuJoCo only has to read it.

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path, PurePosixPath
 
 from lxml import etree
@@ -41,15 +41,16 @@ UNLISTED = ("frame", "replicate")
 """Elements that MuJoCo reads and that its printed schema leaves out."""
 
 
-def mended_document(file: Path) -> tuple[bytes, tuple[str, ...]]:
-    """The file's text with its includes in place and absolute folders, without what MuJoCo refuses to read, and a note
-    for each thing that was changed. Raises AssetError (unreadable_asset) where it or an included file is no XML."""
+def mended_document(file: Path, reach: AllowedFolders) -> tuple[bytes, tuple[str, ...]]:
+    """The file's text with its includes in place and absolute folders, without what MuJoCo refuses to read and pictures
+    outside ``reach``, and a note for each thing that was changed. Raises AssetError (unreadable_asset) where it or an
+    included file is no XML."""
     root = inlined(file)
     absolute_folders(root, file.parent)
     mends = (
         without_unknown,
         without_repeated_names,
-        without_missing_files,
+        partial(without_missing_files, reach=reach),
         without_flat_geoms,
         in_order,
         without_dangling,
@@ -146,19 +147,26 @@ def without_repeated_names(root: Element) -> Iterator[str]:
             yield f"a second {tag} '{name}' has no name"
 
 
-def without_missing_files(root: Element) -> Iterator[str]:
-    """Drop assets whose file is not there, and what refers to them: a material loses its texture, a mesh its geoms."""
+def without_missing_files(root: Element, reach: AllowedFolders) -> Iterator[str]:
+    """Drop assets whose file is not there and pictures outside ``reach``, and what refers to them: a material loses its
+    texture, a mesh its geoms."""
     folders = {key: str(value) for compiler in root.iter("compiler") for key, value in compiler.attrib.items()}
     for asset, (user, attribute) in USERS.items():
         for element in list(root.iter(asset)):
-            file, parent = element.get("file"), element.getparent()
-            if file is None or parent is None or parent.tag != "asset":
+            files = [str(value) for key, value in element.attrib.items() if str(key).startswith("file")]
+            places, parent = [Path(folders.get(FOLDER_OF[asset], "")) / file for file in files], element.getparent()
+            if parent is None or parent.tag != "asset":
                 continue
-            if is_file(Path(folders.get(FOLDER_OF[asset], "")) / file):
+            problems = [f"its file '{file}' is not there" for file, path in zip(files, places, strict=True)
+                        if not is_file(path)]  # fmt: skip
+            if asset == "texture":
+                problems += [f"its file '{path.name}' {lies_outside(path, reach)}" for path in places
+                             if not reach.allows(path)]  # fmt: skip
+            if not problems:
                 continue
-            name = element.get("name") or Path(file).stem
+            name = element.get("name") or Path(files[0]).stem
             parent.remove(element)
-            yield f"{asset} '{name}' is left out: its file '{file}' is not there"
+            yield f"{asset} '{name}' is left out: {problems[0]}"
             for item in [item for item in root.iter(user) if item.get(attribute) == name]:
                 above = item.getparent()
                 if user == "material":
@@ -223,9 +231,10 @@ def _remove(element: Element) -> None:
         parent.remove(element)
 
 
-def check_files(file: Path, reach: AllowedFolders) -> None:
-    """Refuse an MJCF file that names a file outside ``reach``, itself or in what it includes: MuJoCo reads them all."""
-    unread, read = [file], set[Path]()
+def check_files(file: Path, reach: AllowedFolders) -> bool:
+    """Whether pictures that an MJCF file names, itself or in what it includes, lie outside ``reach``: MuJoCo reads them
+    all. Raises AssetError (unreadable_asset) for any other file outside."""
+    unread, read, outside = [file], set[Path](), False
     folders = {file.parent}
     while unread and not reach.anywhere:
         source = unread.pop()
@@ -237,15 +246,17 @@ def check_files(file: Path, reach: AllowedFolders) -> None:
         for compiler in root.iter("compiler"):
             folders |= {base / str(compiler.get(key)) for base in (file.parent, source.parent) for key in FOLDERS
                         if compiler.get(key)}  # fmt: skip
-        named = {str(text) for item in root.iter(etree.Element) for key, text in item.attrib.items()
+        named = {(str(text), item.tag == "texture") for item in root.iter(etree.Element)
+                 for key, text in item.attrib.items()
                  if str(key).startswith("file") and item.tag != "joint"}  # fmt: skip
-        for path in (folder / name for name in sorted(named) for folder in sorted({*folders, source.parent})):
-            if not is_file(path):
-                continue
-            if not reach.allows(path):
-                raise unconvertible(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
-            if path.suffix == ".xml" and path not in read:
-                unread.append(path)
+        for name, picture in sorted(named):
+            paths = [folder / name for folder in sorted({*folders, source.parent}) if is_file(folder / name)]
+            beyond = [path for path in paths if not reach.allows(path)]
+            outside |= picture and bool(beyond)
+            if beyond and not picture:
+                raise unconvertible(file, "outside_dataset", f"'{beyond[0].name}' {lies_outside(beyond[0], reach)}")
+            unread += [path for path in paths if path.suffix == ".xml" and path not in {*read, *beyond}]
+    return outside
 
 
 def is_mjcf(head: bytes) -> bool:

@@ -33,23 +33,27 @@ from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_model import SdfModel
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten, name_nameless
-from asset2sim.intake.formats.sdf_shapes import SOLIDS, solid_of
+from asset2sim.intake.formats.sdf_shapes import SOLIDS, mass_of, solid_of
 from asset2sim.intake.formats.sdf_tree import as_tree
 from asset2sim.intake.formats.tree import unused
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import transform
 
 SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", "universal", "ball")
 TURNS = ("1 0 0", "0 1 0", "0 0 1")
 """Axes of the hinges that stand for a ball joint."""
+NO_INERTIA = (0.0,) * 6
+"""Says of a stated mass that its inertia is not stated."""
 FLATTEN = "flatten it with `gz sdf -p FILE`, or keep a URDF of it"
 MISSING = "its <include> '{}' is not there: keep that model's folder beside its own, or " + FLATTEN
 
 
-def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders) -> Converted:
-    """The URDF of the one model in an SDF file, or of all models of its one world. Raises AssetError (unreadable_asset)
-    for what is no SDF, and for joints and nesting that a URDF does not have."""
-    document, recovered = parse_xml(file, "SDF")
+def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders, expanded: Path | None = None) -> Converted:
+    """The URDF of the one model in an SDF file, or of all models of its one world; ``expanded`` is what was made of the
+    file where it is xacro. Raises AssetError (unreadable_asset) for what is no SDF, and for joints and nesting that a
+    URDF does not have."""
+    document, recovered = parse_xml(expanded or file, "SDF")
     files, missing = included(document, file, reach) if document.find("include") is not None else ([], [])
     models, worlds = document.findall("model"), document.findall("world")
     if missing and not models and not worlds:
@@ -93,7 +97,7 @@ class _Model(SdfModel):
         self.still = tuple(f"{name}{SEPARATOR}" for name, static in stated if static.strip() in ("1", "true"))
         self.is_world = bool(inner) and not model.findall("link") and not model.findall("joint")
         name_nameless(model)
-        flatten(model, version)
+        flatten(model, version, file)
         self.notes, self.work = [*notes, *as_tree(model)], work
         super().__init__(file, model, version)
         self.is_still = self.text(model, "static") in ("1", "true")
@@ -147,7 +151,10 @@ class _Model(SdfModel):
         source, link = self.named[name], add(robot, "link", name=name)
         to_link = np.linalg.inv(self.frame(name)) @ self.pose(name)
         inertial = source.find("inertial")
-        if inertial is not None and inertial.find("mass") is not None:
+        if inertial is not None and inertial.get("auto") in ("1", "true"):
+            if weighed := mass_of(source.findall("collision"), inertial, self.numbers, self.own_pose):
+                add_inertial(link, weighed[0], to_link @ transform(weighed[1]), NO_INERTIA)
+        elif inertial is not None and inertial.find("mass") is not None:
             # A mass alone is stated, too: zeros say that its inertia is not.
             least = "0" if inertial.find("inertia") is None else "1"
             defaults = {"ixx": least, "iyy": least, "izz": least}

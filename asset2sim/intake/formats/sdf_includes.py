@@ -64,6 +64,8 @@ def _model_in(place: Path, include: Element) -> Element | None:
         for old in model.findall(stated.tag):
             model.remove(old)
         model.append(stated)
+    if placement := (include.findtext("placement_frame") or "").strip():
+        model.set("placement_frame", placement)
     if str(include.get("merge")) in ("1", "true"):
         model.set("merge", "true")
     for uri in [uri for geometry in model.iter("geometry") for uri in geometry.iter("uri")]:

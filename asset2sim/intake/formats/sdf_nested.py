@@ -1,10 +1,16 @@
 """Nested models of an SDF file, brought up into the model that holds them."""
 
+from pathlib import Path
+
+import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.edit import words
 from asset2sim.intake.formats.sdf_includes import FRAMED_AXES
+from asset2sim.intake.formats.sdf_model import SdfModel
 from asset2sim.intake.formats.tree import unused
+from asset2sim.physics.kinematics import rpy_of
 
 KINDS = ("link", "joint", "frame")
 SEPARATOR = "__"
@@ -21,14 +27,17 @@ def name_nameless(model: Element) -> None:
                     item.set("name", unused(f"{kind}_{number}", taken))
 
 
-def flatten(model: Element, version: tuple[int, ...]) -> None:
+def flatten(model: Element, version: tuple[int, ...], file: Path) -> None:
     """Move links, joints and frames of nested models into ``model``, named after both, with poses relative to a frame
-    that stands for the nested model. ``version``: SDF's, up to 1.4 of which axes are stated in the model's frame."""
+    that stands for the nested model; ``file`` is for messages. ``version``: SDF's, up to 1.4 of which axes are stated
+    in the model's frame."""
     for inner in model.findall("model"):
-        flatten(inner, version)
+        flatten(inner, version, file)
         name = str(inner.get("name"))
         frame = etree.SubElement(model, "frame", name=frame_of(name))
         frame.extend(inner.findall("pose"))
+        if placement := str(inner.get("placement_frame") or ""):
+            place_by(frame, SdfModel(file, inner, version), placement.replace("::", SEPARATOR))
         for item in [item for kind in KINDS for item in inner.findall(kind)]:
             item.set("name", _joined(name, str(item.get("name"))))
             _place(item, name)
@@ -41,6 +50,18 @@ def flatten(model: Element, version: tuple[int, ...]) -> None:
     for joint in model.findall("joint"):
         for end in (*joint.findall("parent"), *joint.findall("child")):
             end.text = str(end.text or "").strip().replace("::", SEPARATOR)
+
+
+def place_by(frame: Element, inner: SdfModel, placement: str) -> None:
+    """Have the pose of a nested model's frame be such that a frame of that model, its ``placement``, has the pose that
+    is stated for it. Raises AssetError (sdf_frame) where the model has no such frame."""
+    pose = frame.find("pose")
+    pose = etree.SubElement(frame, "pose") if pose is None else pose
+    stated = inner.own_pose(frame) if (pose.text or "").strip() else np.eye(4)
+    placed = stated @ np.linalg.inv(inner.pose(placement))
+    pose.text = words([*placed[:3, 3], *rpy_of(placed[:3, :3])])
+    for key in ("rotation_format", "degrees"):
+        pose.attrib.pop(key, "")
 
 
 def _unprefixed(model: Element, name: str) -> None:

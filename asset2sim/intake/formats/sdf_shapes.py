@@ -1,9 +1,10 @@
-"""Solids of SDF's shapes that a URDF has no word for: ellipsoids, cones, extruded outlines."""
+"""Solids of SDF's shapes that a URDF has no word for: ellipsoids, cones, extruded outlines; and what shapes weigh."""
 
 from collections.abc import Callable, Sequence
 
 import numpy as np
 import trimesh
+from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.physics.arrays import Array, Faces
@@ -11,6 +12,8 @@ from asset2sim.physics.arrays import Array, Faces
 Numbers = Callable[[Element, str, str], list[float]]
 """(element, path, default) → the numbers below the element."""
 SOLIDS = ("ellipsoid", "cone", "polyline")
+WATER_KG_M3 = 1000.0
+"""Density of collisions that state none, beside others that do."""
 
 
 def solid_of(shapes: Sequence[Element], numbers: Numbers) -> tuple[Array, Faces]:
@@ -21,11 +24,16 @@ def solid_of(shapes: Sequence[Element], numbers: Numbers) -> tuple[Array, Faces]
         solid = trimesh.creation.icosphere(3).apply_scale(numbers(shape, "radii", "1 1 1"))
     elif shape.tag == "cone":
         radius, length = (numbers(shape, key, "1")[0] for key in ("radius", "length"))
-        solid = trimesh.creation.cone(radius, length).apply_translation([0.0, 0.0, -length / 2.0])
-    else:
-        outlines = [[numbers(point, ".", "0 0") for point in item.findall("point")] for item in shapes]
-        return extruded(outlines, numbers(shape, "height", "1")[0])
-    return solid.vertices, solid.faces
+    made: trimesh.Trimesh | None = None
+    if shape.tag == "box":
+        made = trimesh.creation.box(numbers(shape, "size", "1 1 1"))
+    elif shape.tag == "sphere":
+        made = trimesh.primitives.Sphere(radius)
+    elif shape.tag in ("cylinder", "capsule"):  # as they are, not in facets
+        made = getattr(trimesh.primitives, shape.tag.capitalize())(radius, length)
+    elif shape.tag in SOLIDS:
+        made = trimesh.Trimesh(*solid_of(geometry.findall(str(shape.tag)), numbers))
+    return made
 
 
 def extruded(outlines: Sequence[Sequence[Sequence[float]]], height_m: float) -> tuple[Array, Faces]:

@@ -53,7 +53,7 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
     if robot.tag == "sdf":
         resolved = work / f"{file.name.removesuffix('.xacro').removesuffix('.sdf')}.sdf"
         resolved.write_bytes(etree.tostring(robot))
-        made_of = urdf_of_sdf(resolved, work, reach)
+        made_of = urdf_of_sdf(file, work, reach, resolved)
         return replace(made_of, files=(*includes, *made_of.files), notes=(*notes, *made_of.notes))
     return Converted(robot, includes, notes)
 
