@@ -4,11 +4,15 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.contact import pressures
 from asset2sim.gym.hand.gripper import open_world
+from asset2sim.gym.hand.holds import CLEAR_M, room_of, solid_of, way_of
+from asset2sim.gym.hand.poses import at_places
+from asset2sim.gym.hand.surfaces import surface
 from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, no_task, tried, use, use_joint
 from schemas.asset import AssetRef
 from schemas.finding import Finding
@@ -51,6 +55,18 @@ def test_a_drawer_with_a_knob_is_pulled_and_pushed_and_stays(tmp_path: Path) -> 
     assert found.done and found.by == "gripper" and found.reason == ""
     assert [led.kind for led in found.ways][-1] == "press" and len(found.ways) == 2
     assert all(led.reached > 0.9 and led.guards is not None and not led.guards.displaced for led in found.ways)
+
+
+def test_poses_told_to_be_inside_the_object_are_those_at_which_its_engine_finds_no_room(tmp_path: Path) -> None:
+    world = open_world(chest(tmp_path / "chest"), HandSettings())
+    world.reset()
+    way = way_of(world, "slide", 0.2)
+    points, normals, _ = surface(world, way.bodies)
+    turns = np.arange(len(points)) % 16
+    poses, halves = at_places(world, "hook", points, normals, turns, np.zeros(len(points)))
+    free = set(solid_of(world, way.bodies, points).free(world, poses, halves, CLEAR_M))
+    room = {index for index in range(len(poses)) if room_of(world, way, poses[index], float(halves[index])) is not None}
+    assert room and room <= free and len(free) < 0.5 * len(poses)
 
 
 STRUT = {"kind": "strut", "slope": -60.0, "none_at": 0.1, "least": -12.0, "most": 12.0}

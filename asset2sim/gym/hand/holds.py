@@ -3,17 +3,17 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.gym.hand.gripper import FINGER, TIP_M, HandWorld
-from asset2sim.gym.hand.surfaces import OFF_M, REACH_M, ROOM_M, surface, through
+from asset2sim.gym.hand.gripper import HandWorld
+from asset2sim.gym.hand.poses import TURNS, Kind, Solid, at_places
+from asset2sim.gym.hand.surfaces import REACH_M, ROOM_M, inside, surface, through
 from asset2sim.physics.arrays import Array
 
-Kind = Literal["press", "hook", "grasp", "rub"]
 LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700, "rub": 700}
 """Holds of each kind for which it is looked whether the hand fits there; to rub, a finger presses on what goes along
 it, an edge or a face, and is looked for where no other fits or one has failed."""
@@ -25,12 +25,13 @@ BEND_RAD = math.radians(60.0)
 """How far a wrist bends."""
 ARM_M, BEHIND_M = 0.02, 0.09
 """Half the thickness of the wrist, and how far behind the pads' middle it begins, m."""
-TURNS = 8
-"""Directions from which the hand comes to a place, about the normal there or the part's way."""
 CLEAR_M = 0.05
 """How far off the hand begins, m."""
 INTO_M, BESIDE_M = 0.003, 0.0005
 """How deep a hand's box may be in the part and in anything else where it is looked at, m."""
+OF_PART, HAND_M = 150, 0.15
+"""Places of the part at which no hand may be, by which most of its poses are told to be none, and how far from a part
+the hand that holds it reaches, m."""
 SHARES = (0.15, 0.4, 0.7, 1.0)
 """Shares of the way at which it is looked whether the hand still fits."""
 FACING = 0.6
@@ -146,9 +147,10 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
         "rub": (along, worth[along]),
     }
     rng, fits, found_at = np.random.default_rng(0), list[Hold](), (points, normals, bodies, width)
+    solid = solid_of(world, way.bodies, points)
     for kind in LOOKED_AT:
         if kind != "rub" or avoid or not fits:
-            fits += fitting(world, way, kind, found_at, scores[kind], avoid, rng)
+            fits += fitting(world, way, kind, found_at, scores[kind], avoid, solid, rng)
     kept: list[Hold] = []
     for hold in sorted(fits, key=lambda hold: -hold.score):
         places = [one.pose[:3, 3] - hold.pose[:3, 3] for one in kept]
@@ -160,46 +162,40 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
 def fitting(
     world: HandWorld, way: Way, kind: Kind, found_at: tuple[Array, Array, NDArray[np.int64], Array],
     scores: tuple[NDArray[Any], Array],
-    avoid: Sequence[Array], rng: np.random.Generator,
+    avoid: Sequence[Array], solid: Solid, rng: np.random.Generator,
 ) -> list[Hold]:  # fmt: skip
     """Some holds of a kind for which the hand has room, of the best by ``scores`` (the numbers of the places, and how
     good each is); ``found_at`` are all places, normals, bodies, and how thick it is there, m."""
     (points, normals, bodies, width), (chosen, score), found = found_at, scores, list[Hold]()
     turns = 1 if kind == "press" else 2 * TURNS  # with the middle of its pads there, and with their tips
     chosen, score = np.repeat(chosen, turns), np.repeat(score, turns)
-    turned = np.tile(np.arange(turns), len(chosen) // turns)
-    for index in np.argsort(-score - SPREAD * rng.random(len(score)))[: LOOKED_AT[kind]]:
-        place = int(chosen[index])
-        body, normal = int(bodies[place]), normals[place]
-        pose, half = at_place(world, kind, points[place], normal, int(turned[index]), width[place])
-        local = in_body(world.data, body, pose)
+    best = np.argsort(-score - SPREAD * rng.random(len(score)))[: LOOKED_AT[kind]]
+    places, turned = chosen[best], best % turns
+    poses, halves = at_places(world, kind, points[places], normals[places], turned, width[places])
+    frames = {int(body): frame(world.data, int(body)) for body in np.unique(bodies[places])}
+    for index in solid.free(world, poses, halves, CLEAR_M * world.scale):
+        place, pose, half = int(places[index]), poses[index], float(halves[index])
+        body = int(bodies[place])
+        local = np.linalg.inv(frames[body]) @ pose
         if any(float(np.linalg.norm(local[:3, 3] - other)) < APART_M * world.scale for other in avoid):
             continue
         room = room_of(world, way, pose, half)
         if room is not None:
-            into = frame(world.data, body)[:3, :3].T @ normal * (-RUB_M if kind == "rub" else 0.0)
-            found.append(Hold(kind, body, local, half, float(score[index]) + 0.8 * room, room, into))
+            into = frames[body][:3, :3].T @ normals[place] * (-RUB_M if kind == "rub" else 0.0)
+            found.append(Hold(kind, body, local, half, float(score[best[index]]) + 0.8 * room, room, into))
         if len(found) >= ENOUGH:
             break
     return found
 
 
-def at_place(world: HandWorld, kind: Kind, point: Array, normal: Array, turn: int, width: float) -> tuple[Array, float]:
-    """(4, 4) pose of the hand at a place of a part, world, and half the opening with which it comes, m: pointing at it,
-    or with a finger beside it, or about what is ``width`` thick there. ``turn`` numbers the directions about it from
-    which the hand comes, with the middle of its pads, and from ``TURNS`` on with their tips: for what is shallow."""
-    scale = world.scale
-    if kind == "press" or (kind == "rub" and turn == TURNS):
-        pose = facing(-normal, np.array([0.0, 0.0, 1.0]))
-        pose[:3, 3] = point + normal * (TIP_M * scale + OFF_M)
-        return pose, 0.0
-    pose = facing(around(normal, 2.0 * math.pi * turn / TURNS), normal)
-    point = point - (TIP_M * scale if turn >= TURNS else 0.0) * pose[:3, 2]
-    if kind in ("hook", "rub"):
-        pose[:3, 3] = point + normal * (2.0 * FINGER[1] * scale + OFF_M)
-        return pose, 0.0
-    pose[:3, 3] = point - normal * width / 2.0
-    return pose, min(width / 2.0 + ROOM_M * scale, world.settings.opening_m / 2.0 * scale)
+def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> Solid:
+    """Places of the object at which no hand may be that holds the part of these ``bodies``, of whose (n, 3) places
+    some are taken."""
+    others = frozenset(range(world.model.nbody)) - below(world.model, world.body) - bodies
+    some = [points[:OF_PART], inside(world, others, points, HAND_M * world.scale)]
+    floors = (world.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (world.probe.geom_conaffinity != 0)
+    floor_m = float(world.data.geom_xpos[floors, 2].max()) - BESIDE_M if floors.any() else -math.inf
+    return Solid(np.concatenate(some), np.repeat([0.4 * INTO_M, BESIDE_M], [len(part) for part in some]), floor_m)
 
 
 def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> float | None:
@@ -259,26 +255,6 @@ def runs_into(world: HandWorld, way: Way, pose: Array, half_open_m: float, into_
     return False
 
 
-def facing(towards: Array, beside: Array) -> Array:
-    """(4, 4) rotation of a hand that points ``towards``, and closes as far as it can along ``beside``."""
-    z = towards / math.sqrt(towards @ towards)
-    y = beside - (beside @ z) * z
-    if y @ y < 1e-12:
-        y = cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
-    y = y / math.sqrt(y @ y)
-    pose = np.eye(4)
-    pose[:3, 0], pose[:3, 1], pose[:3, 2] = cross(y, z), y, z
-    return pose
-
-
-def around(normal: Array, angle: float) -> Array:
-    """(3,) direction square to a normal, at an angle about it, from as near to down as there is."""
-    down = np.array([0.0, 0.0, -1.0]) if abs(normal[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
-    first = down - (down @ normal) * normal
-    first /= np.linalg.norm(first)
-    return np.asarray(math.cos(angle) * first + math.sin(angle) * cross(normal, first))
-
-
 def cross(a: Array, b: Array) -> Array:
     """(3,) vector product of two vectors."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
@@ -289,8 +265,3 @@ def frame(data: mujoco.MjData, body: int) -> Array:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
     return pose
-
-
-def in_body(data: mujoco.MjData, body: int, pose: Array) -> Array:
-    """(4, 4) pose in the frame of a body, of one in the world."""
-    return np.asarray(np.linalg.inv(frame(data, body)) @ pose)

@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.gym.arm.scene import yaw_tilt
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.holds import APART_M, CLEAR_M, Hold, Way, below, fitting, frame
+from asset2sim.gym.hand.holds import APART_M, CLEAR_M, Hold, Way, below, fitting, frame, solid_of
 from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, glide, wait
 from asset2sim.gym.hand.surfaces import ROOM_M, surface, through
 from asset2sim.physics.arrays import Array
@@ -129,9 +129,10 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
     name = world.model.joint(joint).name.removeprefix(world.prefix)
     up = Way(name, True, np.array([0.0, 0.0, 1.0]), np.zeros(3), start, start + settings.high_m, bodies)
     loose = world.model.body_weldid[owners[chosen]] != world.model.body_weldid[root]
+    solid = solid_of(world, bodies, points)
     places, rng, found = (points, normals, owners, width), np.random.default_rng(0), list[Hold]()
     for part in (~loose, loose):  # by a part that a joint moves where the body has no such place
-        found = found or fitting(world, up, "grasp", places, (chosen[part], score[part]), [], rng)
+        found = found or fitting(world, up, "grasp", places, (chosen[part], score[part]), [], solid, rng)
     kept: list[Hold] = []
     for hold in sorted(found, key=lambda hold: -hold.score):
         apart = [np.linalg.norm(one.pose[:3, 3] - hold.pose[:3, 3]) >= APART_M * world.scale for one in kept]

@@ -10,7 +10,8 @@ import numpy as np
 from asset2sim.gym.contact import pressures
 from asset2sim.gym.guards import Guards, Rollout, guard
 from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
-from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Kind, Way, cross, frame, holds, motion, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Way, cross, frame, holds, motion, way_of
+from asset2sim.gym.hand.poses import Kind
 from asset2sim.gym.hand.surfaces import is_covered
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings

@@ -20,31 +20,56 @@ def surface(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDA
     """(n, 3) places on the collision shapes of these bodies and (n, 3) outward normals there, world, and their bodies:
     as many of each shape, on faces by the root of their areas, so that small faces have theirs."""
     model, data = world.model, world.data
-    geoms = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]]
+    geoms = shapes_of(model, bodies)
     rng = np.random.default_rng(0)
     found: list[tuple[Array, Array, Array]] = []
     for geom in geoms:
-        triangles = triangles_of(model, geom)
-        normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        areas = np.linalg.norm(normals, axis=1)
-        if not (areas > 0.0).any():
-            continue
-        weights = np.sqrt(areas)
-        chosen = rng.choice(len(areas), size=max(12, SAMPLES // len(geoms)), p=weights / weights.sum())
-        first, second = rng.random((2, len(chosen)))
-        over = first + second > 1.0
-        first[over], second[over] = 1.0 - first[over], 1.0 - second[over]
-        corner, one, two = triangles[chosen].transpose(1, 0, 2)
-        places = corner + first[:, None] * (one - corner) + second[:, None] * (two - corner)
-        turn = data.geom_xmat[geom].reshape(3, 3)
-        owners = np.full(len(chosen), model.geom_bodyid[geom])
-        units = normals[chosen] / areas[chosen, None]
+        places, units = on_shape(model, geom, max(12, SAMPLES // len(geoms)), rng)
+        turn, owners = data.geom_xmat[geom].reshape(3, 3), np.full(len(places), model.geom_bodyid[geom])
         found.append((places @ turn.T + data.geom_xpos[geom], units @ turn.T, owners))
     if not found:
         return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=int)
     points, normals, owners = (np.concatenate(part) for part in zip(*found, strict=True))
     chosen = rng.permutation(len(points))[: 2 * SAMPLES]
     return points[chosen], normals[chosen], owners[chosen].astype(int)
+
+
+def shapes_of(model: mujoco.MjModel, bodies: frozenset[int]) -> list[int]:
+    """The collision shapes of these bodies."""
+    return [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]]
+
+
+def on_shape(model: mujoco.MjModel, geom: int, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """(n, 3) places on a collision shape and (n, 3) outward normals there, in its own frame: ``count``, or none of a
+    plane."""
+    triangles = triangles_of(model, geom)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    if not (areas > 0.0).any():
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    weights = np.sqrt(areas)
+    chosen = rng.choice(len(areas), size=count, p=weights / weights.sum())
+    first, second = rng.random((2, len(chosen)))
+    over = first + second > 1.0
+    first[over], second[over] = 1.0 - first[over], 1.0 - second[over]
+    corner, one, two = triangles[chosen].transpose(1, 0, 2)
+    places = corner + first[:, None] * (one - corner) + second[:, None] * (two - corner)
+    return places, normals[chosen] / areas[chosen, None]
+
+
+def inside(world: HandWorld, bodies: frozenset[int], near: Array, off_m: float) -> Array:
+    """(n, 3) places in the collision shapes of these bodies, world, no further than ``off_m`` along each axis from the
+    box of the (k, 3) places ``near``: half of them on the surface."""
+    model, data, rng = world.model, world.data, np.random.default_rng(0)
+    geoms, found = shapes_of(model, bodies), [np.zeros((0, 3))]
+    for geom in geoms:
+        places = on_shape(model, geom, max(24, 4 * SAMPLES // len(geoms)), rng)[0]
+        shares = np.maximum(rng.uniform(-1.0, 1.0, (len(places), 1)), 0.0)
+        places = places + shares * (np.roll(places, 1, axis=0) - places)  # MuJoCo's shapes are convex
+        found.append(places @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
+    points = np.concatenate(found)
+    points = points[((points > near.min(axis=0) - off_m) & (points < near.max(axis=0) + off_m)).all(axis=1)]
+    return np.asarray(rng.permutation(points)[:SAMPLES])
 
 
 def triangles_of(model: mujoco.MjModel, geom: int) -> Array:
