@@ -13,7 +13,7 @@ from asset2sim.assets.urdf.collision_points import link_corners
 from asset2sim.assets.urdf.document import parsed
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, cross
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, beyond, in_chains, link_to_root, subtree, with_mimics
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, Pull
@@ -173,9 +173,9 @@ def own_pull(item: Mechanism, joint: str, positions: Mapping[str, float], poses:
     at = positions.get(joint, 0.0)
     if hinge.type == "prismatic" or mass <= 0.0:
         return Pull(at, -mass * GRAVITY_M_S2 * float(axis[2]), prismatic=True)
-    across = np.cross(axis, moment / mass - frame[:3, 3])
+    across = cross(axis, moment / mass - frame[:3, 3])
     weight = mass * GRAVITY_M_S2
-    return Pull(at, -weight * float(across[2]), -weight * float(np.cross(axis, across)[2]))
+    return Pull(at, -weight * float(across[2]), -weight * float(cross(axis, across)[2]))
 
 
 def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:
@@ -193,7 +193,7 @@ def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> fl
             frame = poses[entry.parent] @ entry.child_to_parent
             axis = ratio * frame[:3, :3] @ entry.axis
             slides = entry.type == "prismatic"
-            speed = speed + (axis if slides else np.cross(axis, center - frame[:3, 3]))
+            speed = speed + (axis if slides else cross(axis, center - frame[:3, 3]))
             turning = turning + (0.0 if slides else axis)
         turned = pose[:3, :3].T @ turning
         total += body.mass * float(speed @ speed) + float(turned @ body.inertia @ turned)

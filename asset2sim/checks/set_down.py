@@ -9,7 +9,7 @@ from asset2sim.checks.mechanism import Mechanism
 from asset2sim.checks.support_polygon import Clouds, support_polygon_of
 from asset2sim.checks.watch import Watched, capped, watch
 from asset2sim.engines.world import World
-from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.arrays import Array, cross, vector
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import Stand
@@ -38,7 +38,8 @@ class RootMotion:
     and that point's peak speed from reading to reading (m/s)."""
 
     world: World
-    first: tuple[Array, Array] | None = None
+    first: tuple[Array, Rotation] | None = None
+    """Centre of mass, and what turns back the root's orientation."""
     last: tuple[float, Array] | None = None
     tilt_rad: float = 0.0
     travel_m: float = 0.0
@@ -53,9 +54,9 @@ class RootMotion:
             self.tilt_rad = self.travel_m = self.speed_m_s = np.inf
             return True
         if self.first is None or self.last is None:
-            self.first, self.last = (center, orientation), (time, center)
+            self.first, self.last = (center, Rotation.from_quat(orientation).inv()), (time, center)
             return False
-        self.turned = Rotation.from_quat(orientation) * Rotation.from_quat(self.first[1]).inv()
+        self.turned = Rotation.from_quat(orientation) * self.first[1]
         self.tilt_rad = max(self.tilt_rad, angle_between(UP, self.turned.apply(UP)))
         self.travel_m = max(self.travel_m, float(np.linalg.norm(center - self.first[0])))
         self.speed_m_s = max(self.speed_m_s, float(np.linalg.norm(center - self.last[1])) / (time - self.last[0]))
@@ -111,7 +112,7 @@ def up_in_root(world: World) -> Array:
 
 def level_turn(up: Array) -> Array:
     """(3,) rotation vector about a level axis that turns the unit vector ``up`` upright, rad."""
-    axis = np.cross(up, UP)
+    axis = cross(up, UP)
     length = float(np.linalg.norm(axis))
     level = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
     turn: Array = level * angle_between(up, UP)
@@ -120,4 +121,4 @@ def level_turn(up: Array) -> Array:
 
 def angle_between(a: Array, b: Array) -> float:
     """The angle between two unit vectors, rad; exact near zero, where the arc cosine is not."""
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), float(a @ b)))
+    return float(np.arctan2(np.linalg.norm(cross(a, b)), float(a @ b)))

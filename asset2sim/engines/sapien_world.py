@@ -117,7 +117,8 @@ class SapienWorld:
         self.efforts = np.zeros(len(self.joint_names))
         self.coupling = Coupling(item.robot, self.joint_names, not plane, timestep_s)
         self.armature = {name: item.dynamics[name].armature for name in self.joint_names}
-        self.sprung = bool(self.stiffness.any() or self.bias.any()) or bool(self.coupling.mimics)
+        self.biased = bool(self.bias.any())
+        self.sprung = bool(self.stiffness.any()) or self.biased or bool(self.coupling.mimics)
         self.limits = np.array(item.articulation.get_qlimits(), dtype=float).reshape(-1, 2)
         self.at_rest = np.zeros(len(self.joint_names), dtype=np.float32)
         self.pose = import_module("sapien").Pose
@@ -161,9 +162,11 @@ class SapienWorld:
             if self.sprung:
                 # An effort, not PhysX' implicit spring, which loses energy by itself.
                 positions = body.get_qpos()
-                springs = self.stiffness * (self.reference - positions) + biases(self.bias, positions)
+                springs = self.stiffness * (self.reference - positions)
+                if self.biased:
+                    springs += biases(self.bias, positions)
                 if self.coupling.mimics:
-                    springs += self.coupling.efforts(body.get_qpos(), body.get_qvel())
+                    springs += self.coupling.efforts(positions, body.get_qvel())
                 body.set_qf((springs + self.efforts).astype(np.float32))
             system.step()
 

@@ -21,9 +21,11 @@ def six(matrix: Array) -> Inertia6:
 
 
 def cross(first: Array, second: Array) -> Array:
-    """(n, 3) cross products of (n, 3) vectors, bit for bit NumPy's, which takes three times as long for a few."""
+    """(..., 3) cross products of (..., 3) vectors, bit for bit NumPy's, which takes five times as long for a few."""
     (a, b, c), (x, y, z) = first.T, second.T
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+    found = np.empty(first.shape)
+    found.T[0], found.T[1], found.T[2] = b * z - c * y, c * x - a * z, a * y - b * x
+    return found
 
 
 def norms(vectors: Array) -> Array:
