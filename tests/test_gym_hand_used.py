@@ -118,6 +118,22 @@ def test_a_front_without_a_handle_is_rubbed_along_by_its_edge_and_the_force_is_k
     assert gentle == ("hand", f"a finger presses with {found.ways[1].contact_n:.0f} N")
 
 
+@pytest.mark.parametrize(("way_m", "done"), [(0.0015, True), (0.004, False)])
+def test_a_key_is_pressed_as_far_as_a_finger_stays_with_it_not_as_a_blow_throws_it(
+    tmp_path: Path, way_m: float, done: bool
+) -> None:
+    urdf = robot(
+        link("body", shape("0.3 0.3 0.1", xyz="0 0 0.05") + inertial(5.0, 0.3)),
+        link("key", shape("0.012 0.012 0.01", xyz="0 0 -0.005") + inertial(0.005, 0.01)),
+        joint("slide", "prismatic", "body", "key", xyz="0 0 0.102", axis="0 0 -1", limit=f"0 {way_m}"),
+    )
+    known = {"upper": way_m, "open": way_m, "friction": 0.0, "damping": 0.02, "holds": False}
+    known |= {"stiffness": 40.0, "spring_reference": -0.008}
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
+    found = used(refined(tmp_path / "key", urdf, [slide], {"body": 5.0, "key": 0.005}, fixed=False))
+    assert found.done == done and ("other parts stop it; it went 5" in found.reason) != done, found
+
+
 def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> None:
     walls = "".join(
         shape(size, xyz=at)

@@ -39,8 +39,8 @@ FACING = 0.6
 ALONG, RUB_M = 0.3, 0.01
 """Most cosine between the part's way and the normal of what is rubbed, and how far a finger is led into it, m: with
 half of that ahead, friction holds, of 1 and of 0.6."""
-APART_M = 0.02
-"""Distance from which on two holds are different, m."""
+APART_M, SMALL = 0.02, 0.25
+"""Distance from which on two holds are different, m, and the share of a small part's length that is as much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +146,7 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
         "grasp": (grasped, worth[grasped] + 0.2 * np.abs(push[grasped]) - 0.3 * widths / most + 0.15),
         "rub": (along, worth[along]),
     }
+    apart = apart_m(world, points)
     rng, fits, found_at = np.random.default_rng(0), list[Hold](), (points, normals, bodies, width)
     solid = solid_of(world, way.bodies, points)
     for kind in LOOKED_AT:
@@ -154,9 +155,14 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
     kept: list[Hold] = []
     for hold in sorted(fits, key=lambda hold: -hold.score):
         places = [one.pose[:3, 3] - hold.pose[:3, 3] for one in kept]
-        if len(kept) < KEPT and all(off @ off >= (APART_M * world.scale) ** 2 for off in places):
+        if len(kept) < KEPT and all(off @ off >= apart**2 for off in places):
             kept.append(hold)
     return kept
+
+
+def apart_m(world: HandWorld, points: Array) -> float:
+    """Distance from which on two holds of a part of these (n, 3) places are different, m."""
+    return min(APART_M * world.scale, SMALL * float(np.ptp(points, axis=0).max()))
 
 
 def fitting(
@@ -173,11 +179,12 @@ def fitting(
     places, turned = chosen[best], best % turns
     poses, halves = at_places(world, kind, points[places], normals[places], turned, width[places])
     frames = {int(body): frame(world.data, int(body)) for body in np.unique(bodies[places])}
+    apart = apart_m(world, points)
     for index in solid.free(world, poses, halves, CLEAR_M * world.scale):
         place, pose, half = int(places[index]), poses[index], float(halves[index])
         body = int(bodies[place])
         local = np.linalg.inv(frames[body]) @ pose
-        if any(float(np.linalg.norm(local[:3, 3] - other)) < APART_M * world.scale for other in avoid):
+        if any(float(np.linalg.norm(local[:3, 3] - other)) < apart for other in avoid):
             continue
         room = room_of(world, way, pose, half)
         if room is not None:

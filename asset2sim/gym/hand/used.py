@@ -97,9 +97,11 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
     tries: list[tuple[bool, float, dict[str, float]]] = [(held, scale, {}) for held, scale in ways]
     tries += [(braced or steadied, scale, opened) for scale in (1.0, settings.tip_scale) if opened]
     best: UsedJoint | None = None
-    for held, scale, others in tries:
+    for number, (held, scale, others) in enumerate(tries):
         if others and best is not None and best.fault == "object" and not best.ways[-1].covered:
             break
+        if number > 1 and best is not None and joint.stiffness > 0.0 and best.ways[-1].in_the_way:
+            break  # a key that goes deeper than what is around it, for both tools
         world = worlds.get(scale, held)
         world.reset(world.about.followed(others) if others else None)
         tools = ("gripper" if scale == 1.0 else "fingertips", "the other hand" if held else "")
@@ -175,6 +177,7 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
         (led.contact_n > settings.grip_n + settings.most_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
         (led.covered and not done, "object", "it lies inside its other parts, where no hand gets to it"),
         (not led.holds and not done, "hand", "no hold was found at which a hand has room"),
+        (not done and led.in_the_way, "hand", f"other parts stop it; {went}"),
         (not done and too_hard, "object", f"it takes more than {hand_force(joint, settings):g} N; {went}"),
         (not done, "hand", f"it slipped off; {went}"),
         (stays and guards.moved_untouched, "object", f"it goes {guards.untouched_share:.0%} of its way untouched"),

@@ -1,0 +1,90 @@
+"""Samples of a way of a joint: where the part and the object are, and how the hand presses on them."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from asset2sim.gym.contact import pressures
+from asset2sim.gym.guards import Guards, Rollout, guard
+from asset2sim.gym.hand.gripper import HandWorld
+from asset2sim.physics.arrays import Array
+from schemas.learning_settings import GuardSettings
+from schemas.overlay import JointPhysics
+
+SAMPLE_STEPS = 5
+"""Steps between two samples."""
+GUARDS = GuardSettings()
+
+
+@dataclass(eq=False)
+class Recorder:
+    """Samples of a way: positions, whether the hand touched the part, its work, and how the object stands; ``most_n``
+    is the largest force on the object of a finger or of the palm, N."""
+
+    world: HandWorld
+    joint: JointPhysics
+    bodies: frozenset[int]
+    root: int
+    work_j: float = 0.0
+    most_n: float = 0.0
+    touched: bool = False
+    count: int = 0
+    rows: list[tuple[float, bool, float, float]] = field(default_factory=list)
+    roots: list[tuple[Array, Array]] = field(default_factory=list)
+    states: list[Array] | None = None
+    """(n,) positions of everything, where a film is wanted."""
+
+    def step(self) -> None:
+        """A step of the world, and now and then a sample."""
+        self.work_j += self.world.step() * self.world.settings.timestep_s
+        self.touched = self.touched or self.world.touches(self.bodies)  # a blow may be over before the sample
+        self.count += 1
+        if self.count % SAMPLE_STEPS == 0:
+            self.sample()
+
+    def sample(self) -> None:
+        """A sample of this moment."""
+        world, data = self.world, self.world.data
+        height = float(data.subtree_com[min(self.bodies), 2])
+        pressed: dict[int, Array] = {}
+        for _, tool, _, force in pressures(world.model, data, world.hand_geoms, world.object_geoms):
+            pressed[tool] = pressed.get(tool, np.zeros(3)) + force
+        self.most_n = max([self.most_n, *(float(np.linalg.norm(force)) for force in pressed.values())])
+        self.rows.append((world.position(self.joint.name), self.touched, self.work_j, height))
+        self.roots.append((data.xipos[self.root].copy(), data.xmat[self.root].reshape(3, 3)[2].copy()))
+        self.work_j, self.touched = 0.0, False
+        if self.states is not None:
+            self.states.append(data.qpos.copy())
+
+    def guards(self, target: float) -> Guards:
+        """Findings of the environment's guards in it."""
+        positions, touched, work, heights = (np.array(column) for column in zip(*self.rows, strict=True))
+        centers, ups = (np.array(column) for column in zip(*self.roots, strict=True))
+        joint = self.joint
+        lower, upper = span(joint)
+        spring = joint.stiffness, joint.spring_reference
+        rollout = Rollout(positions, touched, work, heights, centers, ups, lower, upper, target, *spring)
+        return guard(rollout, GUARDS)
+
+
+def span(joint: JointPhysics) -> tuple[float, float]:
+    """The joint's range, or for what has no limits a turn either way, rad or m."""
+    if joint.lower is None or joint.upper is None:
+        return joint.initial_position - math.pi, joint.initial_position + math.pi
+    return joint.lower, joint.upper
+
+
+def displaced(recorder: Recorder) -> bool:
+    """Whether the object lies or stands elsewhere by now."""
+    (center, up), (first, upright), limits = recorder.roots[-1], recorder.roots[0], GUARDS
+    tilted, off = float(up @ upright) < math.cos(limits.tilt_rad), center - first
+    return tilted or math.sqrt(off @ off) > limits.travel_m
+
+
+def blocked(recorder: Recorder) -> bool:
+    """Whether the hand presses more on other parts of the object than on the one that it moves."""
+    world, bodies, pressed = recorder.world, recorder.bodies, {True: 0.0, False: 0.0}
+    for _, _, geom, force in pressures(world.model, world.data, world.hand_geoms, world.object_geoms):
+        pressed[int(world.model.geom_bodyid[geom]) in bodies] += math.sqrt(force @ force)
+    return pressed[False] > pressed[True]
