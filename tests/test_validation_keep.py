@@ -18,7 +18,7 @@ from schemas.inputs import InputSettings
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
-from tests.assets import joint, link, read, robot, shape, written
+from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 from tests.cabinets import written_cabinet
 from tests.prior_objects import ask, hinged, thing
 
@@ -61,6 +61,10 @@ def test_masses_that_fit_their_volumes_speak_for_metres(tmp_path: Path) -> None:
     assert box_with_lid(tmp_path / "d", 3.0, 1.5, size=4.0).features.metric == "", "a normalised mesh"
 
 
+LIGHT = Overlay(
+    scale=1.0,
+    links=tuple(LinkProposal(name=n, density_kg_m3=300.0) for n in ("body", "door", "part_0", "part_1", "part_2")),
+)
 BOXES = ("0.6 0.58 0.72", "0.018 0.56 0.684", "0.9144 0.02 0.1", "0.6 0.41999999999999993 0.3")
 
 
@@ -123,6 +127,40 @@ def test_plausible_masses_stay_and_others_are_supplied(tmp_path: Path) -> None:
     for other, masses in (("c", (1.0, 1.0)), ("d", ())):
         done, _ = complete(box_with_lid(tmp_path / other, *masses, moment=1.0), light)
         assert {item.mass_source for item in done.links} == {Source.MODEL}, "placeholders, and nothing"
+
+
+@pytest.mark.parametrize(("second", "kept"), [("0.5 0.02 0.6", True), ("0.5 0.02 0.2", False)])
+def test_parts_of_which_one_is_larger_do_not_weigh_the_same(second: str, kept: bool, tmp_path: Path) -> None:
+    """Two doors have the same mass and inertia, the body has its own: of doors of another size nobody weighed them."""
+    said = [WEIGHED.format(mass=mass, i=1.0) for mass in (20.0, 2.0, 2.0)]
+    shapes = [shape(size) for size in ("0.5 0.4 0.6", "0.5 0.02 0.6", second)]
+    parts = [link(f"part_{number}", text + form) for number, (text, form) in enumerate(zip(said, shapes, strict=True))]
+    hinges = [joint(f"hinge_{n}", "revolute", "part_0", f"part_{n}", xyz="0 0.2 0", axis="0 0 1", limit="0 1.5")
+              for n in (1, 2)]  # fmt: skip
+    done, _ = complete(read(written(tmp_path, robot(*parts, *hinges))), LIGHT)
+    assert {item.mass_source is Source.AUTHORED for item in done.links[1:]} == {kept}
+
+
+@pytest.mark.parametrize(("thickness", "mass", "kept"), [(0.02, 0.1, False), (0.02, 4.0, True), (0.4, 1.5, True)])
+def test_a_plate_lighter_than_foam_is_not_believed(thickness: float, mass: float, kept: bool, tmp_path: Path) -> None:
+    """A door of 0.5 m by 0.6 m: 0.1 kg are 17 kg/m³, 4 kg 667 kg/m³; as thick as a cabinet it stands for a hollow."""
+    parts = [
+        link("body", WEIGHED.format(mass=20.0, i=1.0) + shape("0.5 0.4 0.6")),
+        link("door", WEIGHED.format(mass=mass, i=mass * 0.02) + shape(f"0.5 {thickness} 0.6")),
+    ]
+    hinge = joint("hinge", "revolute", "body", "door", xyz="0 0.2 0", axis="0 0 1", limit="0 1.5")
+    done, _ = complete(read(written(tmp_path, robot(*parts, hinge))), LIGHT)
+    assert (done.links[1].mass_source is Source.AUTHORED) is kept
+
+
+@pytest.mark.parametrize(("offset", "metric"), [("0.1575", True), ("0.1575331", False)])
+def test_where_few_drawn_shapes_stand_speaks_for_metres_too(offset: str, metric: bool, tmp_path: Path) -> None:
+    """A plate of two lengths on a mesh's hinge: four lengths with the offsets of its shape and its hinge."""
+    parts = [link("body", mesh("body.obj")), link("lever", shape("0.03 0.015 0.03", xyz=f"0 0 {offset}"))]
+    hinge = joint("hinge", "revolute", "body", "lever", xyz="0.06 0 0", axis="0 1 0", limit="-0.7 0.7")
+    place = written(tmp_path, robot(*parts, hinge))
+    (place / "body.obj").write_text(box_obj((0.0, 0.0, 0.0), (0.12, 0.315, 0.5)))
+    assert (read(place).features.metric != UNLIKE_UNITS) is metric
 
 
 def test_another_size_of_an_object_in_metres_is_a_finding(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from statistics import median
 
 from lxml.etree import _Element as Element
@@ -10,24 +11,32 @@ from asset2sim.guidance.amounts import LARGEST_M
 from asset2sim.physics.inertia import tensor_of
 from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
 from schemas.features import LinkFeatures
-from schemas.vocabulary import Keep
+from schemas.vocabulary import Keep, VolumeSource
 
 LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3 = 5.0, 12_000.0
 """Density of a link over its hull, kg/m³: a cabinet of thin walls has 20, lead 11,300."""
+
+LEAST_MATERIAL_KG_M3, THICKEST_PLATE_M = 60.0, 0.03
+"""Density of what a plate is made of, kg/m³ (foams for building have 15 to 50, cardboard and balsa 100), and the
+thickness, m, up to which a part that is drawn solid is one: thicker ones may stand for what is hollow."""
 
 OWN_INERTIA = 3.0
 """Factor within which an inertia is that of its shape: weighed ones of other hands lie within 0.8 and 1.3, those that
 were written for all parts are off by ten and more."""
 
 
+UNLIKE_VOLUMES = 2.0
+"""Factor between the hulls of parts from which they cannot weigh and turn alike."""
+
 GRID_M, ON_GRID_M = 1e-4, 1e-7
 """Step of the lengths that people draw boxes and cylinders with in metres: a millimetre, a fraction of an inch (0.9144
 is a yard); and how near to it floating point leaves them. Of lengths of anything else one in 500 comes so near."""
 COARSE_M = 0.1
 """Step of lengths that say nothing: a unit cube and its halves have them, too."""
-LEAST_LENGTHS, DRAWN_SHARE = 4, 0.9
-"""Different lengths, one of them finer than ``COARSE_M``, and the share on the grid, from which a drawing in metres is
-told: bringing an object to one size leaves no round lengths."""
+LEAST_LENGTHS, LEAST_OF_SHAPES, DRAWN_SHARE = 4, 2, 0.9
+"""Different lengths, one of them finer than ``COARSE_M``, how many of them are of shapes rather than of where shapes
+and joints stand, and the share on the grid, from which a drawing in metres is told: bringing an object to one size
+leaves no round lengths."""
 DRAWN = "its boxes and cylinders are drawn in tenths of a millimetre"
 UNITS, OF_UNIT = (1.0, 2.0), 1e-3
 """Longest edge or diagonal of what was brought to one size, and the share by which it is off."""
@@ -59,8 +68,10 @@ def metric_evidence(
         return KEPT_AS_ASKED if kept is Keep.ALL else ""
     if metric_format:
         return f"lengths of {metric_format} are metres"
-    densities = [density for link in links if (density := authored_density(link)) is not None]
-    if densities and not are_placeholders(links) and LEAST_DENSITY_KG_M3 <= median(densities) <= MOST_DENSITY_KG_M3:
+    unweighed = placeholders(links)
+    weighed = [link for link in links if link.name not in unweighed]
+    densities = [density for link in weighed if (density := authored_density(link)) is not None]
+    if densities and LEAST_DENSITY_KG_M3 <= median(densities) <= MOST_DENSITY_KG_M3:
         return "its masses fit its volumes in metres"
     if robot is not None and is_drawn_in_metres(robot) and not is_unit(size):
         return DRAWN
@@ -69,7 +80,8 @@ def metric_evidence(
 
 
 def is_drawn_in_metres(robot: Element) -> bool:
-    """Whether the lengths of a URDF's boxes, cylinders, capsules and spheres are those of a drawing."""
+    """Whether the lengths of a URDF's boxes, cylinders, capsules and spheres are those of a drawing; of few, with the
+    offsets of its shapes and joints."""
     found = set[float]()
     for geometry in robot.iterfind("link//geometry"):
         for shape in geometry.iterchildren("box", "cylinder", "capsule", "sphere"):
@@ -80,9 +92,22 @@ def is_drawn_in_metres(robot: Element) -> bool:
             except ValueError:
                 continue  # reading its geometry says what is wrong
     found = {round(length, 9) for length in found if length > 0.0}
+    if LEAST_OF_SHAPES <= len(found) < LEAST_LENGTHS:
+        found |= offsets_of(robot)
     drawn = [length for length in found if off_grid(length, GRID_M) <= ON_GRID_M]
     fine = any(off_grid(length, COARSE_M) > ON_GRID_M for length in drawn)
     return fine and len(found) >= LEAST_LENGTHS and len(drawn) >= DRAWN_SHARE * len(found)
+
+
+def offsets_of(robot: Element) -> set[float]:
+    """The offsets, m, of a URDF's shapes in their links and of its joints, along each axis; zero is none."""
+    found = set[float]()
+    for origin in (*robot.iterfind("joint/origin"), *robot.iterfind("link/*/origin")):
+        above = origin.getparent()
+        if above is not None and above.tag != "inertial":
+            with suppress(ValueError):  # reading it says what is wrong
+                found.update(round(abs(float(word)), 9) for word in str(origin.get("xyz", "")).split())
+    return found - {0.0}
 
 
 def off_grid(length: float, step: float) -> float:
@@ -108,12 +133,30 @@ def authored_density(link: LinkFeatures) -> float | None:
     return link.inertial.mass_kg / link.hull_volume_m3
 
 
-def are_placeholders(links: Sequence[LinkFeatures]) -> bool:
-    """Whether several links have one and the same mass and inertia, as exporters write where nothing was weighed.
-    Parts that are alike have it, too: theirs is that of their shape."""
+def is_plate_of_nothing(link: LinkFeatures) -> bool:
+    """Whether a part is drawn as solid plates that no material of its authored mass is as light as."""
+    if link.inertial is None or link.volume_source is not VolumeSource.SIGNED or link.area_m2 <= 0.0:
+        return False
+    thickness = 2.0 * link.volume_m3 / link.area_m2
+    return thickness <= THICKEST_PLATE_M and link.inertial.mass_kg < LEAST_MATERIAL_KG_M3 * link.volume_m3
+
+
+def placeholders(links: Sequence[LinkFeatures]) -> frozenset[str]:
+    """The links that have one and the same mass and inertia though all do, or though one is far larger than another, as
+    exporters write where nothing was weighed. Parts that are alike have it, too: theirs is that of their shape."""
     stated = [link for link in links if link.inertial is not None and link.inertial.mass_kg > 0.0 and link.has_geometry]
-    same = len({(link.inertial.mass_kg, link.inertial.inertia) for link in stated if link.inertial is not None}) == 1
-    return len(stated) > 1 and same and not all(map(has_own_inertia, stated))
+    groups: dict[tuple[float, ...], list[LinkFeatures]] = {}
+    for link in stated:
+        if link.inertial is not None:
+            numbers = (link.inertial.mass_kg, *link.inertial.inertia)
+            groups.setdefault(tuple(round(number, 9) for number in numbers), []).append(link)
+    found = set[str]()
+    for group in groups.values():
+        volumes = [link.hull_volume_m3 for link in group]
+        unlike = len(group) == len(stated) or max(volumes) > UNLIKE_VOLUMES * min(volumes)
+        if len(group) > 1 and unlike and not all(map(has_own_inertia, group)):
+            found.update(link.name for link in group)
+    return frozenset(found)
 
 
 def has_own_inertia(link: LinkFeatures) -> bool:

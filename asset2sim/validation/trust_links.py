@@ -4,7 +4,14 @@ from functools import partial
 
 import numpy as np
 
-from asset2sim.assets.metric import LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3, are_placeholders, authored_density
+from asset2sim.assets.metric import (
+    LEAST_DENSITY_KG_M3,
+    LEAST_MATERIAL_KG_M3,
+    MOST_DENSITY_KG_M3,
+    authored_density,
+    is_plate_of_nothing,
+    placeholders,
+)
 from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.validation.trust import Opinion, doubtful, impossible
@@ -22,13 +29,13 @@ PLAUSIBLE_MASS = Belief(
 
 def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
     """Add how far the masses, centres and inertias of an object are believed."""
-    placeholders = are_placeholders(features.links)
+    unweighed = placeholders(features.links)
     tied = {joint.child for joint in features.joints if joint.mimic is not None}
     for link in features.links:
         if link.inertial is None:
             continue
         least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
-        belief = judged_mass(link, link.inertial, placeholders, least)
+        belief = judged_mass(link, link.inertial, link.name not in unweighed, least)
         other = partial(judged_other_mass, link, link.inertial, least)
         mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
         rest = (ALONE, ALONE)
@@ -39,26 +46,28 @@ def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings)
                 opinion.add(quantity, link.name, belief)
 
 
-def judged_mass(link: LinkFeatures, stated: LinkInertial, placeholders: bool, least: float) -> Belief:
+def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: float) -> Belief:
     """Belief in a stated mass, by its density over its hull. ``least`` of that, kg/m³, is 0 for a part that follows
-    another's joint, which its author made light for the hand that moves both. ``placeholders``: all links have the
-    same."""
+    another's joint, which its author made light for the hand that moves both. Not ``weighed`` is what has the same mass
+    and inertia as unlike links."""
     if stated.mass_kg <= 0.0:
         return impossible("no body is without mass")
     density = authored_density(link)
     if density is None:
         return doubtful("it has no geometry that could weigh this")
-    if placeholders:
-        return doubtful("every link has the same mass and inertia, as exporters write where nothing was weighed")
+    if not weighed:
+        return doubtful("unlike links have the same mass and inertia, as exporters write where nothing was weighed")
     if not least <= density <= MOST_DENSITY_KG_M3:
         return doubtful(f"not {PLAUSIBLE_MASS.reason}")
+    if least > 0.0 and is_plate_of_nothing(link):
+        return doubtful(f"its plates would be of a material of less than {LEAST_MATERIAL_KG_M3:g} kg/m³")
     return PLAUSIBLE_MASS
 
 
 def judged_other_mass(link: LinkFeatures, stated: LinkInertial, least: float, mass_kg: float) -> Belief:
     """Belief in another mass, kg, in place of the stated one."""
     other = stated.model_copy(update={"mass_kg": mass_kg})
-    return judged_mass(link.model_copy(update={"inertial": other}), other, placeholders=False, least=least)
+    return judged_mass(link.model_copy(update={"inertial": other}), other, weighed=True, least=least)
 
 
 def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
