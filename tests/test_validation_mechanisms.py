@@ -11,7 +11,7 @@ from asset2sim.baselines.declared_method import known_methods
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.limits import Range
-from asset2sim.validation.mechanisms import caught_where_it_drops, mechanism_bias
+from asset2sim.validation.mechanisms import caught_where_it_drops, mechanism_bias, nearer_end
 from asset2sim.validation.positions import Start
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
@@ -281,6 +281,27 @@ def test_a_model_may_name_a_mechanism(tmp_path: Path) -> None:
         assert (made.mechanism, made.holds) == (mechanism, holds) and (made.bias is not None) is (
             mechanism == "bistable"
         )
+
+
+@pytest.mark.parametrize(
+    ("at", "closed", "opened", "end"),
+    [
+        (0.0, 0.0, 0.2, -0.2),
+        (0.0, 0.0, -0.2, 0.2),
+        (0.15, 0.0, 0.2, 0.2),
+        (0.05, 0.2, -0.2, 0.2),
+        (0.0, -0.2, 0.2, -0.2),
+    ],
+)
+def test_what_snaps_starts_at_an_end_of_its_range(
+    tmp_path: Path, at: float, closed: float, opened: float, end: float
+) -> None:
+    """Also where what counts as closed is the middle, as of a lever that is drawn upright."""
+    hinge = joint("turn", "revolute", "base", "part", xyz="0 0 0.12", axis="0 1 0", limit="-0.2 0.2")
+    parts = link("base", BODY), link("part", shape("0.03 0.02 0.008"))
+    turn = read(written(tmp_path, robot(*parts, hinge))).features.joint("turn")
+    span = Range(turn, -0.2, 0.2, closed, opened, Source.AUTHORED)
+    assert nearer_end(Start(span, at, Source.RULE, False)) == end
 
 
 def test_a_rocker_starts_where_a_search_has_placed_it(tmp_path: Path) -> None:

@@ -51,10 +51,13 @@ def snaps(span: Range, kind: Handling) -> bool:
 
 
 def nearer_end(start: Start) -> float:
-    """The end of its range that is nearer to where a joint starts, rad or m."""
+    """The end of its range that is nearer to where a joint with limits starts, rad or m, in doubt the one away from
+    open: what is closed may be its middle, as of a lever that is drawn upright."""
     span = start.range
-    far = abs(start.position - span.closed) > 0.501 * span.span
-    return span.open if far else span.closed
+    if span.lower is None or span.upper is None:
+        return start.position
+    shut, opened = (span.lower, span.upper) if span.open >= span.closed else (span.upper, span.lower)
+    return opened if abs(start.position - shut) > 0.501 * span.span else shut
 
 
 def caught_where_it_drops(kind: Handling, span: Range, pull: Pull, settings: PhysicsSettings) -> Handling:
