@@ -250,3 +250,25 @@ def test_bounds_on_masses_and_inertias_say_nothing_of_a_body(tmp_path: Path) -> 
     (moments,) = urdf_of_mjcf(file, tmp_path).robot.findall("link[@name='lid']/inertial/inertia")
     assert float(str(mass.get("value"))) == 0.03
     assert float(str(moments.get("izz"))) == pytest.approx(0.03 / 12.0 * (0.2**2 + 0.2**2))
+
+
+@pytest.mark.parametrize(
+    ("limits", "rest", "turned", "upper"),
+    [
+        ("0 1.57", "", "", 1.57),
+        ("0 1.57", "<compiler angle='degree'/>", "", 0.0274),
+        ("0 1.57", "", "euler='0 0 90'", 0.0274),
+        ("0 90", "", "", 1.5708),
+        ("-3 3", "", "", 0.0524),
+    ],
+    ids=["radians", "stated", "degrees elsewhere", "degrees", "a rocker"],
+)
+def test_angles_of_no_stated_unit_are_radians_where_they_can_be_nothing_else(
+    limits: str, rest: str, turned: str, upper: float, tmp_path: Path
+) -> None:
+    """An object that a benchmark puts into its scenes leaves the unit to them; MuJoCo takes degrees."""
+    lid = LID.format(more=SOLID).replace("0 90", limits).replace('name="lid"', f'name="lid" {turned}')
+    made = urdf_of_mjcf(written(tmp_path, BODY.format(more=lid), rest), tmp_path)
+    found = made.robot.find("joint[@name='hinge']/limit")
+    assert found is not None and float(str(found.get("upper"))) == pytest.approx(upper, rel=1e-3)
+    assert ("read as radians" in str(made.notes)) == (upper == 1.57)

@@ -5,6 +5,7 @@ document. Meshes are written anew, as they stand in their link.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,7 @@ from asset2sim.intake.formats.format import (
     write_obj,
 )
 from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
-from asset2sim.intake.formats.mjcf_document import check_files, is_mjcf, mended_document, models_of
+from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, is_mjcf, mended_document, models_of
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -55,10 +56,13 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
         problem = "reading MJCF needs MuJoCo: pip install mujoco, or keep a URDF of it"
         raise unconvertible(file, "mujoco_missing", problem) from error
     notes: tuple[str, ...] = ()
+    radians = False
+    with suppress(AssetError, ValueError):  # reading it says what is wrong
+        radians = is_in_radians(file)
     try:
         if pictures_outside:
             raise ValueError("pictures that it names lie outside the dataset")
-        spec, model = compiled(mujoco.MjSpec.from_file(str(file)))
+        spec, model = compiled(mujoco.MjSpec.from_file(str(file)), radians)
     except (ValueError, OSError) as error:
         text, notes = mended_document(file, reach)
         try:
@@ -67,16 +71,19 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
             spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS_KG, LEAST_INERTIA_KG_M2
             stated = [body.name for body in spec.bodies if body.explicitinertial and impossible(body)]
             spec.compiler.balanceinertia = True
-            spec, model = compiled(spec)
+            spec, model = compiled(spec, radians)
             notes += tuple(f"the inertia of body '{name}', which no body can have, is made a ball's" for name in stated)
         except (ValueError, OSError) as left:
             raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(left).split())}") from error
+    if radians:
+        notes += ("it states no unit of angles; none is over 3.15, and they are read as radians, not as degrees",)
     return _Model(file, work, mujoco, spec, model, notes).converted()
 
 
-def compiled(spec: Any) -> tuple[Any, Any]:
+def compiled(spec: Any, radians: bool) -> tuple[Any, Any]:
     """The specification and its model, in which static bodies and geoms that are only seen are kept, and no mass or
-    inertia is raised to a bound, which says nothing of a body."""
+    inertia is raised to a bound, which says nothing of a body; its angles in ``radians`` whatever its file says."""
+    spec.compiler.degree = spec.compiler.degree and not radians
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
     spec.compiler.boundmass = min(spec.compiler.boundmass, LEAST_MASS_KG)
     spec.compiler.boundinertia = min(spec.compiler.boundinertia, LEAST_INERTIA_KG_M2)

@@ -25,6 +25,8 @@ NAMED = ("body", "joint", "geom", "site", "camera", "light", "mesh", "texture", 
 USERS = {"mesh": ("geom", "mesh"), "texture": ("material", "texture"), "hfield": ("geom", "hfield")}
 """Asset whose file may be missing → the element and the attribute that refer to it."""
 MAX_INCLUDES = 200
+MOST_RAD = 3.15
+"""Largest number of a file's angles from which they are degrees: half a turn, and no part turns by 3°."""
 UNREAD = ("sensor", "keyframe", "custom", "extension", "visual", "statistic")
 """Sections of which nothing is read."""
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
@@ -57,6 +59,21 @@ def mended_document(file: Path, reach: AllowedFolders) -> tuple[bytes, tuple[str
     )
     notes = [note for mend in mends for note in mend(root)]
     return etree.tostring(root), tuple(dict.fromkeys(notes))
+
+
+def is_in_radians(file: Path) -> bool:
+    """Whether a file that states no unit of angles, for which MuJoCo takes degrees, has them in radians, as one does
+    that a program puts into a scene of its own: no angle is over half a turn, and not all ranges are whole numbers.
+    Raises AssetError and ValueError for what cannot be read."""
+    root = inlined(file)
+    if any("angle" in compiler.attrib for compiler in root.iter("compiler")):
+        return False
+    ranges = [str(item.get("range", "")).split() for item in root.iter("joint") if item.get("type") != "slide"]
+    turns = [float(word) for words in ranges for word in words]
+    others = [words[start:] for key, start in (("euler", 0), ("axisangle", 3))
+              for words in (str(item.get(key, "")).split() for item in root.iter(etree.Element))]  # fmt: skip
+    angles = [*turns, *(float(word) for words in others for word in words)]
+    return any(turn % 1.0 for turn in turns) and all(abs(angle) <= MOST_RAD for angle in angles)
 
 
 def inlined(file: Path) -> Element:
