@@ -129,14 +129,18 @@ def test_plausible_masses_stay_and_others_are_supplied(tmp_path: Path) -> None:
         assert {item.mass_source for item in done.links} == {Source.MODEL}, "placeholders, and nothing"
 
 
-@pytest.mark.parametrize(("second", "kept"), [("0.5 0.02 0.6", True), ("0.5 0.02 0.2", False)])
-def test_parts_of_which_one_is_larger_do_not_weigh_the_same(second: str, kept: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("second", "tie", "kept"),
+    [("0.5 0.02 0.6", "", True), ("0.5 0.02 0.2", "", False), ("0.5 0.02 0.2", '<mimic joint="hinge_1"/>', True)],
+    ids=["alike", "larger", "follows"],
+)
+def test_parts_of_which_one_is_larger_do_not_weigh_the_same(second: str, tie: str, kept: bool, tmp_path: Path) -> None:
     """Two doors have the same mass and inertia, the body has its own: of doors of another size nobody weighed them."""
     said = [WEIGHED.format(mass=mass, i=1.0) for mass in (20.0, 2.0, 2.0)]
     shapes = [shape(size) for size in ("0.5 0.4 0.6", "0.5 0.02 0.6", second)]
     parts = [link(f"part_{number}", text + form) for number, (text, form) in enumerate(zip(said, shapes, strict=True))]
-    hinges = [joint(f"hinge_{n}", "revolute", "part_0", f"part_{n}", xyz="0 0.2 0", axis="0 0 1", limit="0 1.5")
-              for n in (1, 2)]  # fmt: skip
+    hinges = [joint(f"hinge_{n}", "revolute", "part_0", f"part_{n}", xyz="0 0.2 0", axis="0 0 1", limit="0 1.5",
+                    more=more) for n, more in ((1, ""), (2, tie))]  # fmt: skip
     done, _ = complete(read(written(tmp_path, robot(*parts, *hinges))), LIGHT)
     assert {item.mass_source is Source.AUTHORED for item in done.links[1:]} == {kept}
 

@@ -1,7 +1,7 @@
 """Whether an asset's lengths are metres already, and which of its authored masses a body of that size can have."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from statistics import median
 
@@ -141,9 +141,10 @@ def is_plate_of_nothing(link: LinkFeatures) -> bool:
     return thickness <= THICKEST_PLATE_M and link.inertial.mass_kg < LEAST_MATERIAL_KG_M3 * link.volume_m3
 
 
-def placeholders(links: Sequence[LinkFeatures]) -> frozenset[str]:
+def placeholders(links: Sequence[LinkFeatures], tied: Collection[str] = ()) -> frozenset[str]:
     """The links that have one and the same mass and inertia though all do, or though one is far larger than another, as
-    exporters write where nothing was weighed. Parts that are alike have it, too: theirs is that of their shape."""
+    exporters write where nothing was weighed. Parts that are alike have it, too: theirs is that of their shape; and
+    ``tied`` ones, which follow another's joint, are made light by their authors."""
     stated = [link for link in links if link.inertial is not None and link.inertial.mass_kg > 0.0 and link.has_geometry]
     groups: dict[tuple[float, ...], list[LinkFeatures]] = {}
     for link in stated:
@@ -151,9 +152,10 @@ def placeholders(links: Sequence[LinkFeatures]) -> frozenset[str]:
             numbers = (link.inertial.mass_kg, *link.inertial.inertia)
             groups.setdefault(tuple(round(number, 9) for number in numbers), []).append(link)
     found = set[str]()
-    for group in groups.values():
+    for every in groups.values():
+        group = every if len(every) == len(stated) else [link for link in every if link.name not in tied]
         volumes = [link.hull_volume_m3 for link in group]
-        unlike = len(group) == len(stated) or max(volumes) > UNLIKE_VOLUMES * min(volumes)
+        unlike = len(group) == len(stated) or max(volumes, default=0.0) > UNLIKE_VOLUMES * min(volumes, default=0.0)
         if len(group) > 1 and unlike and not all(map(has_own_inertia, group)):
             found.update(link.name for link in group)
     return frozenset(found)

@@ -29,8 +29,8 @@ PLAUSIBLE_MASS = Belief(
 
 def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
     """Add how far the masses, centres and inertias of an object are believed."""
-    unweighed = placeholders(features.links)
     tied = {joint.child for joint in features.joints if joint.mimic is not None}
+    unweighed = placeholders(features.links, tied)
     for link in features.links:
         if link.inertial is None:
             continue
