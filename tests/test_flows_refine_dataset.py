@@ -121,7 +121,9 @@ def test_a_killed_run_leaves_no_process(running: subprocess.Popen[str], tmp_path
 
 
 @pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
-def test_three_samples_and_a_missing_one_end_to_end(tmp_path: Path, environment: dict[str, str], mark: str) -> None:
+def test_three_samples_and_a_missing_one_end_to_end(
+    tmp_path: Path, environment: dict[str, str], prefect_server: str, mark: str
+) -> None:
     rows = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
     data = tmp_path / "my data"
     chosen = rows[1:4]
@@ -143,7 +145,10 @@ def test_three_samples_and_a_missing_one_end_to_end(tmp_path: Path, environment:
         "2",
         "--strict",
     ]
-    done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
+    done = subprocess.run(
+        command, cwd=ROOT, env={**environment, "PREFECT_API_URL": prefect_server}, text=True, capture_output=True,
+        timeout=LIMIT_S,
+    )  # fmt: skip
     assert done.returncode == 1, done.stderr
     ids = [row.split(",")[0] for row in chosen]
     assert statuses(out) == {**dict.fromkeys(ids, "ok"), "lost": "failed"}
