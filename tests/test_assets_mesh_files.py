@@ -129,6 +129,21 @@ def test_collada_and_gltf_become_obj_with_their_colour(tmp_path: Path, kind: str
     assert reds and near([float(word) for word in reds[0]], (1.0, 0.0, 0.0), 0.01)
 
 
+def test_a_collada_file_of_two_colours_is_not_darkened(tmp_path: Path) -> None:
+    scene = trimesh.Scene()
+    for place, color in ((0.0, (255, 250, 247, 255)), (5.0, (220, 220, 220, 255))):
+        box = trimesh.creation.box((1, 1, 1))
+        material = trimesh.visual.material.PBRMaterial(baseColorFactor=color)
+        box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((len(box.vertices), 2)), material=material)
+        scene.add_geometry(box.apply_translation((place, 0, 0)))
+    source = laid_out(tmp_path / "in", {})
+    source.mkdir(exist_ok=True)
+    (source / "a.dae").write_bytes(trimesh.exchange.dae.export_collada(list(scene.geometry.values())))
+    places, _ = brought({"a.dae": source / "a.dae"}, source, tmp_path / "out")
+    library = (tmp_path / "out" / places["a.dae"]).with_suffix(".mtl").read_text()
+    assert "map_Kd" in library and "Kd 1.0" in library
+
+
 def read_lines(path: Path) -> list[str]:
     return path.read_text().splitlines()
 

@@ -14,12 +14,12 @@ from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, prior
 from tests.factories import make_joint
 from tests.hand import felt
-from tests.planted_mechanisms import FRESH, HELD, PLANTED, faults, made
+from tests.planted_mechanisms import FRESH, HELD, PLANTED, SELDOM, faults, made
 
 ONE_ENGINE = NO_VIEWS.model_copy(
     update={"engine": NO_VIEWS.engine.model_copy(update={"verify": (Engine.MUJOCO,), "interaction": False})}
 )
-BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD)}
+BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD, *SELDOM)}
 
 
 @pytest.mark.system
@@ -28,6 +28,7 @@ BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD)}
     [
         "gap_microwave", "gap_handle", "suite_door", "suite_leaf", "akb_condiment", "gz_valve",
         "casa_dishwasher", "opd_fridge", "selector", "butterfly", "brake", "porthole", "throttle", "shutter",
+        "breaker_panel", "press", "vise_screw", "bell", "cutter_arm", "revolving",
     ],
 )  # fmt: skip
 def test_a_part_is_what_a_hand_expects_whatever_its_dataset_calls_it(tmp_path: Path, name: str) -> None:

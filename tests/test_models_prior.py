@@ -213,6 +213,31 @@ def test_masses_are_those_of_such_things(information: Json, low: float, high: fl
     assert low <= total_mass(information, ask(information)) <= 1.001 * high
 
 
+@pytest.mark.parametrize(
+    "category", sorted(c for c, s in tables.sizes().items() if not tables.is_built(c) and not s.across_max_m)
+)
+def test_what_no_row_says_how_it_is_built_weighs_no_less_than_the_middle_of_its_kind(category: str) -> None:
+    size = tables.sizes()[category]
+    information = thing(category, size=size.typical_m)
+    information["links"] = [link("body", size=size.typical_m / 2.0)]
+    middle = math.sqrt(size.mass_min_kg * size.mass_max_kg)
+    found = total_mass(information, ask(information))
+    assert 0.99 * middle <= found <= 1.01 * size.mass_max_kg
+
+
+def test_the_casing_of_such_a_thing_is_of_what_it_stands_on_and_its_small_parts_keep_their_own_mass() -> None:
+    assert tables.part_material("FuseBox", "door").material == "steel"
+    assert tables.part_material("Vise", "").material == "steel"
+    assert tables.part_material("StandMixer", "").material == "plastic"
+    assert tables.part_material("Laptop", "screen").material == "plastic" and tables.is_built("Laptop")
+
+
+def test_a_paper_cutter_is_of_no_paper() -> None:
+    found = ask(thing("", size=0.4), "A paper cutter for A4.")
+    assert "paperboard" not in {item["material"] for item in found["links"]}
+    assert "paperboard" in {item["material"] for item in ask(thing("Box", size=0.4), "A paper box.")["links"]}
+
+
 def test_a_stated_mass_is_met() -> None:
     assert total_mass(known.MICROWAVE, ask(known.MICROWAVE, "a microwave of 12.5 kg")) == pytest.approx(12.5, rel=0.01)
 

@@ -55,6 +55,12 @@ def test_what_it_holds_is_said_by_what_bears_or_moves_it() -> None:
     assert "spring" in dict(felt(JOINT | {"holds": False, "stiffness": 2.0}, []))["does not hold"]
 
 
+def test_what_lies_at_its_stop_is_not_said_to_be_held_by_friction() -> None:
+    lid = JOINT | {"friction": 0.1, "lower": 0.0, "upper": 1.57, "initial_position": 1.57}
+    assert "rests at the end" in dict(felt(lid, []))["holds"]
+    assert "0.50 times" in dict(felt(lid | {"initial_position": 0.8}, []))["holds"]
+
+
 @pytest.mark.parametrize("kind", get_args(MechanismName))
 def test_any_mechanism_that_exerts_something_is_said_in_words(kind: str) -> None:
     said = dict(felt(JOINT | {"mechanism": kind, "mechanism_effort": 0.5}, []))["mechanism"]

@@ -73,7 +73,8 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
             across = [edge for edge, share in zip(link.box_m, along, strict=True) if share < max(along)]
             extent = link.box_m[along.index(max(along))] / max(max(across, default=0.0), 1e-9)
             name = held_as(name, category, joint.motion, extent)
-            name = name or shape_name(joint.type, joint.axis, link.box_m, info.size_closed_m, joint.lower, joint.upper)
+            shaped = shape_name(joint.type, joint.axis, link.box_m, info.size_closed_m, joint.lower, joint.upper)
+            name = by_shape(name, shaped, link.label, joint.child, joint.name)
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
 
@@ -83,6 +84,13 @@ def held_as(name: str, category: str, motion: str, extent: float) -> str:
     is how far it reaches along, over how far across."""
     usual = tables.mechanism(name, category, motion) is tables.mechanism(name, "*", motion)
     return "lever" if name == "handle" and usual and motion != "slider" and extent < LEVER_SHARE else name
+
+
+def by_shape(name: str, shaped: str, *called: str) -> str:
+    """The part, ``shaped`` where nothing names it: and a "door" where it hangs upright and is a cover, flap or hatch,
+    which are lids where they lie; ``called`` are its label and names."""
+    upright = name == "lid" and shaped == "door" and not any("lid" in text.lower() for text in called)
+    return shaped if upright or not name else name
 
 
 def shape_name(
@@ -278,6 +286,8 @@ def asked_materials(parts: Sequence[MovablePart], statements: Sequence[Segment])
             if material is None or (token == "steel" and "stainless" in segment.tokens[max(index - 1, 0) : index]):
                 continue
             following = segment.tokens[index + 1 : index + 3]
+            if segment.tokens[index : index + 2] in tables.nouns():  # a paper cutter is of no paper
+                continue
             owner = next((p.name for word in following for p in parts_named(parts, singular(word)) if p.name), "")
             if not (owner and any({word, singular(word)} & tables.part_words().keys() for word in following)):
                 owner = ""

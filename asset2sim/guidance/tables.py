@@ -148,6 +148,9 @@ class Word:
 
 Phrase = tuple[str, ...]
 
+_CASING = ("", "door", "lid")
+"""Parts that are as the object's casing is, where no row says how such an object is built."""
+
 
 @lru_cache
 def sizes() -> dict[str, Size]:
@@ -234,7 +237,20 @@ def part_material(category: str, part: str) -> PartMaterial:
     row of its own (a button, a wheel) is the same on every object, so it goes before the body."""
     table = _part_materials()
     keys = ((category, part), ("*", part), (category, "*"), ("*", "*"))
-    return next(table[key] for key in keys if key in table)
+    row = next(table[key] for key in keys if key in table)
+    if part not in _CASING or is_built(category):
+        return row
+    # No row says how such an object is built: its casing is of what it stands on, unless that is its feet.
+    skin = materials()[sizes()[category].contact]
+    if skin.name == "rubber":
+        return row
+    return PartMaterial(skin.name, row.hollow, row.wall_m * skin.wall_factor)
+
+
+@lru_cache
+def is_built(category: str) -> bool:
+    """Whether rows say how objects of a category are built, as none does of one that is not known."""
+    return category not in sizes() or (category, "*") in _part_materials()
 
 
 @lru_cache

@@ -19,6 +19,8 @@ LONG_M = 10.0
 """Way that is told in metres, m."""
 MANY_TURNS = 10.0
 """Turns from which on angles are told in them."""
+AT_END = 0.01
+"""Distance from the end of a joint's way at which it rests there, rad or m."""
 UNFELT_N = 0.01
 """Force that no hand feels, N: the weight of a gram."""
 
@@ -109,6 +111,10 @@ def _hold(joint: FrameRow) -> list[tuple[str, str]]:
     if joint["holds"]:
         if load < 1e-9 * max(friction, 1e-9) or load == 0.0:
             return [("holds", f"stays where it is put: gravity does not pull it, friction is {number(friction, unit)}")]
+        ends = [end for end in (joint.get("lower"), joint.get("upper")) if end is not None]
+        start = joint.get("initial_position")
+        if load > friction and start is not None and any(abs(start - end) < AT_END for end in ends):
+            return [("holds", f"rests at the end of its way, where gravity presses it by {number(load, unit)}")]
         return [
             ("holds", f"stays where it is put: friction {number(friction, unit)} bears gravity's {number(load, unit)}, "
              f"{number(friction / load, digits=2)} times over")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.guidance.parts import held_as, part_name, shape_name
+from asset2sim.guidance.parts import by_shape, held_as, part_name, shape_name
 from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
@@ -97,15 +97,11 @@ def handling(
 ) -> Handling:
     """The handling of one joint by its part, the object's category and the words about it; no object stands yet."""
     motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
-    named = part_name(carried_label(features, joint), joint.child, joint.name)
-    named = held_as(named, features.category, motion, moved.extent) or shape_name(
-        joint.type,
-        joint.axis_in_root,
-        features.link(joint.child).box_size,
-        features.closed_size,
-        joint.lower,
-        joint.upper,
-    )
+    label = carried_label(features, joint)
+    named = held_as(part_name(label, joint.child, joint.name), features.category, motion, moved.extent)
+    box = features.link(joint.child).box_size
+    shaped = shape_name(joint.type, joint.axis_in_root, box, features.closed_size, joint.lower, joint.upper)
+    named = by_shape(named, shaped, label, joint.child, joint.name)
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
     row = part_effort(named, features.category, motion, moved.length_m, loose=not stays)

@@ -189,6 +189,9 @@ def convert(file: Path, target: Path, place: str) -> str:
     from asset2sim.assets.meshes.load import load_scene
 
     mesh = load_scene(file).to_mesh()
+    paint = getattr(mesh.visual, "material", None)
+    if isinstance(paint, trimesh.visual.material.PBRMaterial) and paint.baseColorTexture and not paint.baseColorFactor:
+        paint.baseColorFactor = (255, 255, 255, 255)  # else trimesh writes a grey that darkens the picture
     text, extras = trimesh.exchange.obj.export_obj(mesh, mtl_name=f"{path.stem}.mtl", return_texture=True)
     (folder / f"{path.stem}.obj").write_text(text, encoding="utf-8")
     for name, data in extras.items():

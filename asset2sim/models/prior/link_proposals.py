@@ -28,6 +28,8 @@ TINY_KG = (3e-4, 1e-2)
 HEAVY, LIGHT = 1.25, 0.75
 """What "heavy" and "lightweight" do to a mass."""
 _TINY = ("button", "key")
+_FRAME = ("", "leg")
+"""Parts that carry what a known total has more than its parts, where no row says how such an object is built."""
 _PLASTICS = ("plastic", "polypropylene", "polyethylene", "pvc")
 _UNCHANGED_MATERIALS = ("electronics", "glass", "rubber")
 """Materials that a word about the whole object does not change: a steel watch keeps its glass."""
@@ -84,7 +86,10 @@ def propose_links(
     factors = {wish.link: HEAVY if wish.heavy else LIGHT for wish in guidance.weights}
     pieces = [p.times(factors[p.link.name]) if p.link.name in factors else p for p in pieces]
     usual = _usual_masses(size, pieces, ratio, scale) if guidance.mass is None else _stated_mass(guidance.mass)
+    if not usual.asked and not tables.is_built(size.category) and sum(p.mass(scale) for p in pieces) < usual.low:
+        pieces = [p if p.part in _FRAME else replace(p, fixed=True) for p in pieces]
     pieces, note, change = _fitted(pieces, scale, usual)
+    pieces = pieces if tables.is_built(size.category) else _filled(pieces, scale, usual.low)
     notes.append(note)
     return tuple(piece.proposal() for piece in pieces), tuple(notes), change
 
@@ -169,7 +174,7 @@ def _stated_mass(wish: AskedMass) -> _MassRange:
 
 def _usual_masses(size: Size, pieces: Sequence[_Piece], ratio: float, scale: float) -> _MassRange:
     """The usual masses of an object ``ratio`` times as long as the typical one, whose body may be of another material
-    than usual."""
+    than usual. Where no row says how such objects are built, the middle is the least: walls alone are too light."""
     least = LEAST_EXPONENT if scale == 1.0 else SHRUNK_EXPONENT
     ends = (ratio**least, ratio**MOST_EXPONENT)
     usual = tables.part_material(size.category, "").material
@@ -180,6 +185,8 @@ def _usual_masses(size: Size, pieces: Sequence[_Piece], ratio: float, scale: flo
         other *= table[body.material].density_kg_m3 * table[body.material].wall_factor
         other /= table[usual].density_kg_m3 * table[usual].wall_factor
     low, high = size.mass_min_kg * min(ends) * other, size.mass_max_kg * max(ends) * other
+    if not tables.is_built(size.category):
+        low = max(low, math.sqrt(size.mass_min_kg * size.mass_max_kg) * ratio**CONTENT_EXPONENT * other)
     return _MassRange(low, high, f"{size.category} of {ratio * size.typical_m:.3g} m")
 
 
@@ -195,6 +202,16 @@ def _fitted(pieces: list[_Piece], scale: float, usual: _MassRange) -> tuple[list
     reached = sum(piece.mass(scale) for piece in fitted)
     change = MassChange(from_kg=_four_digits(total), to_kg=_four_digits(reached), why=bounds, asked=usual.asked)
     return fitted, f"mass: {total:.3g} kg from the parts, brought to {reached:.3g} kg: {bounds}", change
+
+
+def _filled(pieces: Sequence[_Piece], scale: float, least: float) -> list[_Piece]:
+    """The pieces, the largest of the frame with what a ``least`` mass (kg) has more than they have: motor, fittings."""
+    missing = least - sum(piece.mass(scale) for piece in pieces)
+    frame = max((p for p in pieces if p.part in _FRAME), key=lambda piece: piece.link.hull_volume_m3, default=None)
+    if frame is None or missing < 0.01 * least:
+        return list(pieces)
+    inside = Content(name="motor and fittings", mass_kg=missing, at=(0.5, 0.5, 0.4))
+    return [replace(p, contents=(*p.contents, inside)) if p is frame else p for p in pieces]
 
 
 def _four_digits(value: float) -> float:
