@@ -104,7 +104,7 @@ USED: tuple[Column, ...] = (
     ("used", REAL, "1", "Share of the joints tried that a hand opened and closed; null: not asked for, or none to try"),
     ("used_joints", COUNT, "1", "Joints that a hand operates, of which at most eight are tried; null: not asked for"),
     ("used_by", TEXT, "", "What did it: gripper or fingertips, which float, and whether another hand held the object"),
-    ("used_reason", TEXT, "", "Why a joint was not: whose fault, object, hand or task, and what; null for nothing"),
+    ("used_reason", TEXT, "", "Why a joint was not, and whose fault it is; what others did meanwhile; null for none"),
 )
 """Columns of the check ``used`` in the table ``assets``."""
 

@@ -86,6 +86,7 @@ def used(folder: Path) -> StageResult:
     overlay = overlay_of(folder)
     found = use(folder, overlay, HandSettings())
     failed = [item for item in found if not item.done]
+    told = [item for item in found if item.reason]
     asked = [item for item in found if item.fault != "task"]
 
     def said(item: UsedJoint) -> Finding:
@@ -96,6 +97,7 @@ def used(folder: Path) -> StageResult:
         "used": sum(item.done for item in asked) / len(asked) if asked else None,
         "used_joints": sum(not no_task(joint) for joint in overlay.joints),
         "used_by": "; ".join(dict.fromkeys(item.by for item in found if item.done)) or None,
-        "used_reason": "; ".join(f"{item.joint}: {item.fault}: {item.reason}" for item in failed) or None,
+        "used_reason": "; ".join(": ".join(filter(None, (item.joint, item.fault, item.reason))) for item in told)
+        or None,
     }
     return StageResult(further=columns, findings=tuple(said(item) for item in failed if item.fault != "task"))

@@ -12,7 +12,7 @@ from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
 from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Way, cross, frame, holds, motion, way_of
 from asset2sim.gym.hand.poses import Kind
 from asset2sim.gym.hand.recorder import Recorder, blocked, displaced
-from asset2sim.gym.hand.surfaces import is_covered
+from asset2sim.gym.hand.surfaces import is_covered, stands_out, surface
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -25,8 +25,8 @@ PROGRESS = 0.005
 """Share of the way that is progress."""
 ARRIVED = 0.97
 """Share of the way from which the part is where it should be; the hand leads it on to its stop."""
-SATURATED = 0.95
-"""Share of a hand's force from which a part that does not move is too hard to move."""
+RUNS = 1.2
+"""Times the hand's speed from which a part runs away from it, as a door whose seal lets go: it is not pulled on."""
 EASY_STEPS = 20
 """Steps without progress after which it does."""
 COAST, SLOW_S = 0.2, 8.0
@@ -52,21 +52,23 @@ class Stepped(Protocol):
 @dataclass(frozen=True)
 class Led:
     """A way that a hand led a part: the share of it gone while the hand had the part, and when the part rested; by
-    which kind of hold; the largest share of its force that a hand used which did not slip off; how many ``holds`` were
-    tried, and what the guards found; the largest force, N, of a finger or the palm on the object; whether the part is
-    lifted straight ``up``, whether it is ``covered``, so that no hand gets to it, and whether other parts of the object
-    were ``in_the_way`` of the hand."""
+    which kind of hold; what the joint itself ``takes`` where it stood still, over what a hand has at its edge; how
+    many ``holds`` were tried, and what the guards found; the largest force, N, of a finger or the palm on the object;
+    whether the part is lifted straight ``up``, whether it is ``covered``, so that no hand gets to it, and whether other
+    parts of the object were ``in_the_way`` of the hand; how much ``deeper_m`` its way leads than it stands out of
+    these, 0 where a finger could press it far enough."""
 
     reached: float
     rested: float
     kind: Kind | None
-    effort: float
+    takes: float
     holds: int
     guards: Guards | None
     contact_n: float
     up: bool
     covered: bool = False
     in_the_way: bool = False
+    deeper_m: float = 0.0
 
 
 def lead(
@@ -79,7 +81,7 @@ def lead(
     root = int(world.model.body(world.prefix + world.about.root).id)
     recorder = Recorder(world, joint, way.bodies, root, states=states)
     recorder.sample()
-    reached, effort, tried, in_the_way = 0.0, 0.0, 0, False
+    reached, takes, tried, in_the_way, deeper_m = 0.0, math.inf, 0, False, 0.0
     kind: Kind | None = None
     avoid: list[Array] = []
     for _ in range(world.settings.tries):
@@ -89,27 +91,31 @@ def lead(
             break
         tried += 1
         avoid.append(found[0].pose[:3, 3])
-        share, force, stopped = taken(recorder, way, found[0], whole)
-        effort = max(effort, force)
+        share, resists, stopped = taken(recorder, way, found[0], whole)
+        takes = min(takes, resists / strength(world, way, found[0].kind))
         if share > reached or not kind:
             in_the_way = stopped
         if share > reached:
             reached, kind = share, found[0].kind
         if not np.isfinite(world.data.qpos).all():
-            return Led(reached, reached, kind, effort, tried, None, recorder.most_n, up)
+            return Led(reached, reached, kind, takes, tried, None, recorder.most_n, up)
         if reached >= ARRIVED or abs(world.position(joint.name) - target) < (1.0 - ARRIVED) * abs(whole):
             break
         if displaced(recorder) or (stopped and (tried > 1 or joint.stiffness > 0.0)):
             break
     rested = 1.0 - (target - world.position(joint.name)) / whole
     covered = not tried and is_covered(world, way.bodies)
+    if in_the_way and way.slides:
+        out_m = stands_out(world, way.bodies, way.sign * way.axis)
+        if out_m < abs(target - world.position(joint.name)) - (1.0 - world.settings.open_share) * abs(whole):
+            deeper_m = abs(target - world.position(joint.name)) - out_m
     guards = recorder.guards(target)
-    return Led(reached, rested, kind, effort, tried, guards, recorder.most_n, up, covered, in_the_way)
+    return Led(reached, rested, kind, takes, tried, guards, recorder.most_n, up, covered, in_the_way, deeper_m)
 
 
 def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float, float, bool]:
-    """Share of the ``whole`` way that is gone while the hand has the part by this hold, the largest share of its force
-    that did not slip, and whether other parts stopped it. The hand is out of the way afterwards."""
+    """Share of the ``whole`` way that is gone while the hand has the part by this hold, what the joint itself took,
+    N·m or N, and whether other parts stopped it. The hand is out of the way afterwards."""
     world, settings = recorder.world, recorder.world.settings
     pose = frame(world.data, hold.body) @ hold.pose
     before = pose.copy()
@@ -126,7 +132,7 @@ def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float
         local = local.copy()
         local[:3, 3] += hold.into
     start = recorder.rows[0][0]
-    share, force, stopped = follow(recorder, way, hold, local, lambda position: (position - start) / whole)
+    share, takes, stopped = follow(recorder, way, hold, local, lambda position: (position - start) / whole)
     wait(recorder, PAUSE_S)
     share = max(share, (world.position(way.joint) - start) / whole)
     world.grip = max(hold.half_open_m, world.settings.opening_m / 2.0 * world.scale if hold.kind == "grasp" else 0.0)
@@ -149,17 +155,17 @@ def taken(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float
     world.put(world.data, parked, 0.0)
     world.target, world.speed, world.grip = parked, np.zeros(6), 0.0
     wait(recorder, REST_S)
-    return share, force, stopped
+    return share, takes, stopped
 
 
 def follow(
     recorder: Recorder, way: Way, hold: Hold, local: Array, gone: Callable[[float], float]
 ) -> tuple[float, float, bool]:
-    """Lead the part along its measured motion until it is there or stalls: the share gone, the largest share of the
-    hand's force while it stalled, 0 where that slipped or only rubbed, and whether other parts stopped the hand."""
+    """Lead the part along its measured motion until it is there or stalls: the share gone, what the joint itself took
+    where it stood still, N·m or N, and whether other parts stopped the hand."""
     world, settings, body = recorder.world, recorder.world.settings, hold.body
     data, number = world.data, world.joint(way.joint)
-    lever = 1.0
+    dof, lever = int(world.model.jnt_dofadr[number]), 1.0
     if not way.slides:
         lever = max(float(np.linalg.norm(way.velocity((frame(data, body) @ local)[None, :3, 3])[0])), 0.004)
     rate = settings.speed_m_s / lever if way.slides else min(settings.turn_rad_s, settings.speed_m_s / lever)
@@ -167,18 +173,21 @@ def follow(
     sprung = recorder.joint.stiffness > 0.0
     if hold.kind != "grasp" and not sprung:
         rate = min(rate, stopping(world, number, COAST * abs(way.target - way.start), rate))
+    brisk = max(rate, settings.speed_m_s / lever)
     ahead = settings.lead_m / lever if way.slides else max(settings.lead_m / lever, 0.05)
     if hold.kind == "rub":
         ahead = RUB_M / 2.0 / lever
-    reference, best, idle, slipped = world.position(way.joint), gone(world.position(way.joint)), 0, False
-    stuck = False
-    most, effort, dt = abs(way.target - way.start) / rate + 4.0, 0.0, settings.timestep_s
+    reference, best, idle, stuck = world.position(way.joint), gone(world.position(way.joint)), 0, False
+    most, takes, dt = abs(way.target - way.start) / rate + 4.0, 0.0, settings.timestep_s
     free = not world.model.jnt_limited[number]
     end = way.target + way.sign * (min(ahead, PAST * abs(way.target - way.start)) if free else ahead)
     world.force = GENTLE
     for _ in range(world.steps(most)):
         position = world.position(way.joint)
-        reference = way.sign * min(way.sign * reference + rate * dt, way.sign * position + ahead, way.sign * end)
+        if not sprung and way.sign * float(data.qvel[dof]) > RUNS * rate:
+            reference = way.sign * min(way.sign * reference, way.sign * position)
+        pace = brisk if way.sign * (position - reference) > 0.0 else rate  # after what has run ahead
+        reference = way.sign * min(way.sign * reference + pace * dt, way.sign * position + ahead, way.sign * end)
         axis, anchor = data.xaxis[number], data.xanchor[number]
         held = frame(data, body) @ local
         world.target = motion(way.slides, axis, anchor, reference - position) @ held
@@ -195,20 +204,36 @@ def follow(
             stuck = sprung and idle > EASY_STEPS and blocked(recorder)  # no hand presses harder on what does not give
             if idle > EASY_STEPS and (share if sprung else best) < ARRIVED and not stuck:
                 world.force = min(world.force * HARDER, 1.0)
-            pulls = data.xfrc_applied[world.body, :3]
-            effort = max(effort, math.sqrt(pulls @ pulls) / world.most_n)
+            takes = max(takes, resistance(world, way))
         stalled = idle > world.steps(settings.stalled_s) + EASY_STEPS and (world.force >= 1.0 or stuck)
         if not math.isfinite(share) or stalled or (share >= ARRIVED and idle > EASY_STEPS) or displaced(recorder):
             break
         off = data.xpos[world.body] - (frame(data, body) @ local)[:3, 3]
         if math.sqrt(off @ off) > 0.05 * world.scale + settings.lead_m:
-            slipped = True
             break
     world.speed, world.force = np.zeros(6), 1.0
     share = gone(world.position(way.joint))
-    firm = not slipped and hold.kind != "rub"  # which uses most of the force to press
     # What a spring brings back is where the hand holds it: a blow takes a key further than a finger does.
-    return share if sprung else max(best, share), effort if firm else 0.0, share < ARRIVED and blocked(recorder)
+    return share if sprung else max(best, share), takes, share < ARRIVED and blocked(recorder)
+
+
+def strength(world: HandWorld, way: Way, kind: Kind) -> float:
+    """The most that a hand has on a joint by a kind of hold, N·m or N: at the edge of its part, and about the wrist."""
+    lever = np.linalg.norm(way.velocity(surface(world, way.bodies)[0]), axis=1).max()
+    twist = world.settings.torque_n_m if kind == "grasp" and not way.slides else 0.0
+    return world.most_n * float(lever) + twist
+
+
+def resistance(world: HandWorld, way: Way) -> float:
+    """The effort that a joint, and those that follow it, take on the way where they stand still, N·m or N: by friction,
+    springs and other mechanisms, and weight."""
+    model, data, found = world.model, world.data, 0.0
+    followers = {one.name: one.mimic[1] for one in world.about.joints if one.mimic and one.mimic[0] == way.joint}
+    for name, times in {way.joint: 1.0, **followers}.items():
+        dof = int(model.jnt_dofadr[world.joint(name)])
+        helps = data.qfrc_passive[dof] + data.qfrc_applied[dof] - data.qfrc_bias[dof]
+        found += abs(times) * float(model.dof_frictionloss[dof]) - way.sign * times * float(helps)
+    return found
 
 
 def stopping(world: HandWorld, number: int, most: float, rate: float) -> float:

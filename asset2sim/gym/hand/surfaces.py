@@ -1,5 +1,7 @@
 """Places on the collision shapes of a part, and how thick it is there."""
 
+import math
+
 import mujoco
 import numpy as np
 import trimesh
@@ -14,6 +16,8 @@ ROOM_M = 0.004
 """Room beside each open finger, m."""
 OFF_M, REACH_M = 0.0005, 1.0
 """Distance of a finger from what it will push, and length of the arm behind a hand, m."""
+FRONT, SKIP_M = 0.6, 1e-6
+"""Least cosine between a part's way and the inner normal of its front, and step past a shape that is its own, m."""
 
 
 def surface(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
@@ -117,3 +121,27 @@ def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
         0.0 <= mujoco.mj_ray(world.model, world.data, place, out, None, 1, world.body, geom) < REACH_M
         for place, out in zip(points + OFF_M * normals, directions, strict=True)
     )
+
+
+def stands_out(world: HandWorld, bodies: frozenset[int], ahead: Array) -> float:
+    """How far a part stands out of the object's other collision shapes, m: the way along ``ahead``, (3,), from its
+    front to the first of these shapes, at the place where that is longest; infinite where none is there."""
+    points, normals, _ = surface(world, bodies)
+    shapes = shapes_of(world.model, frozenset(range(world.model.nbody)) - bodies)
+    others = {geom for geom in shapes if world.object_geoms[geom]}
+    fronts = points[normals @ ahead < -FRONT]
+    return max((free_m(world, others, place - OFF_M * ahead, ahead) for place in fronts), default=math.inf) - OFF_M
+
+
+def free_m(world: HandWorld, others: set[int], place: Array, ahead: Array) -> float:
+    """Length of the way from a place to the first of these shapes, m; infinite where none is there."""
+    gone, geom = 0.0, np.array([-1], dtype=np.int32)
+    while gone < REACH_M:
+        distance = mujoco.mj_ray(world.model, world.data, place + gone * ahead, ahead, None, 1, world.body, geom)
+        if distance < 0.0:
+            break
+        gone += float(distance)
+        if int(geom[0]) in others:
+            return gone
+        gone += SKIP_M
+    return math.inf

@@ -1,7 +1,7 @@
 """The check ``used``: a hand opens and closes every part that a hand operates, honestly, or says whose fault it is."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.operate import SATURATED, Led, lead
+from asset2sim.gym.hand.operate import Led, lead
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import HandSettings
 from schemas.learning_settings import GuardSettings
@@ -29,8 +29,8 @@ RETURNED = 0.25
 
 @dataclass(frozen=True)
 class UsedJoint:
-    """One joint's use: whether it was opened and closed, by what, and else whose ``fault`` it is and why; the first
-    way's and the second's record."""
+    """One joint's use: whether it was opened and closed, by what, and else whose ``fault`` it is and why; what other
+    joints did meanwhile; the first way's and the second's record."""
 
     joint: str
     done: bool
@@ -100,6 +100,8 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
     for number, (held, scale, others) in enumerate(tries):
         if others and best is not None and best.fault == "object" and not best.ways[-1].covered:
             break
+        if best is not None and best.ways and best.ways[-1].deeper_m > 0.0:
+            break  # however small the tool
         if number > 1 and best is not None and joint.stiffness > 0.0 and best.ways[-1].in_the_way:
             break  # a key that goes deeper than what is around it, for both tools
         world = worlds.get(scale, held)
@@ -122,7 +124,7 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
     """The joint led to one end and back to the other: from nearer closed it is opened first."""
     low, high = ends(joint, world.settings)
     world.most_n = hand_force(joint, world.settings)
-    here = world.position(joint.name)
+    here, before = world.position(joint.name), {one.name: world.position(one.name) for one in world.about.joints}
     first, second = (high, low) if abs(here - low) <= abs(here - high) else (low, high)
     about = next(item for item in world.about.joints if item.name == joint.name)
     near = None if about.pull is None else np.array(about.pull)
@@ -141,8 +143,22 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
         fault, reason = fault_of(led, joint, target == low, world.settings)
         if fault:
             verb = "shut" if target == low else "opened"
-            return UsedJoint(joint.name, False, by, fault, f"not {verb}: {reason}", tuple(ways))
-    return UsedJoint(joint.name, True, by, ways=tuple(ways))
+            said = "; ".join(filter(None, (f"not {verb}: {reason}", meanwhile(world, joint.name, before))))
+            return UsedJoint(joint.name, False, by, fault, said, tuple(ways))
+    return UsedJoint(joint.name, True, by, reason=meanwhile(world, joint.name, before), ways=tuple(ways))
+
+
+def meanwhile(world: HandWorld, joint: str, before: Mapping[str, float]) -> str:
+    """What other joints than the one used, and those that follow it, did since they were ``before``, rad or m: which
+    rest further away than ``RETURNED`` of their range; empty where none does."""
+    follow, said = world.about.followed({joint: 0.0}), list[str]()
+    for one in world.about.joints:
+        if one.name in follow or one.lower is None or one.upper is None or one.upper <= one.lower:
+            continue
+        share = abs(world.position(one.name) - before[one.name]) / (one.upper - one.lower)
+        if share > RETURNED and (one.mimic is None or one.mimic[0] not in follow):
+            said.append(f"meanwhile '{one.name}' goes {share:.0%} of its range")
+    return "; ".join(said)
 
 
 def ends(joint: JointPhysics, settings: HandSettings) -> tuple[float, float]:
@@ -166,10 +182,12 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
     falls = (shut or not joint.holds) and not guards.moved_untouched  # a bail led over its top, a lid that drops
     done = led.reached >= enough or (falls and led.rested >= enough)
     limits, most = GuardSettings(), 1.0 if done else YIELDS
+    most_n = hand_force(joint, settings)
     went, rests = f"it went {led.reached:.0%} of its way", f"{led.rested:.0%} of its way"
-    too_hard = led.effort > SATURATED
+    deeper = f"it goes {led.deeper_m * 1e3:.1f} mm deeper than it stands out of what is around it"
     sprung_away = joint.stiffness > 0.0 and RETURNED < led.rested < enough - LEFT
     faults = (
+        (led.deeper_m > 0.0 and not done, "object", f"{deeper}; {went}"),
         (guards.tilted_rad > most * limits.tilt_rad, "object", f"it tips by {math.degrees(guards.tilted_rad):.0f}°"),
         (guards.lifted_m > most * limits.lift_m, "object", f"it is lifted by {guards.lifted_m * 100.0:.0f} cm"),
         (guards.travelled_m > most * limits.travel_m, "object", f"it is shoved by {guards.travelled_m * 100.0:.0f} cm"),
@@ -177,10 +195,10 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
         (led.contact_n > settings.grip_n + settings.most_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
         (led.covered and not done, "object", "it lies inside its other parts, where no hand gets to it"),
         (not led.holds and not done, "hand", "no hold was found at which a hand has room"),
+        (not done and led.takes > 1.0, "object", f"it takes {led.takes:.1f} times a hand's {most_n:g} N; {went}"),
         (not done and led.in_the_way, "hand", f"other parts stop it; {went}"),
-        (not done and too_hard, "object", f"it takes more than {hand_force(joint, settings):g} N; {went}"),
-        (not done, "hand", f"it slipped off; {went}"),
-        (stays and guards.moved_untouched, "object", f"it goes {guards.untouched_share:.0%} of its way untouched"),
+        (not done, "hand", f"it slipped off or stuck; {went}"),
+        (stays and guards.moved_untouched, "hand", f"it runs ahead for {guards.untouched_share:.0%} of its way"),
         (stays and led.rested < enough - LEFT, "object", f"left alone, it rests at {rests}"),
         (sprung_away, "object", f"its spring leaves it at {rests}"),
     )
