@@ -149,8 +149,8 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
 
 
 def meanwhile(world: HandWorld, joint: str, before: Mapping[str, float]) -> str:
-    """What other joints than the one used, and those that follow it, did since they were ``before``, rad or m: which
-    rest further away than ``RETURNED`` of their range; empty where none does."""
+    """The other joints than the one used, and those that follow it, in words: those that rest more than ``RETURNED`` of
+    their range away from where they were ``before``, rad or m; empty where none does."""
     follow, said = world.about.followed({joint: 0.0}), list[str]()
     for one in world.about.joints:
         if one.name in follow or one.lower is None or one.upper is None or one.upper <= one.lower:
