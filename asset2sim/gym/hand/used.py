@@ -149,14 +149,14 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
 
 
 def meanwhile(world: HandWorld, joint: str, before: Mapping[str, float]) -> str:
-    """The other joints than the one used, and those that follow it, in words: those that rest more than ``RETURNED`` of
+    """The other joints than the one used, and those that follow it, in words: those that rest more than ``LEFT`` of
     their range away from where they were ``before``, rad or m; empty where none does."""
     follow, said = world.about.followed({joint: 0.0}), list[str]()
     for one in world.about.joints:
         if one.name in follow or one.lower is None or one.upper is None or one.upper <= one.lower:
             continue
         share = abs(world.position(one.name) - before[one.name]) / (one.upper - one.lower)
-        if share > RETURNED and (one.mimic is None or one.mimic[0] not in follow):
+        if share > LEFT and (one.mimic is None or one.mimic[0] not in follow):
             said.append(f"meanwhile '{one.name}' goes {share:.0%} of its range")
     return "; ".join(said)
 
