@@ -30,7 +30,7 @@ class CriticEnv(gymnasium.Wrapper[Seen, Action, Seen, Action]):
     def __init__(self, env: ObjectEnv) -> None:
         super().__init__(env)
         self.one = env
-        self.observation_space = with_object_space(env.observation_space)  # type: ignore[arg-type]
+        self.observation_space = with_object_space(env.observation_space)  # type: ignore[arg-type, assignment]
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode, as ``ObjectEnv`` does."""
@@ -56,7 +56,7 @@ def of_object(moved: Array, spin: Array, speed: Array, bounds: GuardSettings) ->
     shares = moved / (bounds.tilt_rad, bounds.lift_m, bounds.travel_m)
     # A world that has diverged has no numbers; its episode is over.
     found = np.clip(np.nan_to_num(np.concatenate([shares, spin, speed], axis=-1)), -MOST, MOST)
-    return found.astype(np.float32)
+    return np.asarray(found, dtype=np.float32)
 
 
 def with_object_space(space: spaces.Box) -> spaces.Box:
