@@ -132,6 +132,19 @@ def test_a_spring_stays_with_its_rest(tmp_path: Path) -> None:
     assert of(done(item, asked), "door_hinge").stiffness == 0.0, "the user asks it to stand open"
 
 
+def test_a_spring_that_is_kept_asks_no_more_of_its_part_than_it_gives(tmp_path: Path) -> None:
+    # Believed by its force at the end of the range, it gives none at the start where it is relaxed, as a latch's does.
+    def least(door: str, keep_terms: bool = True) -> tuple[float, float, str]:
+        hinge = of(done(cabinet(tmp_path / "a", door), keep_terms=keep_terms), "door_hinge")
+        assert hinge.effort_range is not None
+        return hinge.stiffness, hinge.effort_range.least_n, hinge.effort_range.source
+
+    relaxed = 'damping="0.5" spring_stiffness="2.0"'
+    stiffness, asked, source = least(relaxed)
+    assert (stiffness, asked) == (2.0, 0.0) and source.endswith("as light as stated")
+    assert least(relaxed, keep_terms=False)[1] > 0.0, "a spring of the program's own is made to be felt"
+
+
 def test_a_spring_stiffer_than_its_part_bears_alone_has_an_armature(tmp_path: Path) -> None:
     for drawer_kg, armature in ((1.5, False), (0.121, True)):
         item = cabinet(tmp_path / "a", drawer='spring_stiffness="110"', drawer_kg=drawer_kg)

@@ -147,8 +147,9 @@ def stays_put(part: str, category: str, joint: JointFeatures, proposal: JointPro
     return mechanism(part, category, MOTIONS.get(joint.type, "hinge")).kind in STAYS
 
 
-def as_the_user_states(kind: Handling) -> Handling:
-    """The handling of a part whose user states damping, friction or spring: as light as that."""
+def as_light_as_stated(kind: Handling) -> Handling:
+    """The handling of a part whose user states damping, friction or spring, or whose file states a spring that is
+    kept: as light as that."""
     stated = kind.range.model_copy(update={"least_n": 0.0, "source": f"{kind.range.source}; as light as stated"})
     return replace(kind, range=stated)
 

@@ -11,7 +11,7 @@ from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import (
     Handling,
-    as_the_user_states,
+    as_light_as_stated,
     bounded_press,
     felt_press,
     is_sprung,
@@ -127,17 +127,17 @@ def one_joint(
     start, handled = inputs.starts[name], inputs.handled[name]
     proposal = inputs.proposals.get(name) or omitted(name, notes)
     holds = not start.hangs and must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
-    by_user = f"{name}.dynamics" in inputs.asked
+    by_user, own = f"{name}.dynamics" in inputs.asked, name in inputs.sprung
     handled = (
-        as_the_user_states(handled)
-        if by_user
+        as_light_as_stated(handled)
+        if by_user or own
         else caught_where_it_drops(handled, start.range, mechanics.pull, settings)
     )
     kind = standing_part(handled) if mechanics.bears_most else handled
     held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
     rest = spring_rest(proposal, start, inputs.scale)
     moved = joint_load(start, mechanics, rest, held_by.friction, handled.lever)
-    by, own = Source.USER if by_user else inputs.source, name in inputs.sprung
+    by = Source.USER if by_user else inputs.source
     terms = felt_terms(proposal, moved, start, handled, holds, by, settings, notes, own)
     stiffness, reference = terms.stiffness, terms.spring_reference
     bias = held_by.balance.strut or mechanism_bias(start, handled, held_by.friction, settings)
