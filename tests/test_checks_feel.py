@@ -86,6 +86,24 @@ def test_a_part_of_no_listed_object_takes_what_a_hand_feels(
     assert not effort_verdict([half], made, "any").passed
 
 
+def test_a_spring_relaxed_within_the_range_is_felt_at_its_end(tmp_path: Path) -> None:
+    # 0.5 N·m/rad over 1 rad at 0.1 m: 5 N at the end, none at the start; at 0.2 m 2.5 N.
+    _, overlay = thing(tmp_path, "visor", '<box size="0.2 0.1 0.002"/>', "revolute", TURNS, "-1 1")
+    (made,) = overlay.joints
+    assert made.effort_range is not None
+    asked = made.effort_range.model_copy(update={"least_n": 4.0, "most_n": 22.0})
+    spring = {"stiffness": 0.5, "spring_reference": 0.0, "holds": False, "effort_range": asked}
+    lever = made.model_copy(update=spring)
+    record = {"joint": "visor", "effort": 0.001, "tips_at_n": None, "slides_at_n": None}
+    near, far = (
+        [Effort.model_validate({**record, "way": way, "lever_m": reach}) for way in ("opening", "closing")]
+        for reach in (0.1, 0.2)
+    )
+    assert effort_verdict(near, lever, "any").passed and not effort_verdict(far, lever, "any").passed
+    at_a_stop = lever.model_copy(update={"lower": 0.0})
+    assert not effort_verdict(near, at_a_stop, "any").passed, "one that can be preloaded is felt where it starts"
+
+
 def test_a_light_button_keeps_its_spring_and_its_urdf_has_one_that_plain_use_bears(tmp_path: Path) -> None:
     urdf, overlay = thing(tmp_path, "button", DISC, "prismatic", PRESSED, "0 0.001")
     (made,) = overlay.joints

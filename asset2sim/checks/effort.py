@@ -21,6 +21,9 @@ from schemas.support import SupportKind
 from schemas.verdict import CheckVerdict
 from schemas.vocabulary import FailureMode
 
+CENTRED_SHARE = 0.05
+"""Least share of a joint's range that is left beyond where its spring is relaxed, for the part to turn both ways."""
+
 
 def measure(rig: Rig) -> dict[str, object]:
     """The least efforts of every joint with the root held, or as it stands where its part is on the floor, and what
@@ -131,14 +134,17 @@ def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresho
 
 def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> CheckVerdict:
     """A part must move by a hand's force at its edge, within the range for its kind, before the object tips or slides;
-    by no more whichever way it is moved, and by no less the harder way, or against its spring."""
+    by no more whichever way it is moved, and by no less the harder way, or against its spring: where that is relaxed
+    within the range, it has no force at the start, and is felt at the end."""
     worst = max(
         (effort_one_way(item, joint, engine) for item in items), key=lambda found: (not found.passed, found.value)
     )
     resisted = [item for item in items if joint.stiffness <= 0.0 or joint.holds or pressed(item, joint)]
     hardest = max(resisted, key=lambda item: item.force_n, default=None)
     asked = joint.effort_range
-    if not worst.passed or hardest is None or asked is None or hardest.force_n >= asked.least_n:
+    if not worst.passed or hardest is None or asked is None:
+        return worst
+    if max(hardest.force_n, centred_force(hardest, joint)) >= asked.least_n:
         return worst
     said = f"{taken(hardest, engine)}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
     force, advice = hardest.force_n, stronger(joint)
@@ -186,6 +192,16 @@ def pressed(item: Effort, joint: JointPhysics) -> bool:
     return joint.stiffness > 0.0 and (joint.spring_reference < joint.initial_position) == (
         opening is (item.way == "opening")
     )
+
+
+def centred_force(item: Effort, joint: JointPhysics) -> float:
+    """The force at the part's edge, N, of a spring that is relaxed within the joint's range, at the range's farther
+    end; 0 without one."""
+    rest = joint.spring_reference
+    if joint.stiffness <= 0.0 or joint.holds or joint.lower is None or joint.upper is None:
+        return 0.0
+    nearer, farther = sorted((rest - joint.lower, joint.upper - rest))
+    return joint.stiffness * farther / item.lever_m if nearer > CENTRED_SHARE * (joint.upper - joint.lower) else 0.0
 
 
 CHECK = DeclaredCheck(
