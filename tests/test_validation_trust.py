@@ -42,7 +42,7 @@ def inertial(mass: float, size: tuple[float, float, float], factor: float = 1.0,
 
 def cabinet(
     folder: Path, door: str = "", drawer: str = "", *, weighed: bool = True, door_kg: float = 3.0,
-    drawer_kg: float = 1.5, factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False,
+    drawer_kg: float = 1.5, factor: float = 1.0, at: str = "0 0.24 0", helper: bool = False, ballast: str = "",
     keep: tuple[str, ...] | None = None,
 ) -> Extraction:  # fmt: skip
     """A cabinet of 20 kg with a door on an upright hinge and a drawer, and what its file says of their joints."""
@@ -57,7 +57,7 @@ def cabinet(
     parts = [link(name, text + form) for name, text, form in zip(names, texts, shapes, strict=True)]
     below = "body"
     if helper:
-        parts += [link("hinge_frame"), joint("frame", "fixed", "body", "hinge_frame")]
+        parts += [link("hinge_frame", ballast), joint("frame", "fixed", "body", "hinge_frame")]
         below = "hinge_frame"
     parts.append(joint("door_hinge", "revolute", below, "door", xyz="0.212 -0.24 -0.15", axis="0 0 -1", limit="0 1.5",
                        more=f"<dynamics {door}/>"))  # fmt: skip
@@ -184,6 +184,29 @@ def test_a_believed_mass_stays_within_the_stated_factor(helper: bool, tmp_path: 
     written_kg = {own.name: own.mass_kg for own in done(item).links}
     for name, mass in stated.items():
         assert mass / MASS_FACTOR <= written_kg[name] <= mass * MASS_FACTOR, "a frame without a shape takes hardly any"
+
+
+@pytest.mark.parametrize(
+    ("ballast", "trust"),
+    [
+        (inertial(1.3, (0.2, 0.2, 0.2)), Trust.PLAUSIBLE),
+        (inertial(1.3, (0.2, 0.2, 0.2), at="0 0 2"), Trust.DOUBTFUL),
+        (inertial(1.3, (9.0, 9.0, 9.0)), Trust.DOUBTFUL),
+        (inertial(30.0, (0.2, 0.2, 0.2)), Trust.DOUBTFUL),
+        ('<inertial><mass value="1.3"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>',
+         Trust.DOUBTFUL),
+    ],
+)  # fmt: skip
+def test_a_mass_without_a_shape_is_believed_beside_what_it_is_joined_to(
+    ballast: str, trust: Trust, tmp_path: Path
+) -> None:
+    written_as = done(cabinet(tmp_path / "a", helper=True, ballast=ballast))
+    masses = {own.name: own.mass_kg for own in written_as.links}
+    assert trusts(written_as, Quantity.MASS)["hinge_frame"] is trust
+    if trust is Trust.PLAUSIBLE:
+        assert masses == {"body": 20.0, "door": 3.0, "drawer": 1.5, "hinge_frame": 1.3}
+    else:
+        assert masses["hinge_frame"] < 0.3, "it takes hardly any of another's"
 
 
 def stack(folder: Path, first: str, second: str) -> dict[str, Trust]:

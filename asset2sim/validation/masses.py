@@ -14,7 +14,7 @@ from asset2sim.physics.kinematics import link_to_root, transform, tree_of
 from asset2sim.physics.mass_matrix import JointSpace
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from schemas.errors import AssetError
-from schemas.features import Features, LinkFeatures
+from schemas.features import Features, LinkFeatures, LinkInertial
 from schemas.finding import Notes
 from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
@@ -46,8 +46,9 @@ def link_masses(
     theirs: Collection[str] = (),
     kept: Mapping[str, Collection[Quantity]] = MappingProxyType({}),
 ) -> dict[str, LinkMass]:
-    """Mass properties of every link; links without geometry take a share of their neighbour's. ``theirs`` names the
-    links whose proposed masses are the user's; ``kept`` what of the file goes before a proposal, by link."""
+    """Mass properties of every link; links without geometry take a share of their neighbour's, where the mass of their
+    file is not ``kept`` or masses are the user's. ``theirs`` names the links whose proposed masses are the user's;
+    ``kept`` what of the file goes before a proposal, by link."""
     solid = [link for link in features.links if link.has_geometry]
     at_rest = link_to_root(tree_of(features.joints), features.root, {})
     masses = {
@@ -65,7 +66,9 @@ def link_masses(
         for link in solid
     }
     for link in features.links:
-        if not link.has_geometry:
+        if not link.has_geometry and link.inertial and Quantity.MASS in kept.get(link.name, ()) and not theirs:
+            masses |= {link.name: lump(link.name, link.inertial, scale)}
+        elif not link.has_geometry:
             masses = share_mass(link, masses, features, scale, settings, notes)
     masses = bound_ratio(masses, features, scale, settings, notes)
     return {link.name: finished(masses[link.name], settings, notes) for link in features.links}
@@ -183,6 +186,13 @@ def bound_ratio(
             item = replace(raised, rule=MassRule.BOUNDED, inertia_source=Source.RULE)
         bounded[name] = item
     return bounded
+
+
+def lump(name: str, stated: LinkInertial, scale: float) -> LinkMass:
+    """Mass properties of a link without geometry as its file states them."""
+    com, inertia = scale * np.asarray(stated.com), scale**2 * tensor_of(stated.inertia)
+    of_file = (stated.mass_kg, Source.AUTHORED, com, Source.AUTHORED, inertia, Source.AUTHORED)
+    return LinkMass(name, NOTHING_BUILT, MassRule.STATED, *of_file)
 
 
 def share_mass(

@@ -27,12 +27,24 @@ PLAUSIBLE_MASS = Belief(
 )
 
 
+LUMP = Belief(
+    trust=Trust.PLAUSIBLE,
+    reason="it has no geometry, is no heavier than a part that it is joined to, and lies within the object",
+)
+
+
 def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
     """Add how far the masses, centres and inertias of an object are believed."""
     tied = {joint.child for joint in features.joints if joint.mimic is not None}
     unweighed = placeholders(features.links, tied)
-    for link in features.links:
+    # Links without geometry last: they are believed beside others.
+    for link in sorted(features.links, key=lambda link: not link.has_geometry):
         if link.inertial is None:
+            continue
+        if not link.has_geometry:
+            lump = judged_lump(link.inertial, heaviest_neighbour(link.name, opinion, features), features)
+            for quantity in (Quantity.MASS, Quantity.CENTRE, Quantity.INERTIA):
+                opinion.add(quantity, link.name, lump)
             continue
         least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
         belief = judged_mass(link, link.inertial, link.name not in unweighed, least)
@@ -54,7 +66,7 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: 
         return impossible("no body is without mass")
     density = authored_density(link)
     if density is None:
-        return doubtful("it has no geometry that could weigh this")
+        return doubtful("its geometry has no volume that could weigh this")
     if not weighed:
         return doubtful("unlike links have the same mass and inertia, as exporters write where nothing was weighed")
     if not least <= density <= MOST_DENSITY_KG_M3:
@@ -62,6 +74,29 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: 
     if least > 0.0 and is_plate_of_nothing(link):
         return doubtful(f"its plates would be of a material of less than {LEAST_MATERIAL_KG_M3:g} kg/m³")
     return PLAUSIBLE_MASS
+
+
+def heaviest_neighbour(name: str, opinion: Opinion, features: Features) -> float:
+    """Largest stated mass, kg, that is believed of a link joined to this one; 0 where none is."""
+    pairs = [(joint.parent, joint.child) for joint in features.joints]
+    near = {one for pair in pairs if name in pair for one in pair} - {name}
+    stated = {link.name: link.inertial for link in features.links if link.name in near}
+    believed = (own.mass_kg for link, own in stated.items() if own and Quantity.MASS in opinion.kept(link))
+    return max(believed, default=0.0)
+
+
+def judged_lump(stated: LinkInertial, beside_kg: float, features: Features) -> Belief:
+    """Belief in mass, centre and inertia of a link without geometry, all or none of them: by those that it is joined
+    to, ``beside_kg`` at most, and by the object's size."""
+    if stated.mass_kg <= 0.0:
+        return impossible("no body is without mass")
+    if stated.mass_kg > beside_kg:
+        return doubtful("it has no geometry that could weigh this")
+    moments, reach = np.linalg.eigvalsh(tensor_of(stated.inertia)), float(np.linalg.norm(features.rest_size))
+    if moments[0] <= 0.0 or moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
+        return doubtful("it has no geometry, and an inertia that no body has")
+    far = np.linalg.norm(stated.com) > reach or float(moments.sum()) > 2.0 * stated.mass_kg * reach**2
+    return doubtful("it has no geometry, and would reach beyond the object") if far else LUMP
 
 
 def judged_other_mass(link: LinkFeatures, stated: LinkInertial, least: float, mass_kg: float) -> Belief:
