@@ -271,6 +271,14 @@ def test_what_a_whole_object_opens_by_and_other_names_of_parts() -> None:
     assert ask(known.BOTTLE, "a bottle, its cap screwed on tight")["initial_joint_positions"] == {"cap": 0.0}
 
 
+def test_what_springs_back_does_not_open_an_object() -> None:
+    for thing in (known.KEYBOARD, known.TOASTER):
+        for words in ("an open {}", "a closed {}"):
+            asked = ask(thing, words.format(thing["category"].lower())).get("initial_joint_positions", {})
+            assert set(asked) <= {"knob"}, "a key pressed would not stay"
+    assert ask(known.TOASTER, "a toaster with its lever down")["initial_joint_positions"], "named, it is asked"
+
+
 def test_a_length_opens_a_slide_at_the_final_scale() -> None:
     overlay = ask(known.DRAWERS, "a small office cabinet with its first drawer pulled out 5 cm")
     assert overlay["initial_joint_positions"]["d0"] * overlay["scale"] == pytest.approx(0.05, rel=1e-3)

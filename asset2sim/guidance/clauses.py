@@ -83,8 +83,8 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
 
 def whole(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     """The parts that a state of the whole object is about: a laptop's screen, both halves of a pair of scissors; not
-    the handle by which one carries it."""
-    mains = main_parts(parts)
+    the handle by which one carries it, nor keys and levers, which spring back from wherever one has them."""
+    mains = main_parts([part for part in parts if part.mechanism.kind != "spring return"])
     return outermost(info, tuple(part for part in mains if part.name != "handle") or mains)
 
 
