@@ -163,7 +163,7 @@ def read_asset(
     joints = [joint.model_copy(update=beyond[joint.name]) for joint in joints]
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
     closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
-    told += find_textures(document.robot, base, reader)
+    told += find_textures(document.robot, reader)
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
     beside = [companions[name] for name in ("semantics.txt", "meta.json") if name in companions]
@@ -197,7 +197,7 @@ def read_asset(
     )  # fmt: skip
 
 
-def find_textures(robot: "etree._Element", folder: Path, reader: MeshReader) -> list[Finding]:
+def find_textures(robot: "etree._Element", reader: MeshReader) -> list[Finding]:
     """Look up the pictures of a URDF's materials and add them to the reader's files, by reference; a finding for each
     that is not there or lies outside."""
     findings = []

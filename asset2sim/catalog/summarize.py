@@ -43,9 +43,9 @@ def summarize(record: AssetRecord, limits: Thresholds) -> AssetSummary:
     )
 
 
-def summarize_all(records: Iterable[AssetRecord], limits: Thresholds | None = None) -> tuple[AssetSummary, ...]:
+def summarize_all(records: Iterable[AssetRecord]) -> tuple[AssetSummary, ...]:
     """The records in short, in their order."""
-    return tuple(summarize(record, limits or Thresholds()) for record in records)
+    return tuple(summarize(record, Thresholds()) for record in records)
 
 
 def shared(text: str) -> str:

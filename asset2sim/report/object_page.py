@@ -96,7 +96,7 @@ def object_page(
         "kept": kept(asset),
         "pictures": pictures(asset, files),
         "loops": loops(asset, files),
-        "asked": asked(asset, own),
+        "asked": asked(own),
         "links": in_order(own["links"], "link"),
         "joints": [joint_words(joint, checks) for joint in in_order(own["joints"], "joint")],
         "findings": sorted(own["findings"], key=lambda item: SEVERITIES.index(item["severity"])),
@@ -187,7 +187,7 @@ def loops(asset: FrameRow, files: Collection[str]) -> list[Picture]:
     ]
 
 
-def asked(asset: FrameRow, own: Rows) -> list[tuple[str, str, float | None]]:
+def asked(own: Rows) -> list[tuple[str, str, float | None]]:
     """Requests and expectations of the object, what came of it, and how far that meets it, 0 to 1: the catalog's
     score. None where that is told elsewhere, or by another."""
     found: list[tuple[str, str, float | None]] = []

@@ -130,7 +130,7 @@ def why_missing(reference: str, folder: Path, reach: AllowedFolders) -> str:
     if not text.strip("/. "):
         return "names no file: state its path, relative to the URDF"
     for candidate in _candidates(reference, folder, reach):
-        if (problem := _problem_of(candidate, reach)) is not None:
+        if (problem := _problem_of(candidate)) is not None:
             return problem
     if not is_loose(reference) and not reach.allows(plain := folder / text):
         return f"means {plain}, which lies outside the dataset: {OUTSIDE_REMEDY}"
@@ -140,7 +140,7 @@ def why_missing(reference: str, folder: Path, reach: AllowedFolders) -> str:
     return "is not there: restore the file"
 
 
-def _problem_of(path: Path, reach: AllowedFolders) -> str | None:
+def _problem_of(path: Path) -> str | None:
     """The reason why one candidate is not a file that can be read; None where there is nothing of its name."""
     try:
         mode = os.stat(path).st_mode

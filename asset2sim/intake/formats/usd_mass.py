@@ -96,7 +96,7 @@ def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> 
         raise stage.refused("usd_number", f"the mass of {prim.GetPath()} has a number that is not finite: mend it")
     whole = None
     if moments is None or not any(moments) or center is None or not np.isfinite(center).all() or mass <= 0.0:
-        whole = weighed(forms, mass, density)
+        whole = weighed(forms, density)
         mass = mass if whole is None or mass > 0.0 else whole.volume
     if mass <= 0.0:
         return None
@@ -114,9 +114,9 @@ def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> 
     return mass, pose, six(np.zeros((3, 3)) if whole is None else whole.inertia * mass / whole.volume)
 
 
-def weighed(forms: Sequence[WeighedForm], mass: float, density: float) -> Solid | None:
-    """All shapes as one solid whose volume is its mass, kg; of ``mass`` where that is stated, each shape by its own
-    mass, else its own density, the body's, its material's, or water's. None where no shape encloses anything."""
+def weighed(forms: Sequence[WeighedForm], density: float) -> Solid | None:
+    """All shapes as one solid whose volume is its mass, kg: each shape by its own mass, else its own density, the
+    body's, its material's, or water's. None where no shape encloses anything."""
     found = list[Solid]()
     for item in forms:
         solid = item.solid()
