@@ -13,6 +13,7 @@ from asset2sim.assets.metric import (
     placeholders,
 )
 from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.validation.trust import Opinion, doubtful, impossible
 from schemas.authored import Belief
@@ -25,8 +26,6 @@ PLAUSIBLE_MASS = Belief(
     trust=Trust.PLAUSIBLE,
     reason=f"{LEAST_DENSITY_KG_M3:g} to {MOST_DENSITY_KG_M3:g} kg/m³ over its hull, as bodies have",
 )
-
-
 LUMP = Belief(
     trust=Trust.PLAUSIBLE,
     reason="it has no geometry, is no heavier than a part that it is joined to, and lies within the object",
@@ -92,8 +91,8 @@ def judged_lump(stated: LinkInertial, beside_kg: float, features: Features) -> B
         return impossible("no body is without mass")
     if stated.mass_kg > beside_kg:
         return doubtful("it has no geometry that could weigh this")
-    moments, reach = np.linalg.eigvalsh(tensor_of(stated.inertia)), float(np.linalg.norm(features.rest_size))
-    if moments[0] <= 0.0 or moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
+    moments, reach = moments_of(stated), float(np.linalg.norm(features.rest_size))
+    if moments is None:
         return doubtful("it has no geometry, and an inertia that no body has")
     far = np.linalg.norm(stated.com) > reach or float(moments.sum()) > 2.0 * stated.mass_kg * reach**2
     return doubtful("it has no geometry, and would reach beyond the object") if far else LUMP
@@ -117,11 +116,18 @@ def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
 
 def judged_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings) -> Belief:
     """Belief in a stated inertia, by what a body can have, and by what the mass has in the link's shape."""
-    moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
-    if moments[0] <= 0.0 or moments[2] > (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1]):
+    moments = moments_of(stated)
+    if moments is None:
         return impossible("no body has such moments")
     ratio = float(moments.sum()) / (stated.mass_kg * float(np.trace(tensor_of(link.unit_inertia))))
     factor = settings.inertia_factor
     if not 1.0 / factor <= ratio <= factor:
         return doubtful(f"more than {factor:g} times off what its mass has in its shape")
     return Belief(trust=Trust.PLAUSIBLE, reason=f"within {factor:g} times of what its mass has in its shape")
+
+
+def moments_of(stated: LinkInertial) -> Array | None:
+    """(3,) principal moments of inertia, kg·m², the least first; None of such as no body has."""
+    moments = np.asarray(np.linalg.eigvalsh(tensor_of(stated.inertia)), dtype=np.float64)
+    triangle = moments[2] <= (1.0 + TRIANGLE_SLACK) * (moments[0] + moments[1])
+    return moments if moments[0] > 0.0 and triangle else None
