@@ -19,6 +19,7 @@ $(foreach folder,DATA OUT,$(if $(strip $($(folder))),,$(error $(folder) is empty
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
 # A file's tests stay in one process and in order.
 PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),4) --dist loadfile --no-loadscope-reorder
@@ -47,19 +48,23 @@ $(INSTALLED): pyproject.toml lab/pyproject.toml constraints.txt
 		echo "Python 3.11 was not found; install it, or name it: make install PYTHON=/path/to/python3.11" >&2; exit 1; \
 	fi; \
 	echo "installing into $(VENV) with $$python ..."; \
-	"$$python" -m venv --clear $(VENV) && \
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-		--editable '.[pipeline,dev,browser,engines,gym,usd,s3,view]' --editable ./lab
+	"$$python" -m venv --clear $(VENV)
+	@$(PIP) pip || echo "pip stays as Python has it; it is slower"
+	@$(PIP) --no-compile --editable '.[pipeline,dev,browser,engines,gym,usd,s3,view]' --editable ./lab
+	@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true  # some packages have files that no Python 3 compiles
 	@touch $@
 
 flow: $(INSTALLED) ## refine DATA (data/raw) into OUT (data/refined); ARGS="--workers 2", as asset2sim refine --help lists them
 	@$(BIN)/python -m flows.command refine "$(DATA)" --out "$(OUT)" $(ARGS)
 
+# Hundreds of processes would each compile our modules anew where the environment asks for no bytecode.
+PYTEST = env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest
+
 test: $(INSTALLED) ## run all tests, in JOBS processes (4: many wait); ARGS="-k dataset" chooses
-	@$(BIN)/python -m pytest $(PARALLEL) $(ARGS)
+	@$(PYTEST) $(PARALLEL) $(ARGS)
 
 test-fast: $(INSTALLED) ## run the tests that start no engine, server or process: a minute
-	@$(BIN)/python -m pytest $(PARALLEL) -m "not system" $(ARGS)
+	@$(PYTEST) $(PARALLEL) -m "not system" $(ARGS)
 
 lint: $(INSTALLED) ## ruff, and the contract on imports
 	@$(BIN)/ruff check .
@@ -92,8 +97,7 @@ learn: $(VENV)/.learn ## a robot learns to use OUT's objects, with PPO, into OUT
 # torch and stable-baselines3, which nothing else needs (TORCH_INDEX is an index of its CPU builds).
 $(VENV)/.learn: $(INSTALLED)
 	@echo "installing torch and stable-baselines3 into $(VENV) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-		$(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") --editable . --editable './lab[learn]'
+	@$(PIP) $(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") --editable . --editable './lab[learn]'
 	@touch $@
 
 views: $(INSTALLED) ## write the pictures that a run with --views later left out, into OUT
@@ -131,7 +135,7 @@ probe: $(VENV)/.gripper ## a policy does the paper's tasks with variants of OUT;
 # The Robotiq gripper's model lies in robosuite's package, of which nothing is run; its dependencies want an older NumPy.
 $(VENV)/.gripper: $(INSTALLED)
 	@echo "installing the Robotiq gripper's model into $(VENV) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps robosuite==1.5.2
+	@$(PIP) --no-deps robosuite==1.5.2
 	@touch $@
 
 clone: $(INSTALLED) ## a network learns from the scripted expert what to do with the objects of OUT, into TO (OUT/clone)

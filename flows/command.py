@@ -21,7 +21,7 @@ from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOption
 from flows import PIPELINE
 from schemas.declared import Command
 from schemas.errors import DONE, FAILED, UsageError, complain, exit_code_of
-from schemas.extensions import commands, named
+from schemas.extensions import commands, object_at
 
 if TYPE_CHECKING:
     from asset2sim.runs.request import RefineRequest
@@ -100,7 +100,7 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             print_site(options.out, settings_of(options), options.force)
             return DONE
-    added = next((item for item in commands() if type(options) is named(item.options)), None)
+    added = next((item for item in commands() if type(options) is object_at(item.options)), None)
     return _print(options) if added is None else _run_added(added, options)
 
 
@@ -110,7 +110,7 @@ def _run_added(command: Command, options: Options) -> int:
     from asset2sim.runs.request import settings_of
 
     quiet_environment()
-    return named(command.run)(options, settings_of(options)) or DONE
+    return object_at(command.run)(options, settings_of(options)) or DONE
 
 
 def _print(options: Options) -> int:

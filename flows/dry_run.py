@@ -2,7 +2,7 @@
 
 from rich.text import Text
 
-from asset2sim.catalog.text import duration, number, output, titled_table
+from asset2sim.catalog.text import duration, output, significant, titled_table
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.forecast import Forecast, ForecastCost, forecast
 from asset2sim.runs.remote.output import view_output
@@ -59,7 +59,7 @@ def expected_lines(found: ForecastCost, settings: Settings, assets: int) -> list
     tokens = [found.prompt_tokens, found.completion_tokens]
     sent = f"{tokens[0]:.0f} + {tokens[1]:.0f} tokens" if None not in tokens else "tokens not known"
     cost = f"{found.cost_usd:.2f} USD" if found.cost_usd is not None else "cost not known: no price is listed"
-    calls = f"at most {found.calls:.0f} calls of {model} ({number(found.calls / assets)} an asset)"
+    calls = f"at most {found.calls:.0f} calls of {model} ({significant(found.calls / assets)} an asset)"
     basis = f"by {found.assets} refinements in the history" + (", of other models" if found.others else "")
     wall, work = duration(found.wall_s), duration(found.work_s)
     lines = [

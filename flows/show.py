@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.failures import failure_breakdown, render_failures
-from asset2sim.catalog.text import NOTHING, cut, output
+from asset2sim.catalog.text import NOTHING, cut_text, output
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
 from schemas.errors import complain, printable
@@ -78,7 +78,7 @@ def _cell(value: object) -> Text:
     if isinstance(value, float) and not pd.isna(value):
         return Text(f"{value:.6g}")
     missing = value is None or value is pd.NaT or (isinstance(value, float) and pd.isna(value)) or value is pd.NA
-    return Text(NOTHING if missing else cut(str(value)))
+    return Text(NOTHING if missing else cut_text(str(value)))
 
 
 def print_asset(out: Path | str, asset_id: str) -> None:
@@ -126,9 +126,9 @@ def _unchanged_line(result: RunResult) -> str:
 
 def print_doctor(out: Path | str, model: ModelSettings) -> bool:
     """Print what works on this machine and what does not; returns whether all that is needed works."""
-    from asset2sim.runs.doctor import examine
+    from asset2sim.runs.doctor import run_all_checks
 
-    checks = examine(out, model)
+    checks = run_all_checks(out, model)
     table = Table(box=box.SIMPLE_HEAD, show_header=False)
     table.add_column(no_wrap=True)
     table.add_column(no_wrap=True)

@@ -12,6 +12,8 @@ KEEP_WORDS = (*Keep, *Quantity)
 """Words of ``--keep``: one of ``Keep`` for all quantities, or the quantities that stay as their file has them."""
 KEPT_AS_ASKED = "its size is kept, as asked"
 """Why lengths count as metres where nothing but the user says so."""
+MASSES_FIT = "its masses fit its volumes in metres"
+"""Why they do where it is weighed: at another size it would be as light as air or heavier than lead."""
 UNLIKE_UNITS = "its size is none to which datasets bring their objects"
 """Why they do where no more is known of them, unless that is no size for its kind."""
 
@@ -31,7 +33,7 @@ def keep_words(said: str | Sequence[str]) -> tuple[str, ...]:
 KeepWords = Annotated[tuple[str, ...], BeforeValidator(keep_words)]
 
 
-def wanted(words: tuple[str, ...], quantity: Quantity) -> Keep:
+def kept_share(words: tuple[str, ...], quantity: Quantity) -> Keep:
     """How much of one quantity is kept by these words: all that is not impossible where they name it, else what is
     plausible where they say so."""
     if Keep.ALL in words or quantity in words:

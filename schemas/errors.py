@@ -54,7 +54,7 @@ class UnknownChoiceError(UsageError):
     """A name that is not among the valid ones."""
 
     def __init__(self, kind: str, value: str, known: Iterable[str]) -> None:
-        shown = choices(sorted(known), 30)
+        shown = known_names(sorted(known), 30)
         super().__init__(f"unknown {kind} '{value}'; choose from: {shown or 'none are known'}")
 
 
@@ -96,13 +96,13 @@ _UNPRINTABLE = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u
 """Control characters but line feed and tab, marks that reorder what is read, and halves of characters."""
 
 
-def listed(words: Collection[str], most: int, between: str = ", ") -> str:
+def first_words(words: Collection[str], most: int, between: str = ", ") -> str:
     """The first words, at most so many, and how many more there are."""
     more = f"{between.lstrip(',')}and {len(words) - most} more" if len(words) > most else ""
     return between.join(list(words)[:most]) + more
 
 
-def choices(names: Sequence[str], most: int) -> str:
+def known_names(names: Sequence[str], most: int) -> str:
     """Names to choose from, at most so many, and how many there are in all; "" for none."""
     return ", ".join(names[:most]) + (f", … ({len(names)} in all)" if len(names) > most else "")
 

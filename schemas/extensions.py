@@ -20,7 +20,7 @@ KNOWN: Mapping[str, tuple[str, ...]] = {
 """Distribution → names that it adds, to say what is missing where it is not installed."""
 
 
-def named(place: str) -> Any:
+def object_at(place: str) -> Any:
     """The object at ``module:attribute``."""
     return pkgutil.resolve_name(place)
 
@@ -45,12 +45,12 @@ def further_check(name: str) -> FurtherCheck:
 
 def further_columns() -> list[tuple[Any, ...]]:
     """Columns of the table ``assets`` that the further checks add, in the checks' order."""
-    return [column for check in checks().values() for column in named(check.columns)]
+    return [column for check in checks().values() for column in object_at(check.columns)]
 
 
 def further_tables() -> dict[str, Any]:
     """Name → table beside the catalog."""
-    return {name: table for item in extensions() if item.tables for name, table in named(item.tables).items()}
+    return {name: table for item in extensions() if item.tables for name, table in object_at(item.tables).items()}
 
 
 def local_models() -> dict[str, LocalModel]:

@@ -26,13 +26,19 @@ class AskedOpening(Frozen):
 
 class State(Frozen):
     """A state: ``kind`` open, rest, pressed, up, down, sideways, normal or off. What is open is so by a ``share`` of
-    its useful travel, ``slightly``, or by a ``measure``; ``closing`` says that it is counted from the open end."""
+    its useful travel (None: as far as it is opened in use), ``slightly``, or by a ``measure``; ``closing`` says that it
+    is counted from the open end."""
 
     kind: str
     share: Finite | None = None
     slightly: bool = False
     closing: bool = False
     measure: AskedOpening | None = None
+
+    @property
+    def in_use(self) -> bool:
+        """Whether it is open, and nothing says how far: as far as in use, or further."""
+        return self.kind == "open" and self.share is None and not self.slightly and self.measure is None
 
     def describe(self) -> str:
         """The state in a word or two."""
@@ -42,7 +48,9 @@ class State(Frozen):
             return "slightly closed" if self.closing else "slightly open"
         if self.kind != "open":
             return self.kind
-        return {0.0: "closed", 1.0: "fully open"}.get(self.share or 0.0, f"{100 * (self.share or 0.0):.0f} % open")
+        if self.share is None:
+            return "open"
+        return {0.0: "closed", 1.0: "fully open"}.get(self.share, f"{100 * self.share:.0f} % open")
 
 
 class AskedState(Wish):

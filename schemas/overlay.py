@@ -83,6 +83,8 @@ class JointProposal(Frozen):
     usual speed, ``returns_s`` the time in which its spring brings it back from its far end; over 0.2 s it counts before
     the press too. Closed and back are a tenth of the way from it. ``damping_level`` is the user's word for damping,
     which the paper's rule needs. ``mechanism`` is what people would call it; None: as its part usually has it.
+    ``effort_n`` and ``effort_nm`` are what the user says that moving the part takes: N at its far edge, N·m about its
+    hinge. ``stiff``: the user calls it hard to move.
     """
 
     name: str
@@ -100,6 +102,9 @@ class JointProposal(Frozen):
     returns_s: Positive | None = None
     damping_level: Level | None = None
     mechanism: MechanismName | None = None
+    effort_n: Positive | None = None
+    effort_nm: Positive | None = None
+    stiff: bool = False
 
 
 class Disagreement(Frozen):

@@ -71,28 +71,35 @@ class PhysicsSettings(Frozen):
     usual_speed_rad_s: Positive = 1.0
     """... and a door or lid, rad/s."""
     hold_margin: Positive = 2.0
-    """Friction over the gravity load for a joint that must stay where it is placed: at 1.5 a laptop's screen creeps
-    in solvers whose contacts are stiffer than their dry friction ..."""
+    """Friction over the gravity load, where it is placed, for a joint that must stay there ..."""
     least_hold_margin: Positive = 1.25
-    """... and at least, where more would be too hard for a hand or tip the object over."""
+    """... and at least, where more would be too hard for a hand or tip the object over, and where words ask for low
+    damping or friction: a laptop's hinges take 1.1 to 1.3 times its screen's weight (typical)."""
+    anywhere_hold_margin: Positive = 1.5
+    """The same of what is left anywhere, over the load where that is largest: a laptop's screen (0.3 to 0.6 N·m,
+    typical), which with more would tip its base as it is opened further."""
     preload_margin: Positive = 1.5
     """Force of a spring over the weight of the part that it presses on its stop: without it a key sags."""
     bump_share: Fraction = 0.25
     """Share of gravity, sideways, that such a joint must bear as well: ground that slopes, and a bump."""
+    level_bump_share: Fraction = 0.1
+    """The same of a part that slides on the level, at most, so that a drawer moves by a tenth of its weight: balls and
+    rollers take 0.01 to 0.05 and their cages drag; waxed wood and plastic on runners take 0.2 (typical)."""
     upright_bump_share: Fraction = 0.03
     """The same of a leaf on upright hinges, which gravity leaves alone on a level floor, at most: no more than its
     default friction, with which it swings on."""
     free_bump_share: Fraction = 0.05
-    """The same of a joint that moves freely but is asked to stand somewhere: only as much as lets it stand there ..."""
+    """The same of a joint that moves freely but is asked to stand somewhere, a door whose weight springs carry,
+    and a drawer on "low friction" slides: only as much as lets it stand there ..."""
     free_hold_share: Fraction = 0.3
     """... where gravity's pull is at most this share of its largest: a handle near its balance, a lid past upright."""
     counterbalance_share: Fraction = 0.9
-    """Share of an open door's weight that its springs carry, where such doors have springs: it must stay down."""
+    """Most of its weight that the strut of a lid carries which may fall shut: it must stay down."""
     detent_over_friction: Positive = 2.0
     """Largest effort of a selector's detents over its dry friction: it snaps to a click from all but the last degrees
     before the middle, and takes thrice its friction to turn."""
     strut_share: Fraction = 0.95
-    """The same of a flap or lid that gravity shuts and that is too heavy for a hand, of its weight all the way."""
+    """Share of its weight that the strut of a flap or lid carries that gravity shuts, too heavy for a hand."""
     seal_n: Positive = 15.0
     """Force at a door's edge with which its magnetic gasket lets go, N: refrigerators' typically do so at 10 to 20 N;
     16 CFR 1750.5 allows 66.7 N from inside, IEC 60335-2-24 70 N."""

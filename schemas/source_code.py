@@ -2,7 +2,7 @@
 
 import ast
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -11,14 +11,22 @@ PARSE_TRIES = 20
 failed the first."""
 
 
-def code_digest(files: Mapping[str, Path], *, prose: bool = False) -> str:
+def code_digest(
+    files: Mapping[str, Path], *, prose: bool = False, known: MutableMapping[str, str] | None = None
+) -> str:
     """SHA-256, in hexadecimal, over the names and contents of files, whatever their order; of Python files the code.
-    With ``prose`` comments and docstrings count as well, which takes a fiftieth of the time."""
+    With ``prose`` comments and docstrings count as well, which takes a fiftieth of the time. ``known`` holds the hash
+    of a source's code by that of its text, and is added to."""
     digest = hashlib.sha256()
+    known = {} if known is None else known
     for name, file in sorted(files.items()):
         content = file.read_bytes()
-        code = bare_code(content) if not prose and name.endswith(".py") else content
-        digest.update(f"{name}\0{hashlib.sha256(code).hexdigest()}\n".encode())
+        text = hashlib.sha256(content).hexdigest()
+        if prose or not name.endswith(".py"):
+            code = text
+        elif (code := known.get(text, "")) == "":
+            code = known[text] = hashlib.sha256(bare_code(content)).hexdigest()
+        digest.update(f"{name}\0{code}\n".encode())
     return digest.hexdigest()
 
 

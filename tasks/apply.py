@@ -8,7 +8,7 @@ from asset2sim.assets.folder import URDF_NAME, Folder, write_folder
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE
 from asset2sim.checks.known_reports import REPORT_CACHE, KnownReports
 from asset2sim.refinement.refine import RefinementJob, ShapedFolder, shape_folder
-from schemas.authored import wanted
+from schemas.authored import kept_share
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.vocabulary import CollisionMode, Keep, Quantity
 from tasks.progress import AssetJob, StageResult
@@ -44,12 +44,13 @@ def apply_overlay(
         written = write_folder(extraction, overlay, {}, folder, job.settings.physics, CollisionMode.KEEP)
         return Applied(urdf=written.urdf, folder=written)
     cache, guidance, settings = job.out / PIECE_CACHE, job.ref.prompt, job.settings
-    if wanted(extraction.features.keep, Quantity.SHAPES) is Keep.ALL:
+    if kept_share(extraction.features.keep, Quantity.SHAPES) is Keep.ALL:
         collision = settings.collision.model_copy(update={"mode": CollisionMode.KEEP})
         settings = settings.model_copy(update={"collision": collision})
     known = KnownReports(job.out / REPORT_CACHE / f"{job.ref.asset_id}.npz")
     refinement = RefinementJob(
-        extraction, proposal, overlay, job.source, folder, cache, settings, guidance=guidance, known=known
-    )
+        extraction, proposal, overlay, job.source, folder, cache, settings, guidance=guidance, known=known,
+        opened=tuple(name for name, asked in job.guidance.of_joints.items() if asked.state.in_use),
+    )  # fmt: skip
     shaped = shape_folder(refinement)
     return Applied(urdf=folder / URDF_NAME, folder=shaped.folder, to_refine=(refinement, shaped))

@@ -13,7 +13,9 @@ from schemas.vocabulary import Engine, Stage
 from tasks.progress import AssetJob, StageResult
 
 
-def measured(job: AssetJob, folder: Path | None, check: Callable[[Path], StageResult], code: str) -> StageResult:
+def measure_in_child(
+    job: AssetJob, folder: Path | None, check: Callable[[Path], StageResult], code: str
+) -> StageResult:
     """A check of the object in ``folder``, in a child that may crash or hang; nothing where nothing was written. A
     child that died is the check's column of reasons and a finding of this code."""
     if folder is None:
@@ -27,17 +29,17 @@ def measured(job: AssetJob, folder: Path | None, check: Callable[[Path], StageRe
 
 def measure_used(job: AssetJob, folder: Path | None) -> StageResult:
     """How a hand opened and closed the parts of the object in ``folder``."""
-    return measured(job, folder, used, "not_used")
+    return measure_in_child(job, folder, used_columns, "not_used")
 
 
 def measure_contents(job: AssetJob, folder: Path | None) -> StageResult:
     """The bodies that stayed in the interiors of the object in ``folder``, and the share of these that is free."""
-    return measured(job, folder, contents, "contents_leave")
+    return measure_in_child(job, folder, contents_columns, "contents_leave")
 
 
 def measure_lifted(job: AssetJob, folder: Path | None) -> StageResult:
     """How a hand lifted the object in ``folder`` and set it down."""
-    return measured(job, folder, lifted, "not_lifted")
+    return measure_in_child(job, folder, lifted_columns, "not_lifted")
 
 
 def overlay_of(folder: Path) -> PhysicsOverlay:
@@ -45,11 +47,11 @@ def overlay_of(folder: Path) -> PhysicsOverlay:
     return PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
 
 
-def contents(folder: Path) -> StageResult:
+def contents_columns(folder: Path) -> StageResult:
     """The columns of ``contents``, and a warning for each interior in which not all stayed."""
-    from asset2sim.gym.hand.contents import keep  # loads MuJoCo
+    from asset2sim.gym.hand.contents import content_records  # loads MuJoCo
 
-    found = keep(folder, overlay_of(folder), HandSettings(), ContentSettings())
+    found = content_records(folder, overlay_of(folder), HandSettings(), ContentSettings())
     tried = [item for item in found if not item.shut]
     room_m3 = sum(item.room_m3 for item in found)
     columns: dict[str, int | float | str | None] = {
@@ -67,7 +69,7 @@ def contents(folder: Path) -> StageResult:
     return StageResult(further=columns, findings=tuple(said))
 
 
-def lifted(folder: Path) -> StageResult:
+def lifted_columns(folder: Path) -> StageResult:
     """The columns of ``lifted``, and a warning where what a hand carries was not lifted at every yaw."""
     from asset2sim.gym.hand.lifted import lift  # loads MuJoCo
 
@@ -79,19 +81,19 @@ def lifted(folder: Path) -> StageResult:
     return StageResult(further=columns, findings=tuple(said if found.reason else ()))
 
 
-def used(folder: Path) -> StageResult:
+def used_columns(folder: Path) -> StageResult:
     """The columns of ``used``, and a warning for each joint that a hand did not open and close."""
-    from asset2sim.gym.hand.used import UsedJoint, no_task, progress, use  # loads MuJoCo
+    from asset2sim.gym.hand.used import UsedJoint, no_task, share_done, use_records  # loads MuJoCo
 
     overlay = overlay_of(folder)
-    found = use(folder, overlay, HandSettings())
+    found = use_records(folder, overlay, HandSettings())
     failed = [item for item in found if not item.done]
     told = [item for item in found if item.reason]
     asked = [item for item in found if item.fault != "task"]
 
     def said(item: UsedJoint) -> Finding:
         message = f"a hand and '{item.joint}': {item.fault}: {item.reason}"
-        return warning(Stage.MEASURE, "not_used", message, joint=item.joint, value=progress(item) / 2.0)
+        return warning(Stage.MEASURE, "not_used", message, joint=item.joint, value=share_done(item) / 2.0)
 
     columns: dict[str, int | float | str | None] = {
         "used": sum(item.done for item in asked) / len(asked) if asked else None,

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from asset2sim.assets.authored import REFINED_NAME, authored_overlay, with_refined_state
 from asset2sim.assets.checksums import changed_files
 from asset2sim.assets.extract import Extraction, folder_of
-from asset2sim.validation.support import carried, forced_support
+from asset2sim.validation.support import forced_support, with_support
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.finding import Finding, remark, warning
@@ -64,7 +64,7 @@ def overlay_as_it_is(job: AssetJob, extraction: Extraction) -> Validated:
         told.append(warning(Stage.VALIDATE, "refined_state_unread", problem))
     forced = forced_support(job.ref.support or job.settings.support)
     if refined is None:
-        overlay = carried(overlay, extraction, None, Source.RULE, job.guidance)
+        overlay = with_support(overlay, extraction, None, Source.RULE, job.guidance)
     else:
         overlay, unknown = with_refined_state(overlay, refined)
         told += [warning(Stage.VALIDATE, "refined_joint_unknown", text) for text in unknown]

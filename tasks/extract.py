@@ -65,7 +65,7 @@ def upright(job: AssetJob, *, find: bool) -> Extraction:
     return replace(extraction, findings=(*extraction.findings, told))
 
 
-def lying(job: AssetJob, up: UpAxis) -> tuple[Extraction, Features]:
+def lying_asset(job: AssetJob, up: UpAxis) -> tuple[Extraction, Features]:
     """The asset turned so that this axis of its file points up, its joints corrected, as far as the method knows it;
     and all its features."""
     turned = extract(job.ref, job.out / SHAPE_CACHE, up, job.settings.inputs)

@@ -12,7 +12,7 @@ from asset2sim.assets.folder import staged_folder
 from asset2sim.baselines.declared_method import known_methods
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
-from schemas.extensions import further_check, named
+from schemas.extensions import further_check, object_at
 from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.verdict import Verdict
@@ -77,7 +77,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
             recipe = recipe_of(job, extraction, overlay, refined.folder)
             run(Stage.PUBLISH, publish_folder, job, folder, overlay, measured.reports, recipe)
             for name in job.settings.checks:
-                run(Stage.MEASURE, named(further_check(name).run), job, folder)
+                run(Stage.MEASURE, object_at(further_check(name).run), job, folder)
         progress.written = proposal is not None
         return measured.verdict
     finally:

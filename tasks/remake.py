@@ -20,7 +20,7 @@ from asset2sim.intake.origin import extract
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.collision.trim import cut_again
 from schemas.asset import AssetRef
-from schemas.errors import AssetError, listed
+from schemas.errors import AssetError, first_words
 from schemas.inputs import InputSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.recipe import DECIDING, MEASUREMENT_NAME, RECIPE_NAME, Outcome, Recipe, Remade
@@ -114,7 +114,7 @@ def made_again(ref: AssetRef, brought: Path, out: Path, inputs: InputSettings) -
     others = [f"{name} {old}, here {here.get(name, 'none')}" for name, old in recipe.made_with.items()
               if here.get(name) != old]  # fmt: skip
     why = f"made with {'; '.join(others)}: install those" if others else "the same packages are installed: report this"
-    return "differs", f"{listed(changed, 4)} ({why})"
+    return "differs", f"{first_words(changed, 4)} ({why})"
 
 
 def differing(recipe: Recipe, folder: Path, inputs: InputSettings) -> str:
@@ -124,7 +124,7 @@ def differing(recipe: Recipe, folder: Path, inputs: InputSettings) -> str:
     others = [name for name, digest in recipe.originals.items()
               if name not in lacking and file_digest(files[name]) != digest]  # fmt: skip
     kinds = ((lacking, "not there"), (others, "another file than was refined"))
-    said = [f"{listed(names, 4)}: {what}" for names, what in kinds if names]
+    said = [f"{first_words(names, 4)}: {what}" for names, what in kinds if names]
     packed = any(name.startswith(PACKAGE_URI) for name in lacking)
     where = "; --package NAME=FOLDER says where a package is" if packed else ""
     return f"{folder}: {'; '.join(said)}; bring the dataset's own release of it{where}" if said else ""

@@ -6,13 +6,13 @@ from asset2sim.assets.authored import authored_overlay
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.validation.lying import lying_side
-from asset2sim.validation.support import carried, forced_support, support_findings
+from asset2sim.validation.support import forced_support, support_findings, with_support
 from asset2sim.validation.validate import contact_friction, validate
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.support import Support
 from schemas.vocabulary import UpAxis
-from tasks.extract import lying
+from tasks.extract import lying_asset
 from tasks.progress import AssetJob, StageResult
 
 
@@ -31,13 +31,13 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
     physics, limits = job.settings.physics, job.settings.thresholds
     forced = forced_support(job.ref.support or job.settings.support, extraction)
     if rules and proposal is not None:
-        overlay, findings = completed(job, extraction, proposal, forced)
+        overlay, findings = completed_proposal(job, extraction, proposal, forced)
         stays = job.ref.up or job.settings.up or job.ref.part is not None
         up, laid = (UpAxis.Z, None) if stays else lying_side(extraction, overlay, limits)
         features = None
         if laid is not None:
-            extraction, features = lying(job, up)
-            overlay, findings = completed(job, extraction, proposal, forced)
+            extraction, features = lying_asset(job, up)
+            overlay, findings = completed_proposal(job, extraction, proposal, forced)
             findings = (laid, *findings)
         return Validated(overlay=overlay, extraction=extraction, features=features, findings=findings)
     if proposal is None:
@@ -46,10 +46,12 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
         overlay = as_proposed(extraction, proposal, job.source, job.settings)
     if forced is not None:
         return Validated(overlay=overlay.model_copy(update={"support": forced}), extraction=extraction)
-    return Validated(overlay=carried(overlay, extraction, proposal, job.source, job.guidance), extraction=extraction)
+    return Validated(
+        overlay=with_support(overlay, extraction, proposal, job.source, job.guidance), extraction=extraction
+    )
 
 
-def completed(
+def completed_proposal(
     job: AssetJob, extraction: Extraction, proposal: Overlay, forced: Support | None
 ) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
     """The proposal completed by our rules, with a finding for each change and for what carries the object."""

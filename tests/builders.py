@@ -11,7 +11,7 @@ from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.engines.pybullet_object import PyBulletObject
 from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, transform
+from asset2sim.physics.kinematics import TreeJoint, origin_transform
 from schemas.base import Inertia6, Vector3
 from schemas.features import JointFeatures
 from schemas.mechanism import Bias
@@ -164,7 +164,7 @@ def tree_joint(
 ) -> TreeJoint:
     """A joint of a tree, its axis made a unit vector."""
     direction = np.asarray(axis, dtype=float)
-    return TreeJoint(name, kind, parent, child, transform(xyz, rpy), direction / np.linalg.norm(direction))
+    return TreeJoint(name, kind, parent, child, origin_transform(xyz, rpy), direction / np.linalg.norm(direction))
 
 
 def joint_features(

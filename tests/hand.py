@@ -12,7 +12,7 @@ from asset2sim.load.description import Description, Joint
 from asset2sim.load.in_mujoco import MuJoCoObject
 from asset2sim.load.in_pybullet import PyBulletObject
 from asset2sim.load.loaded import Loaded
-from asset2sim.load.shapes import points_of, vector
+from asset2sim.load.shapes import points_of, vector_of
 
 VISIBLE = 0.01
 """Share of its range, or of a turn, after which a part has been moved."""
@@ -128,5 +128,5 @@ def edge(about: Description, one: Joint) -> float:
         return 1.0
     part = next(item for item in about.urdf.findall("link") if item.get("name") == one.link)
     hinge = next(item for item in about.urdf.findall("joint") if item.get("name") == one.name)
-    axis = vector(hinge.find("axis"), "xyz", "1 0 0")
+    axis = vector_of(hinge.find("axis"), "xyz", "1 0 0")
     return float(np.linalg.norm(np.cross(points_of(part, "collision"), axis / np.linalg.norm(axis)), axis=1).max())

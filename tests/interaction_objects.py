@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.checks.mechanism import Mechanism, mechanism
-from asset2sim.checks.verify import examine
+from asset2sim.checks.verify import run_checks
 from asset2sim.engines.registry import installed, known_engines, open_world
 from asset2sim.engines.world import World
 from schemas.base import Vector3
@@ -108,4 +108,4 @@ def interaction(
     engine: Engine, item: Subject, settings: EngineSettings = SETTINGS, *, only: FailureMode | None = None
 ) -> Interaction:
     """The interaction checks of a subject in one engine, every overlap a hull's."""
-    return examine(engine, item.urdf, item.overlay, settings, LIMITS, cause=hull_cause, only=only)[1]
+    return run_checks(engine, item.urdf, item.overlay, settings, LIMITS, cause=hull_cause, only=only)[1]

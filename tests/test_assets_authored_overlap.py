@@ -9,7 +9,7 @@ import trimesh
 
 from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, authored_shapes, overlap_cause
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import transform
+from asset2sim.physics.kinematics import origin_transform
 from schemas.vocabulary import OverlapCause
 from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 from tests.builders import double_sided, loose_sides, without_top
@@ -18,7 +18,7 @@ X = np.array([1.0, 0.0, 0.0])
 
 
 def at(x: float, y: float = 0.0, z: float = 0.0, yaw: float = 0.0) -> Array:
-    return transform((x, y, z), (0.0, 0.0, yaw))
+    return origin_transform((x, y, z), (0.0, 0.0, yaw))
 
 
 def obj(item: trimesh.Trimesh) -> str:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
-from asset2sim.assets.urdf.bake import RECORD_NAME, Bake, angles, bake, bake_file, baked, unbake
+from asset2sim.assets.urdf.bake import RECORD_NAME, Bake, bake, bake_file, baked, roll_pitch_yaw, unbake
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import contacts_at
@@ -156,7 +156,7 @@ def test_names_with_two_hyphens_survive_the_comment() -> None:
 @pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-8, np.pi / 2 - 1e-5])
 def test_angles_hold_their_digits_where_roll_and_yaw_run_together(pitch: float) -> None:
     wanted = Rotation.from_euler("xyz", [0.3, pitch, -1.1])
-    found = Rotation.from_euler("xyz", angles(wanted.as_matrix()))
+    found = Rotation.from_euler("xyz", roll_pitch_yaw(wanted.as_matrix()))
     assert (found * wanted.inv()).magnitude() < 1e-9
 
 

@@ -12,7 +12,7 @@ from lxml import etree
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_folder, write_urdf
 from asset2sim.assets.hulls import collision_hulls
-from asset2sim.assets.urdf.edit import word
+from asset2sim.assets.urdf.edit import short_number
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.validation.validate import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
@@ -319,7 +319,7 @@ def test_names_that_a_comment_cannot_hold(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("value", "text"), [(0.5, "0.5"), (1.0, "1"), (1 / 3, "0.333333333"), (1e-9, "1e-09")])
 def test_numbers_are_short(value: float, text: str) -> None:
-    assert word(value) == text
+    assert short_number(value) == text
 
 
 def test_kept_collision_geometry_is_as_authored_only_scaled(source: Path, tmp_path: Path) -> None:

@@ -6,7 +6,15 @@ import trimesh
 from scipy.spatial import ConvexHull
 
 from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, Hollow, hollow_of, samples
-from asset2sim.assets.meshes.patches import MOST_CORNERS, MOST_GROUPS, PatchPiece, cut, grouped, join, piece_of
+from asset2sim.assets.meshes.patches import (
+    MOST_CORNERS,
+    MOST_GROUPS,
+    PatchPiece,
+    hulls_of_groups,
+    join_pieces,
+    piece_of,
+    pieces_around_hollow,
+)
 from asset2sim.physics.arrays import Array
 
 RADIUS, THICKNESS = 0.02, 0.002
@@ -44,7 +52,7 @@ def hollow(mesh: trimesh.Trimesh) -> Hollow:
 
 
 def pieces_of(mesh: trimesh.Trimesh, within: Hollow | None = None) -> list[PatchPiece]:
-    return cut(np.asarray(mesh.vertices), np.asarray(mesh.faces), within or hollow(mesh), THICKNESS)
+    return pieces_around_hollow(np.asarray(mesh.vertices), np.asarray(mesh.faces), within or hollow(mesh), THICKNESS)
 
 
 def depth(points: Array, pieces: list[PatchPiece]) -> Array:
@@ -144,7 +152,7 @@ def test_groups_are_bounded() -> None:
     """A heap of 600 loose sticks: no more groups than allowed, each face still in one."""
     random = np.random.default_rng(1)
     sticks = boxes(*(((0.3, 0.004, 0.004), tuple(random.uniform(-0.5, 0.5, 3))) for _ in range(600)))
-    groups = grouped(np.asarray(sticks.vertices), np.asarray(sticks.faces), hollow(sticks), THICKNESS)
+    groups = hulls_of_groups(np.asarray(sticks.vertices), np.asarray(sticks.faces), hollow(sticks), THICKNESS)
     assert len(groups) <= MOST_GROUPS
     assert depth(np.asarray(sticks.vertices), groups).min() > -0.005
 
@@ -153,9 +161,9 @@ def test_joining_stops_at_a_share_of_volume_and_goes_on_over_the_budget() -> Non
     row = [
         piece_of(np.asarray(trimesh.creation.box().vertices) + np.array([x, 0, 0]), 0.0) for x in (0.0, 1.0, 1.5, 9.0)
     ]
-    joined = join(row, None, 0.0, added_share=0.1)
+    joined = join_pieces(row, None, 0.0, added_share=0.1)
     assert sorted(round(piece.volume, 6) for piece in joined) == [1.0, 2.5]
-    (one,) = join(row, None, 0.0, added_share=0.1, most=1)
+    (one,) = join_pieces(row, None, 0.0, added_share=0.1, most=1)
     assert one.volume == pytest.approx(10.0)
 
 

@@ -10,7 +10,7 @@ from PIL import Image
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.guidance.link_colors import PALETTE, mark_names
-from asset2sim.render.marked import marked, question_pictures
+from asset2sim.render.marked import marked_pictures, question_pictures
 from asset2sim.render.name_tags import with_names
 from schemas.settings import Settings
 from tests.assets import joint, link, read, robot, shape, written
@@ -57,7 +57,7 @@ def test_a_model_that_takes_no_pictures_gets_none(cabinet: Extraction) -> None:
 def test_each_link_is_drawn_in_the_colour_that_is_named(cabinet: Extraction) -> None:
     colors = mark_names(cabinet.features)
     assert colors == {"body": "beige", "door": "red", "knob": "blue"}
-    picture = marked(load_scene(cabinet.urdf, {}), cabinet.features, 256)
+    picture = marked_pictures(load_scene(cabinet.urdf, {}), cabinet.features, 256)
     pixels = np.asarray(picture.image, dtype=float)
     for index, name in enumerate(picture.links):
         seen = picture.shown == index
@@ -67,7 +67,7 @@ def test_each_link_is_drawn_in_the_colour_that_is_named(cabinet: Extraction) -> 
         # Light makes a colour darker; its direction stays.
         mean, wanted = np.median(pixels[seen], axis=0), np.asarray(PALETTE[colors[name]])
         assert mean @ wanted / np.linalg.norm(mean) / np.linalg.norm(wanted) > 0.97, name
-    behind = marked(load_scene(cabinet.urdf, {}), cabinet.features, 256, behind=True)
+    behind = marked_pictures(load_scene(cabinet.urdf, {}), cabinet.features, 256, behind=True)
     assert behind.seen_px("knob") > 60
 
 

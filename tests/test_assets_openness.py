@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.meshes.openness import JointEnds, joint_ends, profile
+from asset2sim.assets.meshes.openness import JointEnds, joint_ends, opening_profile
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from schemas.base import Vector3
@@ -120,7 +120,7 @@ def test_the_profile_of_a_drawer_is_what_a_ruler_says() -> None:
     joint = facing("prismatic", (0, -1, 0), 1.0, (0, 0, 0))
     # A drawer as wide and high as the cupboard: the hull grows by 0.25 m² for every metre it is pulled.
     points = {"body": BODY, "part": BODY}
-    positions, volumes, gaps = profile([joint], "body", points, joint, 0.0, 0.4)
+    positions, volumes, gaps = opening_profile([joint], "body", points, joint, 0.0, 0.4)
     np.testing.assert_allclose(positions, np.linspace(0.0, 0.4, 9))
     np.testing.assert_allclose(volumes, 0.125 + 0.25 * positions)
     np.testing.assert_allclose(gaps, positions, atol=1e-12)
@@ -130,7 +130,9 @@ def test_what_a_door_carries_moves_with_it() -> None:
     door = tree_joint("door", "prismatic", "body", "part", (1, 0, 0))
     handle = tree_joint("handle", "fixed", "part", "knob", xyz=(0, 0, 1))
     knob = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.02))
-    _, _, gaps = profile([door, handle], "body", {"body": BODY, "part": np.zeros((0, 3)), "knob": knob}, door, 0.0, 0.8)
+    _, _, gaps = opening_profile(
+        [door, handle], "body", {"body": BODY, "part": np.zeros((0, 3)), "knob": knob}, door, 0.0, 0.8
+    )
     np.testing.assert_allclose(gaps, np.hypot(np.linspace(0.0, 0.8, 9), 1.01 - 0.25))
 
 

@@ -191,6 +191,21 @@ def test_an_inertial_that_is_none_does_not_end_the_asset(tmp_path: Path, mass: s
     ].inertial is None
 
 
+@pytest.mark.parametrize("number", ["a", "nan", "inf", "1 2", ""])
+def test_a_contact_that_is_no_number_counts_for_nothing(tmp_path: Path, number: str) -> None:
+    bullet = f'<contact><lateral_friction value="{number}"/><restitution value="0.1"/></contact>'
+    gazebo = f'<gazebo reference="b"><mu1>{number}</mu1></gazebo>'
+    text = robot(link("a", bullet + shape("1 1 1")), link("b", shape("1 1 1")), joint("j", "fixed", "a", "b"), gazebo)
+    item = read(written(tmp_path, text))
+    assert [(finding.code, finding.link) for finding in item.findings] == [
+        ("contact_number", "a"),
+        ("contact_number", "b"),
+    ]
+    contacts = [own.contact for own in item.features.links]
+    assert contacts[0] is not None and contacts[0].friction is None and contacts[0].restitution == 0.1
+    assert contacts[1] is None
+
+
 def test_a_name_that_engines_die_of(tmp_path: Path) -> None:
     assert read(written(tmp_path, robot(link("x" * 255, shape("1 1 1"))))).findings == ()
     with pytest.raises(AssetError, match=r"mobility\.urdf: <link> 'xxx.*5000 characters.*shorten") as caught:

@@ -10,7 +10,7 @@ from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import Document, read_document
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import element_pose
-from asset2sim.physics.kinematics import link_to_root, subtree, tree_of
+from asset2sim.physics.kinematics import link_to_root, moved_links, tree_of
 from schemas.errors import AssetError
 from schemas.features import Mimic
 from tests.assets import joint, link, read, robot, shape, written
@@ -56,7 +56,7 @@ def test_followers_move_with_their_leader(tmp_path: Path) -> None:
     tree = tree_of(features.joints)
     pose = link_to_root(tree, features.root, {"drive": 0.3, "driven": 1.0})["pinion"]
     assert np.arctan2(pose[1, 0], pose[0, 0]) == pytest.approx(-0.5)
-    assert set(subtree(tree, "drive")) == {"wheel", "pinion"}
+    assert set(moved_links(tree, "drive")) == {"wheel", "pinion"}
     driven = features.joint("driven")
     assert (driven.lower, driven.upper) == pytest.approx((-0.9, 1.1))
 

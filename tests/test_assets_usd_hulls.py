@@ -16,10 +16,10 @@ from asset2sim.assets.exports.usd_hulls import (
     POLYGON_LIMIT,
     POLYGON_VERTEX_LIMIT,
     VERTEX_LIMIT,
-    distances,
-    fits,
+    distances_from_surface,
     limited_hull,
     polygon_sizes,
+    within_physx_limits,
 )
 from asset2sim.baselines.ours import by_rules
 from asset2sim.intake.dataset import load_dataset
@@ -61,9 +61,9 @@ def outside(points: Array, hull: ConvexHull) -> float:
 def test_polygons_are_counted_as_physx_counts_them() -> None:
     assert sorted(polygon_sizes(ConvexHull(prism(4)))) == [4] * 6
     assert sorted(polygon_sizes(ConvexHull(prism(20)))) == [4] * 20 + [20] * 2
-    assert fits(ConvexHull(prism(32))) and not fits(ConvexHull(prism(33)))
+    assert within_physx_limits(ConvexHull(prism(32))) and not within_physx_limits(ConvexHull(prism(33)))
     # 40 vertices, and 76 triangles.
-    assert len(polygon_sizes(ConvexHull(ball(40)))) == 76 and not fits(ConvexHull(ball(40)))
+    assert len(polygon_sizes(ConvexHull(ball(40)))) == 76 and not within_physx_limits(ConvexHull(ball(40)))
 
 
 @pytest.mark.parametrize("points", [prism(4), prism(32), ball(30)], ids=["box", "disc", "ball"])
@@ -109,7 +109,7 @@ def test_distances_are_those_from_the_surface() -> None:
     cube = trimesh.creation.box(extents=(2e-4, 2e-4, 2e-4))
     points = np.array([[3e-4, 0.0, 0.0], [2e-4, 2e-4, 0.0], [1e-4, 5e-5, 0.0], [2e-4, 2e-4, 2e-4]])
     wanted = [2e-4, 2e-4 / np.sqrt(2), 0.0, np.sqrt(3) * 1e-4]
-    assert distances(points, np.asarray(cube.triangles)) == pytest.approx(wanted, abs=1e-12)
+    assert distances_from_surface(points, np.asarray(cube.triangles)) == pytest.approx(wanted, abs=1e-12)
 
 
 def test_flat_points_have_no_hull() -> None:
@@ -147,7 +147,7 @@ def test_the_file_says_what_was_cut_and_the_mesh_stays(tmp_path: Path) -> None:
     assert len(found) == 2
     for said, points in found.values():
         assert said is not None
-        assert len(points) <= VERTEX_LIMIT and fits(ConvexHull(points))
+        assert len(points) <= VERTEX_LIMIT and within_physx_limits(ConvexHull(points))
         assert said["vertices_before"] == 300 and 0.0 < said["distance_m"] < 0.016 and 0.75 < said["volume_ratio"] < 1.0
     summary = Sdf.Layer.FindOrOpen(str(tmp_path / "mobility.usda")).customLayerData["asset2sim"]
     farthest = max(said["distance_m"] for said, _ in found.values() if said is not None)

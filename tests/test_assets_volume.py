@@ -8,9 +8,17 @@ import trimesh
 import yourdfpy
 from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes.hull import MOST_SHELLS, distinct, hull_of, hull_vertices, hull_volume, solid, spanning
+from asset2sim.assets.meshes.hull import (
+    MOST_SHELLS,
+    distinct_faces,
+    hull_of,
+    hull_vertices,
+    hull_volume,
+    solid_moments,
+    used_points,
+)
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.meshes.volume import SLAB_THICKNESS, shape_of, slab
+from asset2sim.assets.meshes.volume import SLAB_THICKNESS, shape_of, sheet_as_slab
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 from tests.builders import corners, double_sided, joined, loose_sides, without_top
@@ -151,7 +159,7 @@ def test_a_hull_faces_outwards_and_drops_what_lies_inside() -> None:
     points = np.vstack([corners((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)), [[0.5, 1.0, 1.5]]])
     hull = hull_of(points)
     assert hull is not None and len(hull.points) == 8
-    volume, center, _ = solid(hull.triangles)
+    volume, center, _ = solid_moments(hull.triangles)
     assert volume == pytest.approx(6.0)  # negative if the triangles faced inwards
     np.testing.assert_allclose(center, [0.5, 1.0, 1.5])
     assert len(hull_vertices(points)) == 8 and hull_volume(points) == pytest.approx(6.0)
@@ -166,8 +174,8 @@ def test_coplanar_points_have_no_hull() -> None:
 
 
 def test_the_integral_keeps_its_digits_far_from_the_origin() -> None:
-    near = solid(np.asarray(cuboid().triangles))[2]
-    far = solid(np.asarray(cuboid(at=(1e4, 1e4, 1e4)).triangles))[2]
+    near = solid_moments(np.asarray(cuboid().triangles))[2]
+    far = solid_moments(np.asarray(cuboid(at=(1e4, 1e4, 1e4)).triangles))[2]
     np.testing.assert_allclose(far, near, rtol=1e-6, atol=1e-9)
 
 
@@ -223,7 +231,7 @@ def test_a_turned_square_sheet_weighs_the_same(angle: float) -> None:
 
 def test_a_sheet_with_crowded_vertices_is_the_box_around_its_outline() -> None:
     points = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [1.9, 0.95, 0], [1.95, 0.9, 0]])
-    solid = slab(points)
+    solid = sheet_as_slab(points)
     assert solid.volume == pytest.approx(2.0 * 1.0 * 2e-3, rel=1e-6)
     np.testing.assert_allclose(solid.center, [1.0, 0.5, 0.0], atol=1e-9)
 
@@ -232,9 +240,9 @@ def test_corners_of_a_hull_and_distinct_faces_are_those_of_scipy_and_numpy() -> 
     numbers = np.random.default_rng(3)
     points = numbers.normal(size=(60, 3))
     hull = ConvexHull(points)
-    np.testing.assert_array_equal(spanning(points, hull.simplices), points[hull.vertices])
+    np.testing.assert_array_equal(used_points(points, hull.simplices), points[hull.vertices])
     for most in (9, 1 << 22):  # keys of one number, and rows where that would overflow
         faces = numbers.integers(0, most, size=(200, 3))
         faces = np.vstack([faces, faces[:50, [2, 0, 1]], faces[:7]])
         known = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]
-        np.testing.assert_array_equal(distinct(faces), known)
+        np.testing.assert_array_equal(distinct_faces(faces), known)

@@ -14,7 +14,7 @@ from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.viewer.walk import Show, chosen, reviews_of, stops_of
+from asset2sim.viewer.walk import Show, chosen_stops, reviews_of, stops_of
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.table import Row
@@ -134,7 +134,7 @@ def test_a_night_s_new_failures_are_walked_until_none_is_left(tmp_path: Path) ->
     stops = stops_of(tmp_path)
 
     def ids(show: Show) -> list[str]:
-        return [stop.asset_id for stop in chosen(stops, reviews_of(tmp_path, stops), show)]
+        return [stop.asset_id for stop in chosen_stops(stops, reviews_of(tmp_path, stops), show)]
 
     assert ids(Show.ALL) == ["a", "b", "c"] and ids(Show.FAILURES) == ["b", "c"] == ids(Show.UNREVIEWED)
     assert ids(Show.NEW) == ["b"]

@@ -120,7 +120,7 @@ def test_a_killed_compaction_loses_and_doubles_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, swaps: bool
 ) -> None:
     if not swaps:
-        monkeypatch.setattr(switch, "exchange", lambda first, second: False)
+        monkeypatch.setattr(switch, "swap_names", lambda first, second: False)
     template = tmp_path / "template"
     for day in (1, 2, 3):
         write_run(template, night(day), ended(a=OK, b=OK))

@@ -11,13 +11,13 @@ import pytest
 
 from asset2sim.catalog import parts
 from asset2sim.catalog.enforce import CatalogError
-from asset2sim.catalog.parts import FOLDER, Parts, merged, open_parts, whole_assets
+from asset2sim.catalog.parts import FOLDER, Parts, merged_tables, open_parts, whole_assets
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import ascends
 from asset2sim.catalog.write import write_parts, write_run
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
-from asset2sim.runs.spread.harvest import Harvest, take
+from asset2sim.runs.spread.harvest import Harvest, take_result
 from asset2sim.runs.spread.job import Job
 from asset2sim.storage.lock import lock_output
 from schemas.asset import AssetRecord
@@ -188,7 +188,7 @@ def test_streams_are_merged_by_asset() -> None:
     whole = list(whole_assets([table("a", "b"), table("b"), table(), table("b", "c")]))
     assert [rows["asset_id"].to_pylist() for rows in whole] == [["a"], ["b", "b", "b"], ["c"]]
     one, other = [table("a", "c"), table("c", "d")], [table("b", "c", "e"), table("e", "f")]
-    rows = list(merged([one, other, []], ("asset_id", "n")))
+    rows = list(merged_tables([one, other, []], ("asset_id", "n")))
     ids = [part["asset_id"].to_pylist() for part in rows]
     assert [name for part in ids for name in part] == list("abcccdeef")
     assert all(set(before).isdisjoint(after) for before, after in pairwise(ids))
@@ -220,7 +220,7 @@ def peaks(out: Path, assets: int, kept: list[AssetRecord] | None = None) -> tupl
             keep = (lambda record: None) if kept is None else kept.append
             harvest = Harvest(out, run.run_id, Settings(), keep, held.add)
             for job in jobs.values():
-                take(harvest, job, None)
+                take_result(harvest, job, None)
             write_parts(out, run, held, tuple(harvest.records.values()))
         return tracemalloc.get_traced_memory()[1], float(pool.max_memory())
     finally:

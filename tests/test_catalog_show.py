@@ -11,7 +11,7 @@ from asset2sim.catalog.run import start_run
 from asset2sim.catalog.show import describe_asset
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import summary_tables, totals_line
-from asset2sim.catalog.text import NOTHING, markdown_table, number
+from asset2sim.catalog.text import NOTHING, markdown_table, significant
 from asset2sim.catalog.write import write_run
 from schemas.errors import UnknownChoiceError
 from schemas.settings import Settings, Thresholds
@@ -133,4 +133,4 @@ def test_a_markdown_table_escapes_what_would_split_a_cell() -> None:
      (1.5e-7, "1.50e-07"), (3.2e8, "3.20e+08"), (-0.05, "-0.0500")],
 )  # fmt: skip
 def test_numbers(value: object, shown: str) -> None:
-    assert number(value) == shown
+    assert significant(value) == shown

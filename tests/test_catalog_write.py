@@ -251,7 +251,7 @@ def test_a_killed_switch_leaves_the_whole_old_or_the_whole_new_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exchange: bool, existing: bool
 ) -> None:
     if not exchange:
-        monkeypatch.setattr(switch, "exchange", lambda first, second: False)
+        monkeypatch.setattr(switch, "swap_names", lambda first, second: False)
 
     def publish(out: Path, content: str) -> None:
         switch.recover(out)

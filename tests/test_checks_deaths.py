@@ -68,10 +68,10 @@ def frail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Engine]:
     monkeypatch.setenv(VARIABLE, str(tmp_path / "frail.py"))
     for members in ("_member_names_", "_member_map_", "_value2member_map_"):  # other tests go over all engines
         monkeypatch.setattr(Engine, members, getattr(Engine, members).copy())
-    registry.further.cache_clear()
-    assert registry.further()
+    registry.outside_engines.cache_clear()
+    assert registry.outside_engines()
     yield Engine("frail")
-    registry.further.cache_clear()
+    registry.outside_engines.cache_clear()
     comparable.cache_clear()
 
 

@@ -10,7 +10,7 @@ from asset2sim.catalog.rows_engines import expectation_rows
 from asset2sim.catalog.run_figures import expected_counts, run_figures
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line, expected_line
-from asset2sim.checks.alignment.expectations import FILE, meet, read_expectations, unknown_assets
+from asset2sim.checks.alignment.expectations import FILE, met_expectation, read_expectations, unknown_assets
 from schemas.alignment import Expectation, Expected
 from schemas.asset import AssetRecord
 from schemas.errors import UsageError
@@ -103,43 +103,45 @@ def test_an_unknown_asset_is_named_with_its_line_and_the_nearest(tmp_path: Path)
 
 @pytest.mark.parametrize(("low", "high", "met"), [(20.0, 30.0, True), (25.0, 26.0, True), (26.0, 30.0, False)])
 def test_the_size_is_the_longest_edge_with_all_closed(low: float, high: float, met: bool) -> None:
-    found = meet(placed(0.0), stated("size", low, high, "cm"))
+    found = met_expectation(placed(0.0), stated("size", low, high, "cm"))
     assert verdicts(found) == (met, None) and found.start == pytest.approx(25.0)
 
 
 def test_a_joint_is_met_at_rest_in_every_engine_or_not_at_all() -> None:
     want = stated("hinge", 0.2, 0.4, "rad")
-    assert verdicts(meet(placed(0.3, rests=(0.3, 0.39)), want)) == (True, True)
-    fell = meet(placed(0.3, rests=(0.3, 0.0)), want)
+    assert verdicts(met_expectation(placed(0.3, rests=(0.3, 0.39)), want)) == (True, True)
+    fell = met_expectation(placed(0.3, rests=(0.3, 0.0)), want)
     assert verdicts(fell) == (True, False) and (fell.rest, fell.rest_engine) == (0.0, "mujoco")
-    assert verdicts(meet(placed(0.5, rests=(0.3, 0.3)), want)) == (False, True)
-    assert verdicts(meet(placed(0.3), want)) == (True, None), "what no engine measured is not known"
+    assert verdicts(met_expectation(placed(0.5, rests=(0.3, 0.3)), want)) == (False, True)
+    assert verdicts(met_expectation(placed(0.3), want)) == (True, None), "what no engine measured is not known"
 
 
 def test_an_engine_that_exploded_or_crashed_meets_nothing() -> None:
     record = placed(0.3, rests=(0.3,))
     for broken in (make_measurement(finite=False), None):
         report = make_report(Engine.MUJOCO, measurement=broken)
-        found = meet(record.model_copy(update={"reports": (*record.reports, report)}), stated("hinge", 0.2, 0.4, "rad"))
+        found = met_expectation(
+            record.model_copy(update={"reports": (*record.reports, report)}), stated("hinge", 0.2, 0.4, "rad")
+        )
         assert verdicts(found) == (True, False) and found.rest is None and found.reason == "mujoco measured no rest"
 
 
 def test_either_range_will_do_and_whole_turns_do_not_count() -> None:
     either = Expectation(what="hinge", ranges=((-0.4, -0.3), (0.3, 0.4)), unit="rad", lines=(2,))
     for at, met in ((0.35, True), (-0.35, True), (0.0, False), (0.35 - TURN, True), (0.35 + TURN, True)):
-        assert meet(placed(at), either).at_start is met
-    assert meet(placed(0.35 + TURN), either).start == pytest.approx(0.35)
-    assert meet(placed(5.0), stated("hinge", -6.3, 6.3, "swings")).start == 5.0
+        assert met_expectation(placed(at), either).at_start is met
+    assert met_expectation(placed(0.35 + TURN), either).start == pytest.approx(0.35)
+    assert met_expectation(placed(5.0), stated("hinge", -6.3, 6.3, "swings")).start == 5.0
 
 
 def test_what_swings_is_held_to_its_start_alone_in_its_own_unit() -> None:
     for what, record in (("hinge", placed(0.3, rests=(9.0, 9.0))), ("slider", placed(0.0, slider=0.3 * 0.25))):
-        assert verdicts(meet(record, stated(what, 0.2, 0.4, "swings"))) == (True, None)
+        assert verdicts(met_expectation(record, stated(what, 0.2, 0.4, "swings"))) == (True, None)
 
 
 def test_a_slider_is_counted_at_scale_one() -> None:
     # 0.1 m measured, at a scale of 0.25.
-    found = meet(placed(0.0, slider=0.05, rests=(0.0,)), stated("slider", 0.39, 0.41, "m"))
+    found = met_expectation(placed(0.0, slider=0.05, rests=(0.0,)), stated("slider", 0.39, 0.41, "m"))
     assert verdicts(found) == (False, True) and [found.start, found.rest] == pytest.approx([0.2, 0.4])
 
 

@@ -11,7 +11,7 @@ from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import measure
 from asset2sim.checks.rig import opener_of, shared_world
-from asset2sim.checks.verify import examine, verify
+from asset2sim.checks.verify import run_checks, verify
 from asset2sim.engines.child import ChildOutcome
 from asset2sim.engines.registry import installed
 from schemas.overlay import PhysicsOverlay
@@ -69,8 +69,8 @@ def test_the_measurement_at_rest_from_shared_worlds_is_that_of_its_own(tmp_path:
     for overlay in (item.overlay, item.overlay.model_copy(update={"support": held})):
         own = (overlay.initial_positions, overlay.contact_friction, SETTINGS)
         alone = measure(engine, item.urdf, *own, held=overlay.support.fixed)
-        assert examine(engine, item.urdf, overlay, SETTINGS, LIMITS, cause=hull_cause)[0] == alone
-    assert examine(engine, item.urdf, overlay, SETTINGS, LIMITS, cause=hull_cause, only=FailureMode.JAM)[0] is None
+        assert run_checks(engine, item.urdf, overlay, SETTINGS, LIMITS, cause=hull_cause)[0] == alone
+    assert run_checks(engine, item.urdf, overlay, SETTINGS, LIMITS, cause=hull_cause, only=FailureMode.JAM)[0] is None
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from asset2sim.checks.drop import drop, drop_verdict
-from asset2sim.checks.hold import hold_verdict, holds
+from asset2sim.checks.hold import hold_records, hold_verdict
 from asset2sim.checks.mechanism import span_of
-from asset2sim.checks.nudge import nudge_verdict, nudges
-from asset2sim.checks.release import release_verdict, releases
-from asset2sim.checks.reset import reset, reset_verdict, starts
+from asset2sim.checks.nudge import nudge_records, nudge_verdict
+from asset2sim.checks.release import release_records, release_verdict
+from asset2sim.checks.reset import perturbed_starts, reset_from, reset_verdict
 from asset2sim.checks.set_down import set_down
 from asset2sim.checks.support_polygon import point_clouds
 from asset2sim.engines.world import World
@@ -52,7 +52,7 @@ def free_of(item: Subject) -> dict[str, tuple[float, float]]:
 
 
 def let_go(item: Subject, world: World) -> list[CheckVerdict]:
-    records = releases(world, item.item, free_of(item), SETTINGS, LIMITS)
+    records = release_records(world, item.item, free_of(item), SETTINGS, LIMITS)
     return [release_verdict(record, item.overlay.joints[0], world.engine, LIMITS) for record in records]
 
 
@@ -80,7 +80,7 @@ def test_a_lid_that_its_friction_holds_is_not_expected_to_fall(tmp_path: Path) -
 def test_a_key_returns_to_its_stop(tmp_path: Path, engine: Engine) -> None:
     item = key(tmp_path)
     with opened(item, engine) as world:
-        (record,) = releases(world, item.item, free_of(item), SETTINGS, LIMITS)
+        (record,) = release_records(world, item.item, free_of(item), SETTINGS, LIMITS)
         (verdict,) = let_go(item, world)
     assert record.start == pytest.approx(0.0015) and record.target == 0.0
     assert verdict.passed and "spring" in verdict.reason
@@ -92,7 +92,7 @@ def test_a_spring_rests_where_it_balances_gravity(tmp_path: Path) -> None:
                       stiffness=stiffness, reference=0.1)  # fmt: skip
     item = subject(tmp_path, [bare("base"), bare("mass", 0.5)], [joint])
     with opened(item) as world:
-        (record,) = releases(world, item.item, free_of(item), SETTINGS, LIMITS)
+        (record,) = release_records(world, item.item, free_of(item), SETTINGS, LIMITS)
     assert record.target == pytest.approx(0.1 - 0.5 * 9.81 / stiffness, abs=1e-6)
     assert record.end == pytest.approx(record.target, abs=2e-3)
     assert record.start == pytest.approx(record.target + 0.5 * (0.5 - record.target))
@@ -104,7 +104,7 @@ def test_an_open_flap_holds_by_its_friction_and_falls_without(tmp_path: Path, en
         item = lid(tmp_path, friction=friction, start=0.2, hold=True)
         with opened(item, engine) as world:
             verdict = hold_verdict(
-                list(holds(world, item.item, SETTINGS, LIMITS)), item.overlay.joints[0], engine, LIMITS
+                list(hold_records(world, item.item, SETTINGS, LIMITS)), item.overlay.joints[0], engine, LIMITS
             )
         assert verdict.passed is passes, verdict.reason
 
@@ -112,10 +112,10 @@ def test_an_open_flap_holds_by_its_friction_and_falls_without(tmp_path: Path, en
 def test_a_joint_that_holds_everywhere_is_also_held_in_mid_range(tmp_path: Path) -> None:
     item = lid(tmp_path, friction=1.1, start=1.5, hold=True)
     with opened(item) as world:
-        assert [record.position for record in holds(world, item.item, SETTINGS, LIMITS)] == [1.5, 0.75]
+        assert [record.position for record in hold_records(world, item.item, SETTINGS, LIMITS)] == [1.5, 0.75]
     item = lid(tmp_path, friction=0.4, start=1.5, hold=True)
     with opened(item) as world:
-        assert [record.position for record in holds(world, item.item, SETTINGS, LIMITS)] == [1.5]
+        assert [record.position for record in hold_records(world, item.item, SETTINGS, LIMITS)] == [1.5]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -124,7 +124,7 @@ def test_a_damped_door_comes_to_rest_and_an_undamped_one_does_not(tmp_path: Path
         joint = UrdfJoint("hinge", "continuous", "base", "door", damping=damping)
         item = subject(tmp_path, [bare("base"), bare("door", moment=0.01)], [joint])
         with opened(item, engine) as world:
-            (record,) = nudges(world, item.item, SETTINGS, LIMITS)
+            (record,) = nudge_records(world, item.item, SETTINGS, LIMITS)
         verdict = nudge_verdict(record, item.overlay.joints[0], engine, LIMITS)
         assert verdict.passed is passes, verdict.reason
     assert verdict.value == pytest.approx(1.0, abs=0.02)
@@ -134,7 +134,7 @@ def test_a_wheel_that_is_meant_to_coast_is_given_its_time(tmp_path: Path) -> Non
     joint = UrdfJoint("axle", "continuous", "base", "wheel", damping=0.01 / 1.5)
     item = subject(tmp_path, [bare("base"), bare("wheel", moment=0.01)], [joint])
     with opened(item) as world:
-        (record,) = nudges(world, item.item, SETTINGS, LIMITS)
+        (record,) = nudge_records(world, item.item, SETTINGS, LIMITS)
     assert record.seconds > SETTINGS.nudge_s
     assert nudge_verdict(record, item.overlay.joints[0], "pybullet", LIMITS).passed
 
@@ -144,7 +144,7 @@ def test_a_spring_that_the_step_cannot_bear_explodes_when_nudged(tmp_path: Path)
     calm = UrdfJoint("rest", "prismatic", "base", "button", lower=0.0, upper=0.01, damping=0.5)
     item = subject(tmp_path, [bare("base"), bare("key", 0.01), bare("button", 0.01)], [wild, calm])
     with opened(item) as world:
-        records = {record.joint: record for record in nudges(world, item.item, SETTINGS, LIMITS)}
+        records = {record.joint: record for record in nudge_records(world, item.item, SETTINGS, LIMITS)}
     verdicts = {
         joint.name: nudge_verdict(records[joint.name], joint, "pybullet", LIMITS) for joint in item.overlay.joints
     }
@@ -155,7 +155,7 @@ def test_a_spring_that_the_step_cannot_bear_explodes_when_nudged(tmp_path: Path)
 def test_a_key_is_nudged_no_faster_than_its_travel_allows(tmp_path: Path) -> None:
     item = key(tmp_path)
     with opened(item) as world:
-        (record,) = nudges(world, item.item, SETTINGS, LIMITS)
+        (record,) = nudge_records(world, item.item, SETTINGS, LIMITS)
     assert record.speed == pytest.approx(0.003 / 0.25)
     assert nudge_verdict(record, item.overlay.joints[0], "pybullet", LIMITS).passed
 
@@ -187,7 +187,8 @@ def test_a_squat_box_stands_every_reset_and_a_top_heavy_pole_tips(tmp_path: Path
         with opened(item, engine, plane=True) as world:
             _, resting, support = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
             records = [
-                reset(world, item.item, *start, resting, support, SETTINGS, LIMITS) for start in starts(SETTINGS)[:3]
+                reset_from(world, item.item, *start, resting, support, SETTINGS, LIMITS)
+                for start in perturbed_starts(SETTINGS)[:3]
             ]
         verdicts = [reset_verdict(record, i, Interaction(engine=engine), LIMITS) for i, record in enumerate(records)]
         assert all(verdict.passed is passes for verdict in verdicts), [verdict.reason for verdict in verdicts]
@@ -200,7 +201,7 @@ def test_a_reset_sees_a_door_that_must_stay_and_does_not(tmp_path: Path) -> None
         item = lid(tmp_path, friction=friction, start=0.75, hold=True)
         with opened(item, plane=True) as world:
             _, resting, support = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
-            record = reset(world, item.item, *starts(SETTINGS)[0], resting, support, SETTINGS, LIMITS)
+            record = reset_from(world, item.item, *perturbed_starts(SETTINGS)[0], resting, support, SETTINGS, LIMITS)
         verdict = reset_verdict(record, 0, Interaction(engine=Engine.PYBULLET), LIMITS)
         # A friction of a tenth over the load cannot brake a fall of 2 cm: the lid of a real box would fall shut.
         assert verdict.passed and ("cannot brake this fall" in verdict.reason) is slips, record
@@ -211,12 +212,12 @@ def test_a_reset_sees_a_door_that_must_stay_and_does_not(tmp_path: Path) -> None
 
 
 def test_starts_are_the_corners_and_the_same_every_time() -> None:
-    found = starts(SETTINGS)
-    assert found == starts(SETTINGS) and len(found) == len(set(found)) == 8
+    found = perturbed_starts(SETTINGS)
+    assert found == perturbed_starts(SETTINGS) and len(found) == len(set(found)) == 8
     assert {shift for shift, _ in found} == {
         (x, y, z) for x in (0.02, -0.02) for y in (0.02, -0.02) for z in (0.02, -0.02)
     }
     assert np.array([shift for shift, _ in found[::2]]).sum(axis=0) == pytest.approx([0, 0, 0])
     assert np.array([tilt for _, tilt in found[::2]]).sum(axis=0) == pytest.approx([0, 0, 0])
-    more = starts(SETTINGS.model_copy(update={"resets": 12}))
+    more = perturbed_starts(SETTINGS.model_copy(update={"resets": 12}))
     assert more[:8] == found and more[8][0] == (0.01, 0.01, 0.01)

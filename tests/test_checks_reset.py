@@ -9,9 +9,10 @@ import pytest
 from asset2sim.checks.reset import reset_verdict
 from asset2sim.physics.support_polygon import standing_on
 from schemas.interaction import Interaction, Reset
-from schemas.vocabulary import Engine
+from schemas.vocabulary import Engine, FailureMode
 from tests.assets import near
-from tests.interaction_objects import LIMITS, interaction, solid, subject
+from tests.builders import UrdfLink
+from tests.interaction_objects import LIMITS, SETTINGS, interaction, solid, subject
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -70,3 +71,14 @@ def test_a_pole_s_support_is_measured_in_the_engine(tmp_path: Path) -> None:
     seen = interaction(Engine.PYBULLET, item)
     assert seen.tip_rise_m is not None and near(seen.tip_rise_m, math.hypot(0.01, 0.3) - 0.3, 1e-3)
     assert near(seen.support_m, 0.02, 1e-3)
+
+
+@pytest.mark.system
+def test_a_lamp_may_roll_on_the_rim_of_its_foot_for_longer_than_a_drop(tmp_path: Path) -> None:
+    # Its centre of mass is 0.6 m over a disc of 0.3 m, which tips at 14°; what rocks so, comes to rest in under 6 s.
+    disc = '<cylinder radius="0.15" length="0.02"/>'
+    lamp = UrdfLink("lamp", 5.0, (0.0, 0.0, 0.6), (2.0, 0.0, 0.0, 2.0, 0.0, 0.02), ((disc, (0.0, 0.0, 0.01)),))
+    item = subject(tmp_path, [lamp], [])
+    seen = interaction(Engine.PYBULLET, item, only=FailureMode.RESET)
+    verdicts = [reset_verdict(one, index, seen, LIMITS) for index, one in enumerate(seen.resets)]
+    assert len(verdicts) == SETTINGS.resets and [one.reason for one in verdicts if not one.passed] == []

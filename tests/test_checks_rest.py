@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
 from asset2sim.checks.rest import contacts_at, measure, observe
-from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped, rotation_of, watch
+from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped_reading, rotation_of, watch
 from asset2sim.physics.arrays import Array
 from schemas.interaction import Measurement
 from schemas.settings import EngineSettings, Thresholds
@@ -174,11 +174,11 @@ def test_the_matrix_of_an_orientation_is_scipys() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e12, -1e12])
 def test_what_no_table_can_hold_is_capped(value: float) -> None:
-    assert capped(value) == math.copysign(BEYOND_MEASURE, value if abs(value) == 1e12 else 1.0)
+    assert capped_reading(value) == math.copysign(BEYOND_MEASURE, value if abs(value) == 1e12 else 1.0)
 
 
 def test_what_a_table_can_hold_is_kept() -> None:
-    assert capped(-0.25) == -0.25
+    assert capped_reading(-0.25) == -0.25
 
 
 def siblings(folder: Path, reach: float) -> Path:

@@ -9,7 +9,7 @@ from asset2sim.checks.effort import efforts
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.opening import openings
 from asset2sim.checks.set_down import set_down
-from asset2sim.checks.state import settled
+from asset2sim.checks.state import settled_positions
 from asset2sim.checks.support_polygon import point_clouds
 from schemas.interaction import Effort
 from schemas.mechanism import EffortRange
@@ -78,7 +78,7 @@ def test_a_lid_that_falls_shut_has_lost_the_state_that_was_asked(tmp_path: Path,
     assert "asked to stand at 0.7 rad, settles at" in reasons[0]
     with opened(item, engine, plane=True) as world:
         _, resting, _ = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
-    (record,) = settled(item.item.joints, resting)
+    (record,) = settled_positions(item.item.joints, resting)
     assert record.settled == pytest.approx(0.0, abs=0.02) and record.share == pytest.approx(0.7 / 1.5, abs=0.02)
 
 

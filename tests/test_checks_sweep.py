@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.checks.findings import overlap_pairs
 from asset2sim.checks.rig import CauseOf
-from asset2sim.checks.sweep import sweep_verdict, sweeps
+from asset2sim.checks.sweep import sweep_records, sweep_verdict
 from schemas.interaction import Sweep
 from schemas.vocabulary import Engine, FailureMode, OverlapCause
 from tests.builders import UrdfJoint
@@ -56,7 +56,7 @@ def rack(folder: Path, *, both: bool = False) -> Subject:
 
 def swept(item: Subject, engine: Engine, cause: CauseOf) -> dict[str, Sweep]:
     with opened(item, engine) as world:
-        records, _ = sweeps(world, item.item, SETTINGS, LIMITS, cause)
+        records, _ = sweep_records(world, item.item, SETTINGS, LIMITS, cause)
     return {record.joint: record for record in records}
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.checks.watch import Harmless, steady, watch
+from asset2sim.checks.watch import Harmless, is_steady, watch
 from asset2sim.engines.pybullet_world import open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
@@ -24,7 +24,7 @@ def seen(pose: Callable[[float], float], free: Callable[[float], float] = lambda
     """``steady`` of three windows of readings of a pose over time (s), 5 s before the end."""
     times = EVERY_S * np.arange(3 * WINDOW)
     readings = [(np.array([pose(time), free(time)]), np.array([speed])) for time in times]
-    return steady(readings, STILL, CALM, 5.0 / EVERY_S)
+    return is_steady(readings, STILL, CALM, 5.0 / EVERY_S)
 
 
 @pytest.mark.parametrize(

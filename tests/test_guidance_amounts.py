@@ -3,7 +3,7 @@
 import pytest
 
 from asset2sim.checks.alignment.user_request import read_request
-from asset2sim.guidance.amounts import asked_masses, plain, unmet_numbers
+from asset2sim.guidance.amounts import asked_masses, plain_guidance, unmet_numbers
 from asset2sim.guidance.lexicon import tokenize
 from tests import prior_objects as known
 from tests.factories import guidance_of, make_features
@@ -28,7 +28,7 @@ from tests.factories import guidance_of, make_features
     ],
 )
 def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str, named: str) -> None:
-    assert plain(words) == left
+    assert plain_guidance(words) == left
     assert [item.words for item in unmet_numbers(words)] == [named]
 
 
@@ -36,6 +36,11 @@ def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str
     ("words", "meant"),
     [
         ("3 ft tall", "0.9144 m tall"),
+        ("2 N·m to turn", "2 newtonmetres to turn"),
+        ("1.2Nm", "1.2 newtonmetres"),
+        ("12 N cm", "0.12 newtonmetres"),
+        ("a key of 60 gf", "a key of 0.588399 newtons"),
+        ("20 N to open", "20 newtons to open"),
         ("12 in wide", "0.3048 m wide"),
         ("a 30-cm-wide box", "a 30 cm-wide box"),
         ("1e-1 m long", "0.1 m long"),
@@ -52,7 +57,7 @@ def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str
     ],
 )
 def test_other_numbers_keep_their_meaning(words: str, meant: str) -> None:
-    assert plain(words) == meant
+    assert plain_guidance(words) == meant
     assert unmet_numbers(words) == ()
 
 

@@ -41,7 +41,7 @@ def test_from_extraction_to_the_score_the_sentence_is_read_once(tmp_path: Path) 
     calls: list[str] = []
 
     def count(frame: FrameType, event: str, arg: object) -> None:
-        if event == "call" and frame.f_code in (lexicon.tokenize.__code__, read.read_guidance.__code__):
+        if event == "call" and frame.f_code in (lexicon.tokenize.__code__, read.read_guidance.__wrapped__.__code__):
             calls.append(frame.f_code.co_name)
 
     folder = written(tmp_path / "thing", cabinet())

@@ -198,14 +198,19 @@ OWN_PHRASINGS: list[tuple[Json, str, dict[str, float]]] = [
     (known.GLASSES, "glasses with folded temples", {"left": 1.6, "right": 1.6}),
     (known.SCISSORS, "closed scissors", {"halves": -0.6}),
     (known.LAPTOP, "a laptop opened to 90°", {"screen": -1.8 + 1.5708}),
-    # A door of 180° is used up to 110°; fully open is the end of its travel, and a handle swings over all of its own.
+    # A door of 180° is used up to 110°, and open there; fully open is the end of its travel, and a handle swings over
+    # all of its own.
     (FRIDGE, "its door open halfway", {"door": 0.96}),
     (FRIDGE, "its door wide open", {"door": 3.14}),
+    (FRIDGE, "its door open", {"door": 1.9199}),
+    (FRIDGE, "an open refrigerator", {"door": 1.9199}),
     (FRIDGE, "its door slightly closed", {"door": (1.0 - SLIGHTLY) * 1.9199}),
     (known.TRASHCAN, "with its lid half open", {"lid": 0.96}),
     (known.LAPTOP, "a half open laptop", {"screen": -1.8 + 1.13446}),
     (known.TOASTER, "toaster with the lever pressed down", {"lever": 0.4}),
     (known.SUITCASE, "suitcase, handle upright", {"handle": -1.57}),
+    (known.TOASTER, "a toaster with a strong spring that is hard to press", {}),
+    (known.BUCKET, "a bucket, handle upright", {"handle": 0.0}),  # from -2.0 to 2.0
     (known.MICROWAVE, "with its drawer open", {}),
     (known.SUITCASE, "the handle glides up and down without effort", {}),
     (known.SCISSORS, "pruning scissors that open by themselves", {}),
@@ -217,6 +222,8 @@ D, C, T = known.DRAWERS, known.CABINET, known.TOILET
 NAMED_BEFORE: list[tuple[Json, str, dict[str, float]]] = [
     (D, "a desk with three drawers, the upper one half open", {"d0": 0.25}),
     (D, "a chest of drawers with three drawers and the bottom one open", {"d2": 0.5}),
+    (D, "a chest of three drawers, second drawer from the top a third open", {"d1": 0.5 / 3.0}),
+    (D, "the third drawer from the bottom half open", {"d0": 0.25}),
     (D, "a nightstand with drawers, one of them open", {"d0": 0.5}),
     (D, "a dresser having three drawers, of which the middle one is half open", {"d1": 0.25}),
     (D, "a dresser with drawers, the top two open", {"d0": 0.5, "d1": 0.5}),
@@ -252,6 +259,8 @@ def test_asked_states(information: Json, guidance: str, expected: dict[str, floa
         ("a box half a metre wide", 0.5),
         ("a bin two feet tall", 0.6096),
         ("a tub 25 cm in diameter", 0.25),
+        ("a carry-on box, 55 cm, 3 kg, closed", 0.55),
+        ("a box with a handle of metal, 12 cm from its edge", 0.4),
         ("a box 4x4 plywood", 0.4),
         ("a box on a foot", 0.4),
     ],
@@ -333,12 +342,49 @@ def test_a_length_opens_a_slide_at_the_final_scale() -> None:
         (known.TOASTER, "The lever returns slowly.", "lever", {"returns_s": 1.5}),
         (known.TOASTER, "The lever springs back in 0.4 s.", "lever", {"returns_s": 0.4}),
         (known.SAFE, "The door is heavy and moves slowly.", "door", {"damping_level": "super high"}),
+        (known.SAFE, "Its door takes 40 N to get moving.", "door", {"effort_n": 40.0}),
+        (known.BOX, "The lid is stiff and needs about 15 N to lift.", "lid", {"effort_n": 15.0, "stiff": True}),
+        (known.BOX, "a box, 0.6 N·m to turn its lid", "lid", {"effort_nm": 0.6}),
+        (known.KEYBOARD, "each key needs 60 gf", "k1", {"effort_n": 0.588}),
+        (known.DRAWERS, "The drawers are hard to slide.", "d1", {"stiff": True}),
+        (known.SAFE, "door closed by a catch that pops open at 30 N", "door", {"effort_n": 30.0, "mechanism": "latch"}),
+        (known.MICROWAVE, "Its door snaps shut and lets go at 30 N.", "door", {"effort_n": 30.0, "mechanism": "latch"}),
     ],
 )
 def test_feel(information: Json, guidance: str, name: str, expected: Json) -> None:
     found = felt(ask(information, guidance), name)
     for key, value in expected.items():
         assert found[key] == (value if isinstance(value, str) else pytest.approx(value, abs=1e-3)), key
+
+
+@pytest.mark.parametrize(
+    ("information", "guidance", "expected"),
+    [
+        (known.DRAWERS, "upper drawer pulled out 8 cm, lower one shut", {"d0": 8 / 75, "d2": 0.0}),
+        (known.DRAWERS, "top drawer out by 20 cm, everything else shut", {"d0": 20 / 75, "d1": 0.0, "d2": 0.0}),
+        (known.SAFE, "door shut and sticky, 20 N to pull open", {"door": 0.0}),
+        (known.BOX, "a box at 45% of its travel", {"lid": -0.136}),
+        (known.BOX, "its lid thrown all the way back", {"lid": 2.0}),
+        (known.MICROWAVE, "its buttons are pressed with 2 N", {}),
+    ],
+)
+def test_states_as_users_write_them(information: Json, guidance: str, expected: dict[str, float]) -> None:
+    found = ask(information, guidance)
+    assert (
+        found["initial_joint_positions"] == pytest.approx(expected, abs=1e-3)
+        and found["scale"] == ask(information)["scale"]
+    )
+
+
+def test_inches_before_a_screen_are_its_diagonal() -> None:
+    for words in ('a 15.6" gaming laptop', "a 15.6 inch laptop", "a 15.6-inch notebook"):
+        assert max(known.LAPTOP["size_closed_m"]) * ask(known.LAPTOP, words)["scale"] == pytest.approx(
+            0.357, abs=0.003
+        ), words
+
+
+def test_what_a_part_bears_is_not_what_moving_it_takes() -> None:
+    assert felt(ask(known.DRAWERS, "Each drawer holds a load of 200 N."), "d1").get("effort_n") is None
 
 
 def test_feel_reaches_only_the_parts_that_are_named() -> None:
@@ -396,3 +442,20 @@ def test_closed_is_the_authored_zero_of_what_turns_as_far_either_way(
     edge = {"category": "Furniture", "size_m": [1, 1, 1], "links": links, "joints": [lever]}
     overlay = prior_overlay(ObjectInfo.from_json(edge), "A piece of furniture, everything closed.")
     assert overlay.initial_joint_positions["j"] == pytest.approx(asked, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "asked"),
+    [
+        ("a monitor whose screen slides up and stays", {}),
+        ("a monitor with its screen up", {"lift": 0.5}),
+        ("a monitor on a swivel stand, screen upright", {}),
+    ],
+)
+def test_what_a_part_can_do_is_no_state_and_what_turns_about_the_vertical_is_never_up(
+    words: str, asked: dict[str, float]
+) -> None:
+    lift = known.sliding("lift", "translation_screen", axis=(0.0, 0.0, 1.0))
+    swivel = known.hinged("swivel", "rotation_screen", lower=-0.7, upper=0.7)
+    display = known.thing("Display", swivel if "swivel" in words else lift)
+    assert ask(display, words).get("initial_joint_positions", {}) == pytest.approx(asked, rel=1e-3)

@@ -7,11 +7,11 @@ import pytest
 from pydantic import TypeAdapter
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.gym.hand.contents import Kept, keep
+from asset2sim.gym.hand.contents import Kept, content_records
 from schemas.asset import AssetRecord, AssetRef
 from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.settings import Settings
-from tasks.by_hand import contents, measure_contents, overlay_of
+from tasks.by_hand import contents_columns, measure_contents, overlay_of
 from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, robot, shape
 from tests.factories import make_joint
@@ -56,7 +56,7 @@ def box(folder: Path, below: str = "") -> Path:
 
 
 def kept(folder: Path) -> list[Kept]:
-    return keep(folder, overlay_of(folder), HandSettings(), ContentSettings())
+    return content_records(folder, overlay_of(folder), HandSettings(), ContentSettings())
 
 
 def test_what_lies_in_a_drawer_and_in_a_box_stays(tmp_path: Path) -> None:
@@ -103,5 +103,5 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     read = record.validate_json(record.dump_json(record.validate_python(dict(bad.further))))
     assert type(read["contents_interiors"]) is int, "a count that comes back as 1.0 is refused by the tables"
     solid = robot(link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)))
-    none = contents(refined(tmp_path / "solid", solid, [], {"body": 20.0})).further
+    none = contents_columns(refined(tmp_path / "solid", solid, [], {"body": 20.0})).further
     assert none["contents"] is None and (none["contents_interiors"], none["contents_room_l"]) == (0, 0.0)

@@ -10,10 +10,12 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.contact import pressures
 from asset2sim.gym.hand.gripper import open_world
-from asset2sim.gym.hand.holds import CLEAR_M, room_of, solid_of, way_of
-from asset2sim.gym.hand.poses import at_places
-from asset2sim.gym.hand.surfaces import surface
-from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, no_task, tried, use, use_joint
+from asset2sim.gym.hand.holds import CLEAR_M, Hold, body_pose, room_of, solid_of, way_of
+from asset2sim.gym.hand.operate import share_by_hold
+from asset2sim.gym.hand.poses import at_places, hand_rotations
+from asset2sim.gym.hand.recorder import Recorder
+from asset2sim.gym.hand.surfaces import share_between_pads, surface_places
+from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, joints_to_try, no_task, use_joint, use_records
 from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.hand_settings import HandSettings
@@ -46,7 +48,7 @@ def chest(folder: Path, *, kg: float = 20.0, base: str = "0.3 0.3 0.3", fixed: b
 
 def used(folder: Path) -> UsedJoint:
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-    (found,) = use(folder, overlay, HandSettings())
+    (found,) = use_records(folder, overlay, HandSettings())
     return found
 
 
@@ -61,7 +63,7 @@ def test_poses_told_to_be_inside_the_object_are_those_at_which_its_engine_finds_
     world = open_world(chest(tmp_path / "chest"), HandSettings())
     world.reset()
     way = way_of(world, "slide", 0.2)
-    points, normals, _ = surface(world, way.bodies)
+    points, normals, _ = surface_places(world, way.bodies)
     turns = np.arange(len(points)) % 16
     poses, halves = at_places(world, "hook", points, normals, turns, np.zeros(len(points)))
     free = set(solid_of(world, way.bodies, points).free(world, poses, halves, CLEAR_M))
@@ -118,10 +120,56 @@ def test_a_front_without_a_handle_is_rubbed_along_by_its_edge_and_the_force_is_k
     assert gentle == ("hand", f"a finger presses with {found.ways[1].contact_n:.0f} N")
 
 
+def test_a_finger_that_rubs_presses_harder_and_pulls_more_where_a_drawer_sticks(tmp_path: Path) -> None:
+    # Of 45 N, led 1 cm into an edge and half of it ahead, 20 N pull; led 0.8 of it ahead, 28 N do; no more than 32 N
+    # (45 over the root of two) do with a friction of 1.
+    for friction, done in ((25.0, True), (35.0, False)):
+        found = used(plate(tmp_path / f"plate {friction:g}", proud_m=0.018, friction=friction))
+        assert (found.ways[0].kind, found.done) == ("rub", done), found
+
+
+def test_a_grasp_has_something_between_its_pads_or_is_missed(tmp_path: Path) -> None:
+    world = open_world(chest(tmp_path / "chest"), HandSettings())
+    world.reset()
+    way = way_of(world, "slide", 0.2)
+    knob, pose = world.data.xpos[min(way.bodies)] + (0.04, 0.0, 0.0), np.eye(4)
+    pose[:3, :3], pose[:3, 3] = hand_rotations(np.array([[-1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))[0], knob
+    # The knob is 2 cm deep and 3 cm wide and high; a pad reaches 9 mm ahead of the middle, and 5 mm behind it.
+    for off, share in ((0.0, 1.0), (0.007, 2.0 / 3.0), (0.018, 1.0 / 3.0), (0.03, 0.0)):
+        pose[0, 3] = knob[0] + off
+        assert share_between_pads(world, pose, 0.02, way.bodies) == pytest.approx(share), off
+    joint_ = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.2})
+    local = np.linalg.inv(body_pose(world.data, min(way.bodies))) @ pose
+    root = int(world.model.body(world.prefix + world.about.root).id)
+    recorder = Recorder(world, joint_, way.bodies, root)
+    recorder.sample()
+    hold = Hold("grasp", min(way.bodies), local, 0.02, 1.0, 1.0, np.zeros(3))
+    share, takes, stopped = share_by_hold(recorder, way, hold, 0.2)
+    assert recorder.missed == 1 and not stopped and share == pytest.approx(0.0, abs=1e-3)
+    assert takes == pytest.approx(3.0, rel=0.02)  # its friction
+
+
+def test_a_hand_accelerates_as_its_force_over_its_mass_and_rest_is_told_from_speed_and_acceleration(
+    tmp_path: Path,
+) -> None:
+    world = open_world(chest(tmp_path / "chest"), HandSettings())
+    world.reset()
+    world.target[:3, 3] += [0.1, 0.0, 0.0]  # 400 N of its spring, of which it has 45, for 1 kg and two fingers of 0.1
+    for _ in range(world.steps(0.04)):
+        world.step()
+    assert world.data.qvel[world.dof] == pytest.approx(45.0 / 1.2 * 0.04, rel=0.01)
+    world.reset()
+    dof = int(world.model.jnt_dofadr[world.joint("slide")])  # of 0.2 m: 0.4 mm are rest
+    for speed, faster, stays in ((0.001, 0.0, True), (0.0015, 0.0, False), (0.0, 0.008, True), (0.0, 0.01, False)):
+        world.data.qvel[:], world.data.qacc[:] = 0.0, 0.0
+        world.data.qvel[dof], world.data.qacc[dof] = speed, faster
+        assert world.stays(0.3) == stays
+
+
 def test_a_joint_that_takes_less_than_a_hand_has_is_not_at_fault_where_a_finger_slips(tmp_path: Path) -> None:
     folder = plate(tmp_path / "plate", proud_m=0.018, friction=30.0)
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-    (found,) = use(folder, overlay, HandSettings(pad_friction=0.1))
+    (found,) = use_records(folder, overlay, HandSettings(pad_friction=0.1))
     assert (found.done, found.fault) == (False, "hand") and "slipped" in found.reason, found
     assert found.ways[0].takes == pytest.approx(30.0 / 45.0, abs=0.01)
 
@@ -235,10 +283,10 @@ def test_wheels_pedals_and_what_cannot_move_are_no_hands_task(tmp_path: Path) ->
     assert [no_task(item) for item in joints] == [
         "it rolls or swings freely", "no hand works a foot pedal", "it is open where it is closed", "",
     ]  # fmt: skip
-    none = use(folder, overlay.model_copy(update={"joints": joints[:3]}), HandSettings())
+    none = use_records(folder, overlay.model_copy(update={"joints": joints[:3]}), HandSettings())
     assert [(item.done, item.fault) for item in none] == [(False, "task")] * 3
     many = [make_joint(f"key_{number}") for number in range(50)]
-    assert [item.name for item in tried(many, 3)] == ["key_0", "key_24", "key_49"]
+    assert [item.name for item in joints_to_try(many, 3)] == ["key_0", "key_24", "key_49"]
 
 
 def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:

@@ -36,6 +36,17 @@ def codes(
     return {finding.code for finding in found}
 
 
+def test_a_joint_that_moves_nothing(tmp_path: Path) -> None:
+    """A program is to add the door; of a joint of two axes the link between has no shape, and the next has one."""
+    frame = link("frame", shape("0.1 0.1 0.1"))
+    hinge = joint("hinge", "revolute", "frame", "door", limit="0 1")
+    beyond = link("leaf", shape("0.1 0.1 0.1")) + joint("next", "revolute", "door", "leaf", limit="0 1")
+    for name, more, said in (("bare", "", ["hinge"]), ("two", beyond, [])):
+        item = read(written(tmp_path / name, robot(frame, link("door"), hinge, more)))
+        found = stated_findings(item, PhysicsSettings())
+        assert [finding.joint for finding in found if finding.code == "moves_nothing"] == said
+
+
 def test_nothing_is_said_of_what_makes_sense(tmp_path: Path) -> None:
     assert codes(tmp_path) == set()
 

@@ -1,5 +1,6 @@
 """Which end is closed where shape does not tell: parts of which gravity, overlaps and places do."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -39,6 +40,22 @@ def test_a_lid_is_closed_where_it_does_not_fall_open(tmp_path: Path, urdf: str, 
     (found,) = with_likelier_ends(item, SURE).features.joints
     assert found.closed == pytest.approx(closed) and found.other_reading == other
     assert found.openness_confidence == item.features.joints[0].openness_confidence, "a guess stays one"
+
+
+def test_of_two_doors_that_are_drawn_shut_both_are_shut_where_they_are_drawn(tmp_path: Path) -> None:
+    """Beside what is far larger, as a kitchen, their shape tells nothing, or a little of the wrong end."""
+    leaf = "0.02 0.4 0.5"
+    kitchen = robot(
+        link("frame", shape("0.6 3 0.6", xyz="-0.31 0 1.5") + shape("0.7 3 0.9", xyz="-0.3 0 0.45")),
+        link("left_door", shape(leaf, xyz="0 0.2 0")), link("right_door", shape(leaf, xyz="0 -0.2 0")),
+        joint("left", "revolute", "frame", "left_door", xyz="0 -0.4 1.5", axis="0 0 1", limit="-1.57 0"),
+        joint("right", "revolute", "frame", "right_door", xyz="0 0.4 1.5", axis="0 0 1", limit="0 1.57"),
+    )  # fmt: skip
+    item = read(written(tmp_path, kitchen), "KitchenUnit")
+    turned = [each.model_copy(update={"closed": each.open, "open": each.closed}) for each in item.features.joints]
+    for joints in (item.features.joints, tuple(turned)):
+        guessed = replace(item, features=item.features.model_copy(update={"joints": joints}))
+        assert [found.closed for found in with_likelier_ends(guessed, 1.1).features.joints] == [0.0, 0.0]
 
 
 def test_what_either_end_means_alike_stays_and_bails_have_no_closed_end(tmp_path: Path) -> None:

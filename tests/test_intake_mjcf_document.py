@@ -57,6 +57,11 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
         (BODY.format(more=LID.format(more=SOLID.replace("/>", ' material="gone"/>'))), "", "no material 'gone'"),
         (BODY.format(more=LID.format(more=SOLID)), '<actuator><motor joint="gone"/></actuator>', "<motor> is left out"),
         (BODY.format(more=LID.format(more=SOLID)), '<keyframe><key qpos="0 0 0"/></keyframe>', ""),
+        (
+            BODY.format(more=LID.format(more=f'<plugin instance="d"/>{SOLID}')),
+            '<extension><plugin plugin="their.detent"><instance name="d"/></plugin></extension>',
+            "plugin 'their.detent' is left out",
+        ),
         (BODY.format(more=LID.format(more=SOLID + SOLID.replace("0.01", "0"))), "", "box of size 0.1 0.1 0 is left"),
         (
             BODY.format(more=LID.replace('0 90"', '90 0" limited="true"').format(more=SOLID)),
@@ -96,6 +101,7 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
         "material gone",
         "joint gone",
         "keys of another",
+        "plugin",
         "flat",
         "range",
         "inertia",
@@ -136,6 +142,12 @@ def test_what_cannot_be_mended_names_the_file_and_mujocos_reason(tmp_path: Path)
     ):
         with pytest.raises(AssetError, match=said):
             urdf_of_mjcf(written(tmp_path, world), tmp_path)
+
+
+def test_an_include_and_nothing_else_is_told(tmp_path: Path) -> None:
+    (tmp_path / "model.xml").write_text('<include file="other.xml"/>')
+    with pytest.raises(AssetError, match="an <include> and nothing else"):
+        urdf_of_mjcf(tmp_path / "model.xml", tmp_path)
 
 
 def test_the_schema_has_what_objects_are_made_of() -> None:
@@ -216,9 +228,10 @@ def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> No
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1" mass=".5"/>', 2.5),
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1" density="0"/>', 2.0),
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1"/>', None),
+        ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="box" size=".01 .01 .01" contype="0"/>', 2.008),
         ('<geom type="box" size=".1 .1 .1"/>', None),
     ],
-    ids=["each", "a weightless one", "one at the density of water", "none"],
+    ids=["each", "a weightless one", "one at the density of water", "a small one", "none"],
 )
 def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | None, tmp_path: Path) -> None:
     file = tmp_path / "thing.xml"
@@ -260,8 +273,9 @@ def test_bounds_on_masses_and_inertias_say_nothing_of_a_body(tmp_path: Path) -> 
         ("0 1.57", "", "euler='0 0 90'", 0.0274),
         ("0 90", "", "", 1.5708),
         ("-3 3", "", "", 0.0524),
+        ("0 3.00", "", "", 3.0),
     ],
-    ids=["radians", "stated", "degrees elsewhere", "degrees", "a rocker"],
+    ids=["radians", "stated", "degrees elsewhere", "degrees", "a rocker", "a door"],
 )
 def test_angles_of_no_stated_unit_are_radians_where_they_can_be_nothing_else(
     limits: str, rest: str, turned: str, upper: float, tmp_path: Path
@@ -271,4 +285,4 @@ def test_angles_of_no_stated_unit_are_radians_where_they_can_be_nothing_else(
     made = urdf_of_mjcf(written(tmp_path, BODY.format(more=lid), rest), tmp_path)
     found = made.robot.find("joint[@name='hinge']/limit")
     assert found is not None and float(str(found.get("upper"))) == pytest.approx(upper, rel=1e-3)
-    assert ("read as radians" in str(made.notes)) == (upper == 1.57)
+    assert ("read as radians" in str(made.notes)) == (upper in (1.57, 3.0))

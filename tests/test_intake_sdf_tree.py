@@ -9,6 +9,7 @@ import pytest
 from asset2sim.assets.urdf.read import element_joint
 from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake.formats.sdf import urdf_of_sdf
+from asset2sim.intake.robots import without_robots
 from asset2sim.intake.split import parts_of
 from asset2sim.physics.kinematics import link_to_root, parents_first
 from schemas.errors import AssetError
@@ -164,3 +165,48 @@ def test_a_mass_without_an_inertia_is_kept(tmp_path: Path) -> None:
     heavy = LINKS[0].replace("<pose>", "<inertial><mass>3</mass></inertial><pose>", 1)
     found = made(tmp_path, heavy).robot.find("link/inertial")
     assert found.find("mass").get("value") == "3" and found.find("inertia").get("ixx") == "0"
+
+
+def test_an_empty_element_has_gazebos_default(tmp_path: Path) -> None:
+    heavy = "<inertial><mass>3</mass><inertia><ixx> </ixx></inertia></inertial><pose/>"
+    limit = "<limit><lower>\n</lower><upper>1</upper></limit>"
+    robot = made(
+        tmp_path, LINKS[0].replace("<pose>", f"{heavy}<pose>", 1), LINKS[1], hinge("h", ("a", "b"), more=limit)
+    )
+    found, stated = robot.robot.find("link/inertial/inertia"), robot.robot.find("joint/limit")
+    assert float(found.get("ixx")) == 1.0 and float(stated.get("lower")) == 0.0
+
+
+def test_limits_beside_an_axis_are_its_limits(tmp_path: Path) -> None:
+    limit = "<limit><lower>-0.5</lower><upper>1.5</upper></limit>"
+    found = made(tmp_path, *LINKS[:2], hinge("h", ("a", "b"), more=limit))
+    (stated,) = found.robot.findall("joint/limit")
+    assert (float(stated.get("lower")), float(stated.get("upper"))) == (-0.5, 1.5)
+    assert any("beside its axis" in note for note in found.notes)
+
+
+def test_poses_are_relative_to_frames_of_the_world_and_to_other_models(tmp_path: Path) -> None:
+    corner = "<frame name='corner'><pose>1 2 0 0 0 1.5707963267948966</pose></frame>"
+    model = "<model name='{0}'><static>1</static><pose relative_to='{1}'>1 0 0 0 0 0</pose>{2}</model>"
+    shelf, lamp = model.format("shelf", "corner", LINKS[0]), model.format("lamp", "shelf", LINKS[1])
+    cup, held = model.format("cup", "shelf::a", LINKS[0]), hinge("held", ("shelf::a", "lamp::b"))
+    for joined in ("", held):
+        robot = made(tmp_path, corner, shelf, lamp, cup, joined, holder="world name='w'").robot
+        found = places(robot, "base", {})
+        expected = {"shelf__a": (1.0, 3.0), "lamp__b": (1.0, 5.0), "cup__a": (1.0 - np.sin(0.3), 3.0 + np.cos(0.3))}
+        assert {name: (found[name][0, 3], found[name][1, 3]) for name in expected} == {
+            name: pytest.approx(place, abs=1e-6) for name, place in expected.items()
+        }
+    assert ways(robot)["held"] == ("shelf__a", "lamp__b")
+
+
+def test_an_arm_beside_a_model_of_a_world_is_left_out(tmp_path: Path) -> None:
+    arm = [
+        *(f"<link name='l{n}'>{BOX}</link>" for n in range(8)),
+        *(hinge(f"j{n}", (f"l{n}", f"l{n + 1}")) for n in range(7)),
+    ]
+    models = f"<model name='arm'>{''.join(arm)}{hinge('foot', ('world', 'l0')).replace('revolute', 'fixed')}</model>"
+    door = f"<model name='door'>{LINKS[0]}{LINKS[1]}{hinge('turn', ('a', 'b'))}</model>"
+    found = without_robots(made(tmp_path, models, door, holder="world name='w'"))
+    assert {name.split("__")[0] for name in ways(found.robot)} == {"door"}
+    assert any("robot 'arm__l0' with its 8 links" in note for note in found.notes)

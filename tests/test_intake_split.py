@@ -14,7 +14,7 @@ from asset2sim.intake.origin import extract, parts_in
 from asset2sim.intake.scenes import with_parts
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
-from asset2sim.runs.check_request import cut
+from asset2sim.runs.check_request import cut_scenes
 from asset2sim.validation.support import forced_support
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError
@@ -161,6 +161,14 @@ def test_of_what_is_one_object_or_no_tree_nothing_is_cut(tmp_path: Path) -> None
         assert ref.part is None and ref.asset_id == name
 
 
+def test_a_file_whose_cutting_breaks_ends_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise KeyError("x")
+
+    monkeypatch.setattr("asset2sim.intake.scenes.parts_in", broken)
+    assert [ref.part for ref in kitchen(tmp_path, "k.urdf", URDF)] == [None]
+
+
 @pytest.mark.system
 def test_objects_that_nothing_holds_are_refused_by_the_option_s_name(tmp_path: Path) -> None:
     loose = [joint(f"{name}_loose", "floating", "world", name) for name in ("a", "b")]
@@ -189,7 +197,7 @@ def test_parts_have_rows_of_their_own_and_are_chosen_by_their_ids(tmp_path: Path
     (ref,) = load_dataset(tmp_path, None, (lamp,), None, partial(with_parts, inputs=SPLIT))
     assert ref.overrides is not None and ref.overrides.mass_kg == 0.5 and ref.root == str(tmp_path)
     with pytest.raises(UsageError, match="behind a URL"):
-        cut([AssetRef(asset_id="k", path="s3://kitchens/k")], SPLIT)
+        cut_scenes([AssetRef(asset_id="k", path="s3://kitchens/k")], SPLIT)
 
 
 @every_engine

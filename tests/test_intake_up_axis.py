@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from lxml import etree
 
 from asset2sim.guidance.tables import sizes
@@ -70,6 +71,54 @@ def test_what_may_lie_is_left_and_told(tmp_path: Path) -> None:
     (tmp_path / "mobility.urdf").write_bytes(wrapped(bare.encode(), UpAxis.Y))
     up, finding = find_up(read(tmp_path))
     assert up is UpAxis.Z and finding is not None and finding.code == "up_doubtful" and "--up=y" in finding.message
+
+
+def test_drawers_are_open_above(tmp_path: Path) -> None:
+    """A long counter stands as well on its end; its drawers are boxes without a lid."""
+    sides = "".join(shape("0.58 0.02 0.3", xyz=f"0 {y} 0.15") for y in (-0.69, 0.69))
+    open_box = shape("0.58 1.4 0.02", xyz="0 0 0.01") + sides + "".join(
+        shape("0.02 1.4 0.3", xyz=f"{x} 0 0.15") for x in (-0.28, 0.28))  # fmt: skip
+    panels = (("0.6 3 0.04", "0 0 0.02"), ("0.6 3 0.04", "0 0 0.88"), ("0.6 0.04 0.9", "0 -1.48 0.45"),
+              ("0.6 0.04 0.9", "0 1.48 0.45"), ("0.6 0.04 0.9", "0 0 0.45"))  # fmt: skip
+    for name, box, wanted in (("open", open_box, UpAxis.Y), ("full", shape("0.58 1.4 0.3", xyz="0 0 0.15"), UpAxis.Z)):
+        counter = robot(
+            link("body", "".join(shape(size, xyz=xyz) for size, xyz in panels)),
+            *(link(f"drawer_{n}", box) for n in (1, 2)),
+            *(joint(f"j{n}", "prismatic", "body", f"drawer_{n}", xyz=f"0 {1.5 * n - 2.25} {0.1 * n + 0.2}",
+                    axis="1 0 0", limit="0 0.5") for n in (1, 2)),
+        )  # fmt: skip
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mobility.urdf").write_bytes(wrapped(counter.encode(), UpAxis.Y))
+        found, finding = find_up(read(tmp_path / name))
+        assert found is wanted
+        assert wanted is UpAxis.Z or (finding is not None and "its drawers are open above" in finding.message)
+
+
+def test_meshes_of_gltf_have_y_up_unless_they_are_turned(tmp_path: Path) -> None:
+    """What their format says settles what shapes leave in doubt."""
+    bare = TABLE.replace("leg_", "part_").replace('"top"', '"board"').replace('"drawer"', '"box"')
+    for turned in (False, True):
+        document, place = etree.fromstring(bare.encode()), tmp_path / str(turned)
+        place.mkdir()
+        for number, visual in enumerate(document.iterfind("link/visual")):
+            (origin,), (box,) = visual.findall("origin"), visual.findall("geometry/box")
+            for item, key in ((origin, "xyz"), (box, "size")):
+                x, y, z = str(item.get(key)).split()
+                item.set(key, f"{x} {z} {y}")
+            extents = [float(word) for word in str(box.get("size")).split()]
+            for geometry in visual.iterfind("geometry"):
+                geometry[:] = [etree.Element("mesh", filename=f"{number}.glb", scale="1, 1, 1")]
+            if turned:
+                origin.set("rpy", "1.5707963267948966 0 0")
+                extents = [extents[0], extents[2], extents[1]]
+            trimesh.creation.box(extents).export(place / f"{number}.glb")
+        for collision in document.findall("link/collision"):
+            for parent in collision.iterancestors("link"):
+                parent.remove(collision)
+        (place / "mobility.urdf").write_bytes(etree.tostring(document))
+        up, finding = find_up(read(place))
+        assert up is (UpAxis.Z if turned else UpAxis.Y)
+        assert turned or (finding is not None and "its meshes are glTF's" in finding.message)
 
 
 def test_without_evidence_nothing_is_turned(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from lxml import etree
 
 from asset2sim.assets.exports.usd import export_usd
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.read import passing_pairs, read_contacts, read_dynamics, read_urdf
 from asset2sim.intake.formats.usd import urdf_of_usd
 from asset2sim.intake.origin import extract
@@ -428,4 +428,4 @@ def test_pairs_that_pass_and_what_a_mechanism_exerts_are_read_back(tmp_path: Pat
     back = tmp_path / "back.urdf"
     back.write_bytes(etree.tostring(urdf_of_usd(export_usd(tmp_path, overlay).path, tmp_path).robot))
     assert read_dynamics(back)["j"].bias == exact(clicks) and read_dynamics(back)["k"].bias[0] == 0.0
-    assert [set(pair) for pair in passing_pairs(parsed(back))] == [{"one", "two"}]
+    assert [set(pair) for pair in passing_pairs(parsed_root(back))] == [{"one", "two"}]

@@ -38,7 +38,7 @@ def dataset(root: Path, text: str | bytes, name: str = "thing.usda") -> AssetRef
     ):
         file = root / place
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        file.write_bytes(content if isinstance(content, bytes) else content.encode(errors="surrogateescape"))
     return AssetRef(asset_id="one", path=str(root / "data" / "one"), root=str(root / "data"))
 
 
@@ -88,6 +88,16 @@ BAD = BOX.replace("0, 1, 3, 2,", "0, 1, 3, 99,", 1)
         (thing(A, more="prepend references = @./thing.usda@"), "usd_cycle", "/Thing refers to itself"),
         (thing(A).replace("defaultPrim", "subLayers = [@./gone.usda@]\ndefaultPrim"), "usd_layer", "gone.usda"),
         (usda(A, metres=0.0, default="a"), "usd_number", "metersPerUnit"),
+        (usda(A, metres=1e300, default="a"), "usd_number", "metersPerUnit"),
+        (
+            thing(A, B, HINGE.replace('"Z"', '"W"')),
+            "usd_axis",
+            "'physics:axis' of /Thing/hinge is 'W': state X, Y or Z",
+        ),
+        (thing(prim("Cylinder", "c", 'token axis = "up"')), "usd_axis", "'axis' of /Thing/c is 'up'"),
+        (thing(prim("Cylinder", "c", "double radius = 1e308")), "usd_number", "/Thing/c is over 1e+07 m large"),
+        (thing(prim("Sphere", "c", "double radius = nan")), "usd_number", "/Thing/c is over 1e+07 m large"),
+        ('#usda 1.0\ndef Xform "\udcf2" {}', "usd_unreadable", "it is no UTF-8"),
     ],
 )
 def test_what_no_urdf_can_be_made_of_names_the_prim(tmp_path: Path, text: str, code: str, said: str) -> None:
@@ -253,3 +263,10 @@ def test_a_pipe_in_the_place_of_a_layer_is_refused(tmp_path: Path) -> None:
     ref = dataset(tmp_path, thing(more="prepend references = @./pipe.usda@"))
     os.mkfifo(Path(ref.path) / "pipe.usda")
     assert "is a pipe" in str(refused(ref))
+
+
+def test_a_joint_that_follows_none_moves_freely(tmp_path: Path) -> None:
+    follows = "rel newton:mimicJoint = </Thing/gone>"
+    assert "/Thing/hinge follows /Thing/gone, which is not there" in told(
+        read(tmp_path, A, B, HINGE.replace("float physics:lowerLimit", f"{follows}\nfloat physics:lowerLimit", 1))
+    )

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -11,7 +12,7 @@ from asset2sim.assets.urdf.read import element_joint
 from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake.formats.usd import urdf_of_usd
 from asset2sim.physics.kinematics import link_to_root, parents_first
-from tests.usd_stages import at, body, joint, prim, usda
+from tests.usd_stages import at, body, joint, plate, prim, usda
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 CUBE = prim("Cube", "cube", "double size = 0.1", apis=("PhysicsCollisionAPI",))
@@ -100,3 +101,55 @@ def test_a_capsule_weighs_what_its_formula_says(tmp_path: Path) -> None:
     inertia = robot.find("link/inertial/inertia")
     found = [float(inertia.get(key)) for key in ("ixx", "iyy", "izz")]
     assert found == pytest.approx([across, across, along], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("kind", "axis", "turn", "moved", "start"),
+    [("Revolute", "Z", 0.6, (0.5, 0.0, 0.0), 0.6), ("Prismatic", "X", 0.0, (0.7, 0.0, 0.0), 0.2),
+     ("Revolute", "Z", 0.0, (0.5, 0.0, 0.0), None), ("Revolute", "Z", 0.6, (0.5, 0.0, 0.3), 0.6),
+     ("Fixed", "Z", 0.0, (0.5, 0.0, 0.3), None)],
+)  # fmt: skip
+def test_a_joint_starts_where_its_bodies_stand_on_the_stage(
+    tmp_path: Path, kind: str, axis: str, turn: float, moved: tuple[float, ...], start: float | None
+) -> None:
+    """What lies off the freedom itself is said: the joint's frames decide, as in PhysX."""
+    quaternion = (np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2))
+    line = "" if kind == "Fixed" else f'uniform token physics:axis = "{axis}"'
+    part = body("b", at(moved, quaternion), plate("mesh", (0.3, 0.3, 0.3)), mass=1.0)
+    robot, notes = made(tmp_path, BODIES[0], part, joint(kind, "j", ("/Thing/a", "/Thing/b"), line, frame0="0.5 0 0"))
+    stated = robot.find("joint/dynamics[@start]")
+    assert (None if stated is None else float(stated.get("start"))) == (start and pytest.approx(start))
+    assert ("/Thing/j stand 0.3 m and 0 degrees off its frames" in notes) == (moved[2] > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("mass", "density", "kept"),
+    [("1.0", 1000.0, None), ("", 1000.0, None), ("1.02", 1000.0, None), ("3.0", 1000.0, 3.0), ("", 700.0, 0.7)],
+)
+def test_a_mass_at_mujocos_default_density_is_nobodys(
+    tmp_path: Path, mass: str, density: float, kept: float | None
+) -> None:
+    apis = ("PhysicsCollisionAPI", "PhysicsMassAPI", "MjcCollisionAPI")
+    cube = prim("Cube", "cube", "double size = 0.1", f"float physics:density = {density}", apis=apis)
+    stated = f"float physics:mass = {mass}" if mass else ""
+    robot, notes = made(tmp_path, prim("Xform", "b", stated, cube, apis=("PhysicsRigidBodyAPI", "PhysicsMassAPI")))
+    found = robot.find("link/inertial/mass")
+    assert (None if found is None else float(found.get("value"))) == (kept and pytest.approx(kept))
+    assert ("at the density of water" in notes) == (kept is None)
+
+
+def test_a_joint_limited_to_nothing_in_five_ways_is_a_hinge(tmp_path: Path) -> None:
+    bounds = dict.fromkeys(("transX", "transY", "transZ", "rotX", "rotY"), (0.0, 0.0)) | {"rotZ": (-90.0, 90.0)}
+    lines = [f"float limit:{name}:physics:{side} = {value}" for name, ends in bounds.items()
+             for side, value in zip(("low", "high"), ends, strict=True)]  # fmt: skip
+    robot, _ = made(tmp_path, *BODIES[:2], joint("", "d6", ("/Thing/a", "/Thing/b"), *lines, frame0="0.5 0 0"))
+    assert [(item.get("name"), item.get("type")) for item in robot.findall("joint")] == [("d6", "revolute")]
+
+
+def test_a_subset_without_material_has_its_mesh_s_colour(tmp_path: Path) -> None:
+    subset = 'uniform token elementType = "face"\nuniform token familyName = "materialBind"\nint[] indices = [0, 1]'
+    colour = "color3f[] primvars:displayColor = [(0.2, 0.4, 0.6)]"
+    part = body("b", plate("mesh", (0.3, 0.3, 0.3), colour, prim("GeomSubset", "half", subset)), mass=1.0)
+    robot, _ = made(tmp_path, part)
+    colours = [[float(word) for word in item.get("rgba").split()] for item in robot.iter("color")]
+    assert colours == [pytest.approx([0.2, 0.4, 0.6, 1.0], abs=1e-6)] * 2

@@ -20,7 +20,7 @@ from asset2sim.catalog.index import loader_source, write_index
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.load import LoadError, describe
-from asset2sim.load.overlaps import TOUCH_M, depth, pieces_of
+from asset2sim.load.overlaps import TOUCH_M, overlap_depth, pieces_of
 from lab.loaders import hold
 from lab.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
 from lab.pages.blocks import markers
@@ -106,7 +106,7 @@ def test_how_deep_pieces_are_is_what_mujoco_measures(tmp_path: Path) -> None:
             mujoco.mju_mat2Quat(data.mocap_quat[body_number], rotation.ravel())
         mujoco.mj_kinematics(model, data)
         away = mujoco.mj_geomDistance(model, data, 0, 1, 1.0, None)
-        deep = depth(*placed)
+        deep = overlap_depth(*placed)
         met += away < -1e-3
         assert (deep > 1e-4) >= (away < -1e-3) and (away > 1e-3) <= (deep < 0.01)
         if away < -1e-3:

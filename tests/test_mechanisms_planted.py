@@ -14,12 +14,12 @@ from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, prior
 from tests.factories import make_joint
 from tests.hand import felt
-from tests.planted_mechanisms import FRESH, HELD, PLANTED, SELDOM, faults, made
+from tests.planted_mechanisms import ABSENT, FRESH, HELD, PLANTED, SELDOM, faults, made
 
 ONE_ENGINE = NO_VIEWS.model_copy(
     update={"engine": NO_VIEWS.engine.model_copy(update={"verify": (Engine.MUJOCO,), "interaction": False})}
 )
-BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD, *SELDOM)}
+BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD, *SELDOM, *ABSENT)}
 
 
 @pytest.mark.system
@@ -28,7 +28,8 @@ BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD, *SELDOM)}
     [
         "gap_microwave", "gap_handle", "suite_door", "suite_leaf", "akb_condiment", "gz_valve",
         "casa_dishwasher", "opd_fridge", "selector", "butterfly", "brake", "porthole", "throttle", "shutter",
-        "breaker_panel", "press", "vise_screw", "bell", "cutter_arm", "revolving",
+        "breaker_panel", "press", "vise_screw", "bell", "cutter_arm", "revolving", "toggle", "usb_cap", "stand_screen",
+        "fan_column", "mouse_button",
     ],
 )  # fmt: skip
 def test_a_part_is_what_a_hand_expects_whatever_its_dataset_calls_it(tmp_path: Path, name: str) -> None:
@@ -49,11 +50,14 @@ def test_a_part_is_what_a_hand_expects_whatever_its_dataset_calls_it(tmp_path: P
         ("", ("caseLidLink", ""), "lid"),
         ("", ("Door_latch", "latch_joint"), "lock"),
         ("", ("valve_wheel", "wheel_joint"), "handwheel"),
+        ("", ("button_plunger", "slide"), "button"),
         ("", ("second_drawer", ""), "drawer"),
         ("", ("drawer_second", ""), "drawer"),
         ("", ("link_0", "second"), "hand"),
         ("door_frame", ("link_3", ""), ""),
         ("", ("clock_block", ""), ""),
+        ("", ("AKIBA-DOOR-BODYSET5_link", "KNOB"), "knob"),
+        ("", ("ROOM610-SHELF0-BODYSET2_link", "DRAWER4"), "drawer"),
         ("furniture_body", ("link_1", ""), ""),
     ],
 )

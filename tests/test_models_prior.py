@@ -287,6 +287,13 @@ def test_only_a_bin_with_a_pedal_has_a_weighted_base_and_a_bucket() -> None:
     assert not inside[0] and inside[1] >= {"inner bucket", "base with its ring"}
 
 
+def test_a_fan_stands_on_a_weighted_foot_though_its_head_is_larger() -> None:
+    head = hinged("head", "fan_frame", (0.0, 0.0, 1.0))
+    foot, frame = ask(thing("Fan", (link("head_link", "fan_frame", (0.0, 0.0, 1.0), 0.6), head[1]), size=0.4))["links"]
+    assert [item["name"] for item in foot["contents"]] == ["weight in the foot"]
+    assert [item["name"] for item in frame["contents"]] == ["motor"]
+
+
 def test_a_link_without_geometry_is_left_out() -> None:
     information = json.loads(json.dumps(known.BOX))
     empty = {**link("base"), "volume_m3": 0.0, "hull_volume_m3": 0.0, "outer_m2": 0.0}
@@ -482,6 +489,38 @@ def test_a_tap_stays_as_it_is_turned_and_its_handle_is_a_casting(part: tuple[kno
     assert term["holds"] is True and not term.get("spring_hz")
     handle = next(item for item in overlay["links"] if item["name"] == "tap_link")
     assert handle["material"] == "brass" and 0.0 < handle["wall_m"] <= 0.0025, "no solid"
+
+
+def handle_of(category: str, words: str, box: tuple[float, float, float]) -> tuple[float, Json]:
+    """Mass (kg, before it is brought to a total) and proposal of a handle that is a bar of this box (m)."""
+    information = thing(category, hinged("handle", "handle"), size=0.3)
+    x, y, z = box
+    found = next(item for item in information["links"] if item["name"] == "handle_link")
+    found |= {"box_m": list(box), "outer_m2": 2 * (x * y + y * z + z * x), "volume_m3": x * y * z}
+    found["hull_volume_m3"] = x * y * z
+    made = ask(information, words)
+    proposal = next(item for item in Overlay.model_validate_json(json.dumps(made)).links if item.name == "handle_link")
+    link_of = ObjectInfo.from_json(information).link_by_name["handle_link"]
+    return link_mass(link_of, proposal, made["scale"]), proposal.model_dump() | {"scale": made["scale"]}
+
+
+def test_a_handle_of_metal_is_cast_or_of_bar_and_not_pressed_from_sheet() -> None:
+    kilograms, built = handle_of("Box", "A steel box in its real size of 0.3 m.", (0.05, 0.02, 0.02))
+    assert built["material"] == "steel" and 0.001 < built["wall_m"] <= 0.0025, "sheet has 0.75 mm"
+    assert kilograms > 0.04, "5 cm of a bar of 2 cm with walls of 1 mm and more"
+
+
+def test_what_four_fingers_close_on_weighs_as_much_as_wire_of_4_mm() -> None:
+    kilograms, built = handle_of("Suitcase", "A suitcase.", (0.2, 0.005, 0.005))
+    scale = built["scale"]
+    wire = math.pi / 4 * 0.004**2 * 7850 * 0.2 * scale
+    assert kilograms == pytest.approx(wire, rel=0.02), "a fifth of its volume would be 8 g at full size"
+
+
+@pytest.mark.parametrize(("category", "material"), [("Bottle", "polypropylene"), ("WashingMachine", "steel")])
+def test_the_cap_of_a_machine_is_a_lid(category: str, material: str) -> None:
+    made = ask(thing(category, hinged("cap", "cap"), size=0.6))["links"]
+    assert next(item["material"] for item in made if item["name"] == "cap_link") == material
 
 
 def test_a_wall_switch_stays_on() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
-from asset2sim.physics.timing import glide
+from asset2sim.physics.timing import glide_distance
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -144,7 +144,7 @@ def test_a_drawer_that_stops_within_ten_centimetres_is_braked_evenly() -> None:
 def test_stopping_keeps_stated_friction_and_what_holds() -> None:
     found = terms(2.0, prismatic=True, stops_within=0.1, friction=0.2)
     assert found.friction == Term(0.2, Source.MODEL)
-    assert glide(0.3, 2.0 / found.damping.value, 0.1) == pytest.approx(0.1)
+    assert glide_distance(0.3, 2.0 / found.damping.value, 0.1) == pytest.approx(0.1)
     # Friction of 1.5 · 4 N stops 2 kg within 15 mm: that is within what was asked.
     held = terms(2.0, prismatic=True, stops_within=0.1, hold_friction=6.0, holds=True)
     assert held.friction == Term(6.0, Source.MODEL) and held.unmet == ()
@@ -153,12 +153,12 @@ def test_stopping_keeps_stated_friction_and_what_holds() -> None:
 def test_a_stop_that_damping_may_not_give_is_left_to_friction() -> None:
     found = terms(2.0, prismatic=True, stops_within=0.002)
     assert found.damping.value == pytest.approx(0.5 * 2.0 * 60.0)
-    assert glide(0.3, 2.0 / found.damping.value, found.friction.value / 2.0) == pytest.approx(0.002, rel=1e-3)
+    assert glide_distance(0.3, 2.0 / found.damping.value, found.friction.value / 2.0) == pytest.approx(0.002, rel=1e-3)
 
 
 def test_gliding_is_friction_alone_or_damping_alone_at_its_ends() -> None:
-    assert glide(0.3, 0.5, 0.0) == pytest.approx(0.15)
-    assert glide(0.3, 1e12, 0.9) == pytest.approx(0.05)
+    assert glide_distance(0.3, 0.5, 0.0) == pytest.approx(0.15)
+    assert glide_distance(0.3, 1e12, 0.9) == pytest.approx(0.05)
 
 
 def test_a_slider_that_its_weight_shuts_falls_with_constant_force() -> None:

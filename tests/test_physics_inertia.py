@@ -6,8 +6,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asset2sim.assets.meshes.volume import Solid, combined, shape_of
-from asset2sim.physics.arrays import Array, six
+from asset2sim.assets.meshes.volume import Solid, combined_solid, shape_of
+from asset2sim.physics.arrays import Array, inertia_terms
 from asset2sim.physics.inertia import box_inertia, make_physical, tensor_of
 from schemas.vocabulary import VolumeSource
 from tests.builders import corners, cylinder_inertia, is_physical
@@ -67,7 +67,7 @@ def test_a_turned_box_has_the_turned_tensor() -> None:
 def test_two_halves_combine_into_the_whole_box() -> None:
     half = Solid(4.0, np.array([0.5, 1.0, 1.0]), box_inertia(4.0, np.array([1.0, 2.0, 2.0])))
     other = Solid(4.0, np.array([1.5, 1.0, 1.0]), half.inertia)
-    whole = combined([half, other])
+    whole = combined_solid([half, other])
     assert whole.volume == pytest.approx(8.0)
     np.testing.assert_allclose(whole.center, [1.0, 1.0, 1.0])
     np.testing.assert_allclose(whole.inertia, box_inertia(8.0, np.full(3, 2.0)), rtol=1e-12, atol=1e-12)
@@ -76,7 +76,7 @@ def test_two_halves_combine_into_the_whole_box() -> None:
 def test_two_points_combine_by_the_parallel_axis_theorem() -> None:
     # 1 and 3 units 4 apart along x: reduced mass 3/4, so 12 about y and z and 0 about x; centre at 3.
     nothing = np.zeros((3, 3))
-    pair = combined([Solid(1.0, np.zeros(3), nothing), Solid(3.0, np.array([4.0, 0.0, 0.0]), nothing)])
+    pair = combined_solid([Solid(1.0, np.zeros(3), nothing), Solid(3.0, np.array([4.0, 0.0, 0.0]), nothing)])
     np.testing.assert_allclose(pair.center, [3.0, 0.0, 0.0])
     np.testing.assert_allclose(pair.inertia, np.diag([0.0, 12.0, 12.0]), atol=1e-12)
 
@@ -84,7 +84,7 @@ def test_two_points_combine_by_the_parallel_axis_theorem() -> None:
 def test_a_combination_off_the_axes_has_products_of_inertia() -> None:
     # Two units at ±(1, 1, 0): Ixx = Iyy = 2, Ixy = -2, Izz = 4.
     nothing = np.zeros((3, 3))
-    pair = combined([Solid(1.0, np.array([s, s, 0.0]), nothing) for s in (-1.0, 1.0)])
+    pair = combined_solid([Solid(1.0, np.array([s, s, 0.0]), nothing) for s in (-1.0, 1.0)])
     np.testing.assert_allclose(pair.inertia, [[2.0, -2.0, 0.0], [-2.0, 2.0, 0.0], [0.0, 0.0, 4.0]], atol=1e-12)
 
 
@@ -104,7 +104,7 @@ def test_moving_a_solid_keeps_its_volume_and_principal_moments(
 def test_six_and_tensor_of_are_inverses_in_the_stated_order() -> None:
     tensor = tensor_of((1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
     np.testing.assert_array_equal(tensor, [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]])
-    assert six(tensor) == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    assert inertia_terms(tensor) == (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 
 
 @given(entries=st.tuples(*[numbers] * 6))

@@ -8,7 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, rpy_of, subtree, transform, tree_of
+from asset2sim.physics.kinematics import (
+    TreeJoint,
+    apply,
+    joint_motion,
+    link_to_root,
+    moved_links,
+    origin_transform,
+    rpy_of,
+    tree_of,
+)
 from schemas.base import Vector3
 from tests.builders import ORIGIN, joint_features, tree_joint
 
@@ -17,38 +26,40 @@ QUARTER = math.pi / 2
 
 def test_an_origin_turns_about_fixed_axes_roll_first() -> None:
     # Roll by 90° takes y to z; the yaw by 90° then leaves z: y ends at z, z ends at -y and then at x.
-    matrix = transform((1.0, 2.0, 3.0), (QUARTER, 0.0, QUARTER))
+    matrix = origin_transform((1.0, 2.0, 3.0), (QUARTER, 0.0, QUARTER))
     np.testing.assert_allclose(apply(matrix, np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])), [[1, 2, 4], [2, 2, 3]])
 
 
 @given(rpy=st.tuples(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1)))
 @settings(deadline=None, derandomize=True)
 def test_roll_pitch_and_yaw_come_back(rpy: Vector3) -> None:
-    np.testing.assert_allclose(rpy_of(transform(ORIGIN, rpy)[:3, :3]), rpy, atol=1e-9)
+    np.testing.assert_allclose(rpy_of(origin_transform(ORIGIN, rpy)[:3, :3]), rpy, atol=1e-9)
 
 
 @pytest.mark.parametrize("pitch", [QUARTER, -QUARTER])
 @pytest.mark.parametrize("roll", [0.0, 0.7, -2.0])
 @pytest.mark.parametrize("yaw", [0.0, 1.3])
 def test_at_gimbal_lock_the_same_rotation_comes_back(roll: float, pitch: float, yaw: float) -> None:
-    rotation = transform(ORIGIN, (roll, pitch, yaw))[:3, :3]
+    rotation = origin_transform(ORIGIN, (roll, pitch, yaw))[:3, :3]
     found: Array = rpy_of(rotation)
-    again = transform(ORIGIN, (float(found[0]), float(found[1]), float(found[2])))[:3, :3]
+    again = origin_transform(ORIGIN, (float(found[0]), float(found[1]), float(found[2])))[:3, :3]
     np.testing.assert_allclose(again, rotation, atol=1e-9)
 
 
 def test_a_revolute_joint_turns_right_handed_and_a_prismatic_one_slides() -> None:
     point = np.array([[1.0, 0.0, 0.0]])
     np.testing.assert_allclose(
-        apply(motion(tree_joint("j", "revolute", "a", "b"), QUARTER), point), [[0, 1, 0]], atol=1e-12
+        apply(joint_motion(tree_joint("j", "revolute", "a", "b"), QUARTER), point), [[0, 1, 0]], atol=1e-12
     )
     np.testing.assert_allclose(
-        apply(motion(tree_joint("j", "continuous", "a", "b", (0, 1, 0)), QUARTER), point), [[0, 0, -1]], atol=1e-12
+        apply(joint_motion(tree_joint("j", "continuous", "a", "b", (0, 1, 0)), QUARTER), point),
+        [[0, 0, -1]],
+        atol=1e-12,
     )
     np.testing.assert_allclose(
-        apply(motion(tree_joint("j", "prismatic", "a", "b", (0, 2, 0)), 0.3), point), [[1, 0.3, 0]]
+        apply(joint_motion(tree_joint("j", "prismatic", "a", "b", (0, 2, 0)), 0.3), point), [[1, 0.3, 0]]
     )
-    np.testing.assert_array_equal(motion(tree_joint("j", "fixed", "a", "b"), 0.3), np.eye(4))
+    np.testing.assert_array_equal(joint_motion(tree_joint("j", "fixed", "a", "b"), 0.3), np.eye(4))
 
 
 def test_a_two_link_arm_reaches_where_the_textbook_says() -> None:
@@ -102,9 +113,9 @@ def test_a_loop_beside_the_tree_is_refused() -> None:
 def test_a_subtree_is_the_child_and_all_beyond_and_nothing_beside() -> None:
     ends = {"a": ("root", "x"), "b": ("x", "y"), "c": ("x", "z"), "d": ("y", "w")}
     tree = tree_of([joint_features(name, "fixed", parent, child) for name, (parent, child) in ends.items()])
-    assert set(subtree(tree, "b")) == {"y", "w"}
-    assert set(subtree(tree, "a")) == {"x", "y", "z", "w"}
-    assert subtree(tree, "c") == ("z",)
+    assert set(moved_links(tree, "b")) == {"y", "w"}
+    assert set(moved_links(tree, "a")) == {"x", "y", "z", "w"}
+    assert moved_links(tree, "c") == ("z",)
 
 
 def test_what_lies_beyond_a_joint_is_placed_alone_where_the_rest_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,9 +128,9 @@ def test_what_lies_beyond_a_joint_is_placed_alone_where_the_rest_is_known(monkey
 
     def counted(joint: TreeJoint, position: float) -> Array:
         calls.append(joint.name)
-        return motion(joint, position)
+        return joint_motion(joint, position)
 
-    monkeypatch.setattr("asset2sim.physics.kinematics.motion", counted)
+    monkeypatch.setattr("asset2sim.physics.kinematics.joint_motion", counted)
     alone = link_to_root([keys[3], tree[-1]], "base", turned, still)
     whole = link_to_root(tree, "base", turned)
     assert len(calls) == 2  # once each: at zero, and where it is fixed, a joint moves nothing

@@ -13,7 +13,10 @@ PAGE = ROOT / "docs/try.ipynb"
 
 
 @pytest.mark.system
-def test_the_notebook_runs_and_the_drawer_is_pulled(tmp_path: Path) -> None:
+def test_the_notebook_runs_and_the_drawer_is_pulled(
+    tmp_path: Path, prefect_server: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PREFECT_API_URL", prefect_server)
     shutil.copytree(ROOT / "data/raw/Table", tmp_path / "data/raw/Table")
     ran = run_notebook(PAGE, tmp_path)
     results = [output for cell in ran.cells for output in cell.get("outputs", ())]

@@ -8,7 +8,7 @@ import pytest
 from asset2sim.models.answers import RefinementAnswer
 from asset2sim.models.refinement_prompt import StateProblem
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, next_pose
-from asset2sim.refinement.position_bands import joints_outside_state, reaches
+from asset2sim.refinement.position_bands import joints_outside_state, reachable_bands
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
 from schemas.settings import ModelSettings, SearchSettings, Settings
@@ -125,7 +125,7 @@ def scene(script: Script, source: Source = Source.USER, model: ModelSettings = P
         asset_id="7", scale=1.0, scale_source=Source.RULE, contact_friction=0.5, links=(), joints=(hinge,)
     )
     settings = Settings(model=model)
-    reach = reaches(overlay, settings.search)
+    reach = reachable_bands(overlay, settings.search)
     return QuestionContext(make_features("7"), overlay, settings, Path("nowhere.urdf"), reach, AskedSoFar(script, 2))
 
 

@@ -10,7 +10,7 @@ from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, measure_rest_from, nearer_to_request
 from asset2sim.refinement.collision.part_links import CutAttempt
 from asset2sim.refinement.context import Log, RefinementContext
-from asset2sim.refinement.position_bands import reaches
+from asset2sim.refinement.position_bands import reachable_bands
 from schemas.interaction import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
@@ -65,7 +65,9 @@ class Deltas:
 
 def scene_of(urdf: Path, overlay: PhysicsOverlay, model: Deltas, settings: Settings = SETTINGS) -> QuestionContext:
     features = read(urdf.parent).features
-    return QuestionContext(features, overlay, settings, urdf, reaches(overlay, settings.search), AskedSoFar(model, 2))
+    return QuestionContext(
+        features, overlay, settings, urdf, reachable_bands(overlay, settings.search), AskedSoFar(model, 2)
+    )
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.static_object import MARGIN_M, contacts_at
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
-from asset2sim.refinement.collision.travel import range_of, samples, stance_at, travel
+from asset2sim.refinement.collision.travel import range_of, sampled_positions, stance_at, travel
 from asset2sim.refinement.collision.trim import CLEARANCE_M, contact_pairs
 from schemas.settings import EngineSettings
 from schemas.vocabulary import OverlapCause
@@ -215,5 +215,5 @@ def test_ranges_are_sampled_with_their_ends_and_what_else_is_asked() -> None:
     tree = tree_of([joint_features("turn", "continuous", "base", "a"), joint_features("slide", "prismatic", "a", "b")])
     assert range_of(tree[0], {}) == (-math.pi, math.pi)
     assert range_of(tree[1], {}) is None and range_of(tree[1], {"slide": (0.1, 0.1)}) is None
-    seen = samples(-1.0, 2.0, (0.01, 5.0))
+    seen = sampled_positions(-1.0, 2.0, (0.01, 5.0))
     assert seen[0] == -1.0 and seen[-1] == 2.0 and 0.01 in seen and 5.0 not in seen

@@ -6,7 +6,7 @@ import trimesh
 
 from asset2sim.assets.meshes.patches import PatchPiece, piece_of
 from asset2sim.physics.arrays import Array
-from asset2sim.refinement.collision.floors import floors, levelled
+from asset2sim.refinement.collision.floors import cut_at_floors, flat_floors
 
 UP, RADIUS, CELL, SHEET = np.array([0.0, 0.0, 1.0]), 0.012, 0.006, 0.002
 
@@ -33,7 +33,7 @@ def top(piece: PatchPiece) -> float:
 
 def cut(piece: PatchPiece, *seen: Array) -> PatchPiece:
     wall = piece_of(WALL.reshape(-1, 3), SHEET)
-    (found, kept) = levelled([piece, wall], np.vstack([FLOOR, WALL, *seen]), UP, RADIUS, CELL, SHEET)
+    (found, kept) = cut_at_floors([piece, wall], np.vstack([FLOOR, WALL, *seen]), UP, RADIUS, CELL, SHEET)
     assert np.array_equal(kept.points, wall.points), "a wall that stands beside the floor stays"
     return found
 
@@ -53,6 +53,6 @@ def test_a_plate_a_rim_and_what_is_high_stay() -> None:
 
 
 def test_floors_are_flat_level_and_large_enough_for_a_ball() -> None:
-    both = [floor.height for floor in floors(FLOOR, UP, RADIUS)]
+    both = [floor.height for floor in flat_floors(FLOOR, UP, RADIUS)]
     assert sorted(both) == pytest.approx([-0.02, 0.0], abs=1e-9), "its top and its underside"
-    assert floors(FLOOR * 0.1, UP, RADIUS) == [] == floors(FLOOR, np.array([1.0, 0.0, 0.0]), RADIUS * 3.0)
+    assert flat_floors(FLOOR * 0.1, UP, RADIUS) == [] == flat_floors(FLOOR, np.array([1.0, 0.0, 0.0]), RADIUS * 3.0)

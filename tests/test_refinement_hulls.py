@@ -12,7 +12,7 @@ from asset2sim.engines import static_object
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision import hull_world as hulls_near
-from asset2sim.refinement.collision.part_links import cleared, hull_world
+from asset2sim.refinement.collision.part_links import cut_until_clear, hull_world
 from asset2sim.refinement.collision.trim import Trimmer
 from tests.builders import corners
 
@@ -79,7 +79,7 @@ def test_hulls_at_random_poses_are_as_far_apart_as_in_pybullet(monkeypatch: pyte
 @pytest.mark.usefixtures("without_pybullet")
 def test_hulls_that_were_cut_in_mujoco_are_clear_in_pybullet(monkeypatch: pytest.MonkeyPatch) -> None:
     hulls, poses = rocks(4), {"a": HERE, "b": at(0.06)}
-    cut, lost = cleared(hulls, poses, [("a", "b")])
+    cut, lost = cut_until_clear(hulls, poses, [("a", "b")])
     assert lost
     monkeypatch.setattr("asset2sim.refinement.collision.part_links.with_pybullet", lambda: True)
     for pieces, overlaps in ((hulls, True), (cut, False)):

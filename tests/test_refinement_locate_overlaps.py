@@ -10,8 +10,8 @@ import pytest
 from asset2sim.models.refinement_prompt import OverlapPlace, StateProblem
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, propose_pose
 from asset2sim.refinement.locate_overlaps import LocatedOverlaps, direction_words, locate_overlaps, side_of, side_rows
-from asset2sim.refinement.model_loop import parted
-from asset2sim.refinement.position_bands import reaches
+from asset2sim.refinement.model_loop import parted_pairs
+from asset2sim.refinement.position_bands import reachable_bands
 from schemas.interaction import ContactPair
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
@@ -103,7 +103,7 @@ def test_the_prompt_of_two_boxes_holds_every_block(tmp_path: Path) -> None:
 
     settings = Settings().model_copy(update={"model": Settings().model.model_copy(update={"model": "openai/eyes"})})
     scene = QuestionContext(
-        read(folder).features, overlay, settings, folder / "mobility.urdf", reaches(overlay, settings.search),
+        read(folder).features, overlay, settings, folder / "mobility.urdf", reachable_bands(overlay, settings.search),
         AskedSoFar(ask, 1), "a post and its arm, 'closed'",
     )  # fmt: skip
     problem = scene.overlap({"slide": 0.0}, (), (("arm", "body"),))
@@ -142,5 +142,5 @@ def test_sides_and_directions_have_words() -> None:
 
 def test_pairs_that_no_longer_overlap_are_solved() -> None:
     first, second = (ContactPair(link_a="a", link_b=b, depth_m=0.1, penetration_m=0.1, n_points=1) for b in ("b", "c"))
-    assert parted((first, second), (second,)) == (("a", "b"),) and parted((first,), (first, second)) == ()
+    assert parted_pairs((first, second), (second,)) == (("a", "b"),) and parted_pairs((first,), (first, second)) == ()
     assert OverlapPlace("", "", "", {}).parted_by == {}

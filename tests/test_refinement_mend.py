@@ -13,9 +13,8 @@ from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
 from asset2sim.checks.remedy import Case
 from asset2sim.checks.rest import measure
 from asset2sim.checks.verdict import failures_of, report_verdict
-from asset2sim.refinement.dynamics.mend import Mended, concerned_joints, mend
+from asset2sim.refinement.dynamics.mend import Mended, concerned_joints, mend_failures
 from asset2sim.refinement.dynamics.remedies import (
-    firmer,
     firmer_hold,
     less_damping,
     less_friction,
@@ -25,6 +24,7 @@ from asset2sim.refinement.dynamics.remedies import (
     rougher_contact,
     softer_spring,
     stiffer_spring,
+    with_more_damping,
 )
 from asset2sim.validation.validate import validate
 from schemas.interaction import EngineReport, Interaction, JointMotion, Measurement, Reset
@@ -88,7 +88,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 def mended(bench: Bench) -> tuple[EngineReport, Mended]:
     loose = bench.swinging()
     before = bench.verify(loose, [Engine.PYBULLET])
-    return before[0], mend(bench.item.features, loose, before, NO_VIEWS, bench.verify)
+    return before[0], mend_failures(bench.item.features, loose, before, NO_VIEWS, bench.verify)
 
 
 @pytest.mark.system
@@ -135,7 +135,7 @@ def test_what_was_accepted_is_what_is_written(bench: Bench, mended: tuple[Engine
 def test_a_calm_gate_is_left_alone(bench: Bench) -> None:
     before = bench.verify(bench.calm, [Engine.PYBULLET])
     measured = len(bench.measured)
-    result = mend(bench.item.features, bench.calm, before, NO_VIEWS, bench.verify)
+    result = mend_failures(bench.item.features, bench.calm, before, NO_VIEWS, bench.verify)
     assert (result.overlay, result.reports) == (bench.calm, before)
     assert result.trace == () and result.findings == () and len(bench.measured) == measured
 
@@ -161,7 +161,7 @@ def seen_as(
         return tuple(report(then(tried.index(overlay), engine), engine) for engine in wanted)
 
     first = tuple(report(then(0, engine), engine) for engine in engines)
-    return mend(bench.item.features, bench.calm, first, NO_VIEWS, verify), asked
+    return mend_failures(bench.item.features, bench.calm, first, NO_VIEWS, verify), asked
 
 
 def test_changes_that_measure_worse_are_taken_back(bench: Bench) -> None:
@@ -231,7 +231,7 @@ def test_what_only_moves_a_failure_to_another_start_is_not_verified_further(benc
         asked.append(only)
         return (seen(still, moving),)
 
-    result = mend(bench.item.features, bench.calm, (seen(moving, still),), NO_VIEWS, verify)
+    result = mend_failures(bench.item.features, bench.calm, (seen(moving, still),), NO_VIEWS, verify)
     assert result.overlay == bench.calm and not any(step.accepted for step in result.trace)
     assert len(asked) > 1 and set(asked[:-1]) == {FailureMode.RESET}
 
@@ -246,7 +246,7 @@ def test_an_engine_that_dies_on_a_proposal_is_no_improvement(bench: Bench) -> No
         asked += 1
         return (report(None, problem="pybullet was killed by SIGSEGV"),)
 
-    result = mend(bench.item.features, bench.calm, (report(swing(0.01)),), NO_VIEWS, verify)
+    result = mend_failures(bench.item.features, bench.calm, (report(swing(0.01)),), NO_VIEWS, verify)
     assert asked and result.overlay == bench.calm and not any(step.accepted for step in result.trace)
 
 
@@ -257,7 +257,7 @@ def test_what_no_parameter_can_mend_is_not_tried(bench: Bench) -> None:
 
 def test_no_rounds_no_change(bench: Bench) -> None:
     settings = NO_VIEWS.model_copy(update={"search": SearchSettings(mend_rounds=0)})
-    result = mend(bench.item.features, bench.calm, (report(swing(0.01)),), settings, bench.verify)
+    result = mend_failures(bench.item.features, bench.calm, (report(swing(0.01)),), settings, bench.verify)
     assert result.overlay == bench.calm and not result.trace
 
 
@@ -266,17 +266,17 @@ def case(bench: Bench) -> Case:
 
 
 def test_friction_grows_with_damping_where_there_is_no_spring(bench: Bench) -> None:
-    first = firmer(case(bench), bench.calm)
+    first = with_more_damping(case(bench), bench.calm)
     assert first is not None
     # The resistance of 2 % of the object's 201 kg on half of the gate's 0.3 m exceeds three times its own friction.
     assert near(first.joints[0].friction, 0.02 * 201.0 * 9.81 * 0.15, 1e-6)
-    second = firmer(case(bench), first)
+    second = with_more_damping(case(bench), first)
     assert second is not None and near(second.joints[0].friction, 3.0 * first.joints[0].friction)
 
 
 def test_a_spring_gets_no_friction_and_keeps_its_force_when_softened(bench: Bench) -> None:
     loose = bench.swinging()
-    damped = firmer(case(bench), loose)
+    damped = with_more_damping(case(bench), loose)
     assert damped is not None and damped.joints[0].friction == 0.0
     soft = softer_spring(case(bench), loose)
     assert soft is not None

@@ -14,7 +14,7 @@ from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.model_loop import ModelWalk, refine_by_model
-from asset2sim.refinement.position_bands import Evaluator, reaches
+from asset2sim.refinement.position_bands import Evaluator, reachable_bands
 from schemas.finding import TraceStep
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
@@ -100,7 +100,7 @@ def walk_with(
         asset_id="two", scale=1.0, scale_source=Source.RULE, contact_friction=0.5, links=(), joints=(slide,)
     )
     questions = AskedSoFar(asker, settings.search.max_iterations)
-    urdf, reach = folder / "mobility.urdf", reaches(overlay, settings.search)
+    urdf, reach = folder / "mobility.urdf", reachable_bands(overlay, settings.search)
     scene = QuestionContext(read(folder).features, overlay, settings, urdf, reach, questions, "half open")
     with static_object(urdf, settings.engine) as item:
         evaluator = Evaluator(lambda pose: contact_points(item, pose), settings.search.max_evaluations)

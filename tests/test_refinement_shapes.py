@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.assets.hulls import Hulls, collision_hulls
 from asset2sim.refinement.collision import shapes as module
-from asset2sim.refinement.collision.shapes import cap, collision_shapes
+from asset2sim.refinement.collision.shapes import collision_shapes, piece_limit
 from schemas.asset import AssetRef
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity
@@ -157,10 +157,10 @@ def test_budgets_hold_and_what_they_cost_is_said(tmp_path: Path) -> None:
 
 
 def test_the_cap_leaves_every_link_a_piece() -> None:
-    assert cap([40, 2, 1], 43) == 40
-    assert cap([40, 30, 1], 41) == 20
-    assert cap([5, 5, 5], 1) == 1
-    assert cap([], 5) == 1
+    assert piece_limit([40, 2, 1], 43) == 40
+    assert piece_limit([40, 30, 1], 41) == 20
+    assert piece_limit([5, 5, 5], 1) == 1
+    assert piece_limit([], 5) == 1
 
 
 @pytest.mark.system

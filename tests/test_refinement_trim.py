@@ -8,12 +8,20 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.hulls import MOST_POINTS, SHEET_THICKNESS_M, Hulls, outermost, simplified, thickened, write_hulls
+from asset2sim.assets.hulls import (
+    MOST_POINTS,
+    SHEET_THICKNESS_M,
+    Hulls,
+    simplified,
+    thickened_sheet,
+    without_enclosed,
+    write_hulls,
+)
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import MARGIN_M, contacts_at
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import apply, transform
-from asset2sim.refinement.collision.part_links import cleared
+from asset2sim.physics.kinematics import apply, origin_transform
+from asset2sim.refinement.collision.part_links import cut_until_clear
 from asset2sim.refinement.collision.pybullet_hulls import quaternion
 from asset2sim.refinement.collision.trim import (
     CLEARANCE_M,
@@ -93,7 +101,7 @@ def test_nothing_is_left_beyond_the_plane_or_on_it() -> None:
 def test_two_boxes_that_overlap_are_cleared_and_each_loses_half(tmp_path: Path) -> None:
     hulls: Hulls = {"left": (LEFT,), "right": (shifted(LEFT, 0.19),)}
     assert phi(tmp_path, hulls, everywhere(hulls)) == pytest.approx(0.012, abs=1e-5)  # 10 mm and both margins
-    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    result, cuts = cut_until_clear(hulls, everywhere(hulls), [("left", "right")])
     assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
     lost = (0.01 + GAP) / 2.0
     assert result["left"][0][:, 0].max() == pytest.approx(0.2 - lost, abs=1e-6)
@@ -107,7 +115,7 @@ def test_two_boxes_that_overlap_are_cleared_and_each_loses_half(tmp_path: Path) 
 def test_the_longer_box_gives_the_larger_part(tmp_path: Path) -> None:
     short = corners((0.19, 0.0, 0.0), (0.24, 0.1, 0.1))
     hulls: Hulls = {"left": (LEFT,), "right": (short,)}
-    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    result, cuts = cut_until_clear(hulls, everywhere(hulls), [("left", "right")])
     assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
     depth = {cut.link: cut.depth_m for cut in cuts}
     # 0.2 and 0.05 m long: four parts to one, the same share of each.
@@ -123,7 +131,7 @@ def test_boxes_within_the_engines_margins_touch_and_others_do_not(
     tmp_path: Path, gap: float, touched: bool, pair: tuple[str, str]
 ) -> None:
     hulls: Hulls = {"left": (LEFT,), "right": (shifted(LEFT, 0.2 + gap),)}
-    result, cuts = cleared(hulls, everywhere(hulls), [pair])
+    result, cuts = cut_until_clear(hulls, everywhere(hulls), [pair])
     assert bool(cuts) is touched
     assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
     assert result["right"][0][:, 0].min() - result["left"][0][:, 0].max() == pytest.approx(max(gap, GAP), abs=1e-6)
@@ -133,16 +141,16 @@ def test_boxes_within_the_engines_margins_touch_and_others_do_not(
 @pytest.mark.parametrize("angle", [0.4, -2.0])
 def test_links_that_are_turned_and_moved_are_cut_in_their_own_frames(tmp_path: Path, angle: float) -> None:
     poses = {
-        "left": transform((0.3, 0.2, 0.0), (0.0, 0.0, angle)),
-        "right": transform((-0.1, 0.4, 0.0), (0.0, 0.0, 1.0)),
+        "left": origin_transform((0.3, 0.2, 0.0), (0.0, 0.0, angle)),
+        "right": origin_transform((-0.1, 0.4, 0.0), (0.0, 0.0, 1.0)),
     }
-    turn = transform(ORIGIN, (0.0, 0.0, 0.6))  # how the pair lies in the root's frame
+    turn = origin_transform(ORIGIN, (0.0, 0.0, 0.6))  # how the pair lies in the root's frame
     placed = {"left": apply(turn, LEFT), "right": apply(turn, shifted(LEFT, 0.19))}
     hulls: Hulls = {
         name: (apply(np.asarray(np.linalg.inv(poses[name]), dtype=float), points),) for name, points in placed.items()
     }
     assert phi(tmp_path, hulls, poses) > 0.01
-    result, _ = cleared(hulls, poses, [("left", "right")])
+    result, _ = cut_until_clear(hulls, poses, [("left", "right")])
     assert phi(tmp_path, result, poses) < 1e-6
     back = np.linalg.inv(turn) @ poses["left"]
     np.testing.assert_allclose(
@@ -156,7 +164,7 @@ def test_a_bar_through_two_posts_is_cleared_of_both(tmp_path: Path) -> None:
         "bar": (corners((-0.01, 0.0, 0.0), (0.31, 0.05, 0.05)),),
         "posts": (corners((-0.1, -0.1, -0.1), (0.0, 0.15, 0.15)), corners((0.3, -0.1, -0.1), (0.4, 0.15, 0.15))),
     }
-    result, cuts = cleared(hulls, everywhere(hulls), [("bar", "posts")])
+    result, cuts = cut_until_clear(hulls, everywhere(hulls), [("bar", "posts")])
     assert phi(tmp_path, result, everywhere(hulls)) < 1e-6
     ends = result["bar"][0][:, 0]
     assert float(np.ptp(ends)) == pytest.approx(0.32 - 2.0 * (0.32 / 0.42) * (0.01 + GAP), rel=0.01)
@@ -167,7 +175,7 @@ def test_a_bar_through_two_posts_is_cleared_of_both(tmp_path: Path) -> None:
 @pytest.mark.system
 def test_a_cap_of_more_than_half_is_refused_and_both_hulls_stay() -> None:
     hulls: Hulls = {"left": (UNIT,), "right": (shifted(UNIT, 1e-4),)}
-    result, cuts = cleared(hulls, everywhere(hulls), [("left", "right")])
+    result, cuts = cut_until_clear(hulls, everywhere(hulls), [("left", "right")])
     assert cuts == ()
     for name in hulls:
         np.testing.assert_array_equal(result[name][0], hulls[name][0])
@@ -266,7 +274,7 @@ def test_a_link_and_its_parent_are_no_pair() -> None:
 def test_a_hinge_that_overlaps_its_parent_is_not_touched() -> None:
     joints = [joint_features("one", "revolute", "body", "door"), joint_features("two", "revolute", "body", "lid")]
     hulls: Hulls = {"body": (UNIT,), "door": (shifted(UNIT, 0.9),), "lid": (shifted(UNIT, y=0.9),)}
-    result, cuts = cleared(hulls, everywhere(hulls), contact_pairs(joints, list(hulls)))
+    result, cuts = cut_until_clear(hulls, everywhere(hulls), contact_pairs(joints, list(hulls)))
     np.testing.assert_array_equal(result["body"][0], UNIT)
     assert {cut.link for cut in cuts} <= {"door", "lid"}
 
@@ -285,21 +293,21 @@ def test_what_is_written_under_names_that_differ_only_in_a_slash_is_what_was_giv
 
 def test_pieces_wholly_inside_another_are_left_out_and_the_order_is_kept() -> None:
     inner, beside = 0.5 * UNIT + 0.25, shifted(0.5 * UNIT, 0.75)  # the second sticks out by 0.25
-    kept = outermost([inner, UNIT, beside])
+    kept = without_enclosed([inner, UNIT, beside])
     assert [id(piece) for piece in kept] == [id(UNIT), id(beside)]
-    assert len(outermost([UNIT, UNIT.copy()])) == 1  # of two alike one stays
+    assert len(without_enclosed([UNIT, UNIT.copy()])) == 1  # of two alike one stays
 
 
 def test_a_piece_in_the_box_but_not_in_the_hull_of_another_stays() -> None:
     pyramid = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     corner = 0.1 * UNIT + 0.85
-    assert len(outermost([pyramid, corner])) == 2
+    assert len(without_enclosed([pyramid, corner])) == 2
 
 
 def test_a_sheet_is_given_its_thickness_on_both_sides_of_its_plane() -> None:
-    turn = transform((0.1, 0.2, 0.3), (0.4, -0.9, 0.2))
+    turn = origin_transform((0.1, 0.2, 0.3), (0.4, -0.9, 0.2))
     sheet = apply(turn, np.array([[0.0, 0, 0], [0.3, 0, 0], [0.3, 0.2, 0], [0, 0.2, 0]]))
-    thick = thickened(sheet)
+    thick = thickened_sheet(sheet)
     assert volume(thick) == pytest.approx(0.3 * 0.2 * SHEET_THICKNESS_M)
     np.testing.assert_allclose(thick.mean(axis=0), sheet.mean(axis=0), atol=1e-12)
 

@@ -11,13 +11,13 @@ from PIL import Image
 from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.render.cloud import cloud_of
 from asset2sim.render.draw import background, pictures
-from asset2sim.render.zbuffer import Layers, lens_for, splat, together
+from asset2sim.render.zbuffer import Layers, lens_for, ranges_moving_together, splat
 from asset2sim.report.loops.axes import axes_picture, axis_lines
 from asset2sim.report.loops.figure import LoopFigure, link_poses, read_alike, read_figure, sweep, swept
 from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
 from asset2sim.report.loops.record import LoopMotion
-from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing
+from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing_item
 from tests.assets import cabinet, joint, link, read, robot, shape, written
 
 BOX = robot(link("box", shape("0.4 0.5 0.6")))
@@ -35,7 +35,7 @@ def test_no_pixel_of_a_surface_is_without_a_point(tmp_path: Path) -> None:
     spacing = 0.75 * nearest * 2.0 * math.tan(math.radians(12.0)) / 200.0
     cloud = cloud_of(figure.faces, spacing * figure.size_m, [(motions[0], lens)])
     layers = Layers.empty(lens)
-    for number, first, last in together(cloud.starts, motions[0], np.ones(1, dtype=bool)):
+    for number, first, last in ranges_moving_together(cloud.starts, motions[0], np.ones(1, dtype=bool)):
         splat(layers, cloud.points, first, last, motions[0][number], lens)
     drawn = layers.point.reshape(202, 202)[1:-1, 1:-1] >= 0
     assert drawn.mean() > 0.3
@@ -88,7 +88,7 @@ def orange(picture: bytes) -> np.ndarray:
 
 def test_the_cube_of_the_size_picture_is_as_large_as_it_must_be(tmp_path: Path) -> None:
     figure = read_figure(written(tmp_path, BOX) / "mobility.urdf", {}, {})
-    row = in_a_row([standing(figure, still(), "refined"), cube()])
+    row = in_a_row([standing_item(figure, still(), "refined"), cube()])
     clouds = clouds_of(
         [], [], [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
     )

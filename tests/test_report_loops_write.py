@@ -123,14 +123,14 @@ def test_a_raw_object_that_cannot_be_read_loaded_or_borne_moves_nothing(
         if number == 0:
             (refused / mesh).unlink()
     assert set(LOOPS) < set(make_loops(refined, refused / "mobility.urdf", tmp_path / "one"))
-    real, parent = make.play, os.getpid()
+    real, parent = make.play_all, os.getpid()
 
     def dies(*args: object) -> object:
         if os.getpid() != parent:
             os.kill(os.getpid(), signal.SIGKILL)
         return real(*args)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(make, "play", dies)
+    monkeypatch.setattr(make, "play_all", dies)
     make_loops(refined, raw_of("scissors_paper"), tmp_path / "two")
     (refused / "mobility.urdf").write_text("no URDF")
     assert make_loops(refined, refused / "mobility.urdf", tmp_path / "three") == [*LOOPS, "size.webp"]

@@ -15,7 +15,7 @@ from tests.model_server import ModelServer, Reply, serve
 
 @pytest.mark.system
 def test_a_healthy_machine_has_no_broken_check(tmp_path: Path) -> None:
-    checks = {check.name: check for check in doctor.examine(tmp_path / "out", ModelSettings())}
+    checks = {check.name: check for check in doctor.run_all_checks(tmp_path / "out", ModelSettings())}
     broken = [check for check in checks.values() if check.needed and not check.ok and check.name != "packages"]
     assert broken == []
     assert "rests at 100" in checks["child processes and PyBullet"].detail

@@ -9,7 +9,7 @@ from asset2sim.runs.asset_attempt import FirstAttempt, with_first_attempt, witho
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.plan import make_plan
 from asset2sim.runs.plan.records import KeptRecord, call_writer, keep_record, kept_records, paid_calls, read_record
-from asset2sim.runs.spread.harvest import Breaker, Harvest, finish_without_retry, second_attempt_jobs, take
+from asset2sim.runs.spread.harvest import Breaker, Harvest, finish_without_retry, second_attempt_jobs, take_result
 from asset2sim.runs.spread.job import Job, JobResult, LostJob, jobs_of, last_seconds
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
@@ -43,7 +43,7 @@ def taken(got: Harvest[AssetRecord], job: Job, end: JobResult | LostJob | None) 
     """The record that is reported."""
     reported: list[AssetRecord] = []
     got.report = reported.append
-    take(got, job, end)
+    take_result(got, job, end)
     assert len(reported) <= 1
     return reported[0] if reported else None
 
@@ -142,7 +142,7 @@ def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> Non
     assert [call.attempt for call in found.record.calls] == [1, 2] and paid_calls(tmp_path, HASH) == ()
     keep([make_call(attempt=3)])
     got = harvest(tmp_path)
-    take(got, JOB, LostJob("gone"))
+    take_result(got, JOB, LostJob("gone"))
     finish_without_retry(got, JOB)
     assert [call.attempt for call in got.records["a"].calls] == [3] and paid_calls(tmp_path, HASH) == ()
 
@@ -154,7 +154,7 @@ def test_a_lost_worker_is_a_death_without_a_record_and_two_are_the_end(tmp_path:
     assert record is not None and record.failure_mode is FailureMode.ENGINE_CRASH and record.content_hash == HASH
     assert "died twice: its Dask worker was lost: KilledWorker: again" in record.reason
     one_too_many = harvest(tmp_path / "other")
-    take(one_too_many, JOB, LostJob("gone"))
+    take_result(one_too_many, JOB, LostJob("gone"))
     finish_without_retry(one_too_many, JOB)
     assert one_too_many.records["a"].reason == "its Dask worker was lost: gone"
     assert not one_too_many.dead

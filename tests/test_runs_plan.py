@@ -2,7 +2,6 @@
 
 import ast
 import errno
-import functools
 import gc
 import json
 import os
@@ -268,8 +267,8 @@ def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_a
 ) -> None:
     for name in (*code.ROOMS, *code.IRRELEVANT_SOURCES):
         assert (ROOT / name).exists(), name
-    root, cached = copied(tmp_path), functools.cache(source_code.bare_code)
-    monkeypatch.setattr(source_code, "bare_code", cached)
+    monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / "cache"))
+    root = copied(tmp_path / "copy")
     same = code.source_version.__wrapped__(root)
     files = counted_files(root)
     assert files == counted_files(ROOT) and same == code.source_version()
@@ -289,6 +288,30 @@ def test_the_rooms_that_count_are_there_and_an_edit_of_code_or_data_in_each_is_a
             (root / name).unlink()
     with pytest.raises(FileNotFoundError, match="baselines"):
         counted_files(root)
+
+
+def test_a_later_process_parses_only_sources_that_are_new_and_a_damaged_store_costs_time_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / "cache"))
+    root, parsed, parse = copied(tmp_path / "copy"), list[bytes](), source_code.bare_code
+
+    def noted(content: bytes) -> bytes:
+        parsed.append(content)
+        return parse(content)
+
+    monkeypatch.setattr(source_code, "bare_code", noted)
+    first = code.source_version.__wrapped__(root)
+    assert len({*parsed}) == len(parsed) > 200
+    parsed.clear()
+    assert code.source_version.__wrapped__(root) == first and not parsed
+    name = next(name for name in counted_files(root) if name.endswith(".py"))
+    assert version_after(root, name, lambda text: f"{text}\nMORE = 1\n") != first and len(parsed) == 1
+    (store,) = (tmp_path / "cache").glob("code-*.json")
+    assert store.stat().st_size < 200_000
+    for damage in (b"", b"[1]", b'{"a": 1}', b'{"a": "b"}', store.read_bytes()[:-9]):
+        store.write_bytes(damage)
+        assert code.source_version.__wrapped__(root) == first
 
 
 def test_prose_is_no_code() -> None:

@@ -16,12 +16,12 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.baselines.ours import by_rules
-from asset2sim.checks.alignment.expectations import Expectations, meet, read_expectations
+from asset2sim.checks.alignment.expectations import Expectations, met_expectation, read_expectations
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.origin import extract
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
-from asset2sim.validation.doubts import fallen
+from asset2sim.validation.doubts import where_gravity_takes
 from schemas.alignment import SIZE
 from schemas.asset import AssetRef
 from schemas.model_names import settings_for
@@ -69,9 +69,9 @@ def answered(
     overlay = validate_overlay(job, extraction, said.proposal, rules=True).overlay
     record = make_record(ref.asset_id, ref=ref, overlay=overlay, features=extraction.features, reports=())
     share = settings.search.state_tolerance
-    wrong = {joint.name for joint in overlay.joints if fallen(joint, share) is not None}
+    wrong = {joint.name for joint in overlay.joints if where_gravity_takes(joint, share) is not None}
     for item in expectations[ref.asset_id]:
-        if item.what != "none" and meet(record, item).at_start is False:
+        if item.what != "none" and met_expectation(record, item).at_start is False:
             wrong.add("scale" if item.what == SIZE else item.what)
         elif item.swings:
             wrong.discard(item.what)
@@ -119,7 +119,7 @@ def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
 def drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """The scripted model does not look: the pictures of the first object stand for those of all. Drawing them was half
     of the work here, and PyBullet keeps some 30 MB of every drawing until the process ends."""
-    for place in ("asset2sim.baselines.ours.question_pictures", "asset2sim.validation.reconsider.pictures"):
+    for place in ("asset2sim.baselines.ours.question_pictures", "asset2sim.validation.reconsider.answer_pictures"):
         monkeypatch.setattr(place, drawn_first(pkgutil.resolve_name(place)))
 
 

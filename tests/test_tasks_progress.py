@@ -66,20 +66,21 @@ def test_other_errors_stay_what_they_are(stage: Stage, error: Exception) -> None
 
 @pytest.mark.system
 def test_processor_time_is_that_of_the_stage_and_of_its_children_without_waiting() -> None:
+    """The waits and the child's second are long beside what a busy machine adds."""
     progress = Progress()
 
     def work() -> StageResult:
-        busy()
-        time.sleep(0.2)
-        assert in_child(Engine.PYBULLET, busy, time_limit_s=60.0).problem is None
+        busy(0.1)
+        time.sleep(1.5)
+        assert in_child(Engine.PYBULLET, partial(busy, 1.0), time_limit_s=60.0).problem is None
         return StageResult()
 
     progress.run(Stage.EXTRACT, work)
     own, progress.processor_s = progress.processor_s, defaultdict(float)
-    assert set(own) == {Stage.EXTRACT} and 0.18 < own[Stage.EXTRACT] < 0.35
+    assert set(own) == {Stage.EXTRACT} and 1.05 < own[Stage.EXTRACT] < 2.5
     progress.run(Stage.REFINE, work)
-    assert 0.08 < progress.processor_s[Stage.REFINE] < 0.2, "what its engines do is to measure"
-    assert 0.08 < progress.processor_s[Stage.MEASURE] < 0.2
+    assert 0.08 < progress.processor_s[Stage.REFINE] < 0.95, "what its engines do is to measure"
+    assert 0.95 < progress.processor_s[Stage.MEASURE] < 2.0
 
 
 def test_a_stage_that_takes_no_processor_time_takes_none(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,8 +95,8 @@ def test_a_stage_that_takes_no_processor_time_takes_none(monkeypatch: pytest.Mon
         assert progress.processor_s == {Stage.EXTRACT: 0.0}
 
 
-def busy() -> None:
-    """Take a tenth of a second of processor time."""
+def busy(seconds: float) -> None:
+    """Take so much processor time."""
     start = time.process_time()
-    while time.process_time() < start + 0.1:
+    while time.process_time() < start + seconds:
         pass

@@ -45,6 +45,7 @@ def test_what_does_not_contradict_the_words_stands(at: float) -> None:
         ("A box with its lid closed.", 1.6, 0.0),
         ("A box with its lid fully open.", 0.0, 1.6),
         ("A box with its lid fully open.", 0.2, 1.4),
+        ("A box with its lid open.", 0.0, 1.6),
     ],
 )
 def test_the_wrong_end_is_counted_from_the_other(guidance: str, at: float, right: float) -> None:
@@ -78,6 +79,13 @@ def test_a_part_that_is_not_known_by_name_moves_no_state() -> None:
     overlay, codes = stated({"drawer": 0.1}, "A box with its hatch slightly open.")
     assert overlay.initial_joint_positions == {"drawer": 0.1}
     assert not codes
+
+
+@pytest.mark.parametrize(("at", "meant"), [(1.92, 1.92), (3.14, 3.14), (6.0, 6.0), (0.0, 6.28)])
+def test_what_is_open_may_be_further_open_than_in_use(at: float, meant: float) -> None:
+    # Of a lid that turns by 360°, 110° are less than two fifths, so that 6.0 would be near the other end.
+    overlay, _ = stated({"lid": at}, "A box with its lid open.", upper=6.28)
+    assert overlay.initial_joint_positions["lid"] == pytest.approx(meant)
 
 
 def test_half_open_is_the_same_from_either_end() -> None:

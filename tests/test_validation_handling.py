@@ -12,7 +12,7 @@ from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.physics.mass_matrix import Body, Pull
 from asset2sim.physics.terms import JointLoad, JointTerms
-from asset2sim.validation.handling import Handling, bounded_press, felt_press, handlings
+from asset2sim.validation.handling import Handling, as_asked, bounded_press, felt_press, handlings
 from schemas.finding import Notes
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
@@ -26,7 +26,7 @@ BOX = corners((-0.1, -0.1, 0.0), (0.1, 0.1, 0.4))
 PRESSED = JointProposal(name="part", press_start=15.0, press_end=25.0)
 
 
-def handled(points: Array, joint: TreeJoint, mass: float = 2.0) -> Handling:
+def handled(points: Array, joint: TreeJoint, mass: float = 2.0, proposal: JointProposal = PRESSED) -> Handling:
     """How the box's one part is handled, its centre of mass at half its height, friction 0.5."""
     base = make_features("1")
     (kind,) = (item for item in base.joints if item.type == joint.type)
@@ -35,7 +35,7 @@ def handled(points: Array, joint: TreeJoint, mass: float = 2.0) -> Handling:
     features = base.model_copy(update={"root": "box", "links": links, "joints": (own,)})
     bodies = {"box": Body(mass, np.array([0.0, 0.0, 0.2]), np.eye(3)), "part": Body(0.0, np.zeros(3), np.eye(3))}
     clouds: Mapping[str, Array] = {"box": BOX, "part": points}
-    return handlings(features, clouds, (joint,), bodies, {"part": 0.0}, {"part": PRESSED}, 0.5, SETTINGS)["part"]
+    return handlings(features, clouds, (joint,), bodies, {"part": 0.0}, {"part": proposal}, 0.5, SETTINGS)["part"]
 
 
 PEDAL = tree_joint("part", "revolute", "box", "part", axis=(0.0, 1.0, 0.0))
@@ -100,6 +100,39 @@ def test_a_press_that_no_hand_has_is_one_of_its_kind() -> None:
     made = felt_press(proposal, kind, terms_of(proposal, moved), moved, notes)
     assert made is not None and made.press_start == pytest.approx(0.9 * kind.range.most_n) and notes.findings
     assert felt_press(made, kind, terms_of(made, moved), moved, notes) is None
+
+
+def test_a_part_takes_what_its_user_says() -> None:
+    said, notes = JointProposal(name="part", holds=True, effort_nm=0.3), Notes()
+    kind = handled(PEDAL_POINTS, PEDAL, proposal=said)
+    assert kind.asked_n == pytest.approx(0.3 / kind.lever)
+    made = as_asked("part", kind, 0.0, notes)
+    assert made.least_effort == pytest.approx(0.3) and made.most_upward == pytest.approx(0.3) and not notes.findings
+    assert made.judged is not None and made.judged.most_n == kind.range.most_n, "it is judged as any of its kind"
+
+
+def test_a_part_takes_no_less_than_it_weighs_nor_more_than_tips_its_object() -> None:
+    said, notes = JointProposal(name="part", holds=True, effort_n=1e3), Notes()
+    strong = as_asked("part", handled(PEDAL_POINTS, PEDAL, proposal=said), 0.0, notes)
+    assert strong.most_downward == pytest.approx(0.9 * strong.lever * min(strong.tips_upward, strong.tips_downward))
+    light = handled(PEDAL_POINTS, PEDAL, proposal=said.model_copy(update={"effort_n": 2.0}))
+    assert as_asked("part", light, 5.0 * light.lever, notes).range == light.range
+    assert [item.code for item in notes.findings] == ["effort_unmet", "effort_unmet"]
+
+
+def test_a_catch_lets_go_at_what_is_asked_and_the_open_door_is_as_light_as_ever() -> None:
+    said = JointProposal(name="part", holds=True, effort_n=5.0, mechanism="latch")
+    kind = handled(PEDAL_POINTS, PEDAL, mass=20.0, proposal=said)
+    made = as_asked("part", kind, 0.0, Notes())
+    assert made.lets_go_n == 5.0 and made.range.least_n == kind.range.least_n
+
+
+def test_what_is_hard_to_move_takes_half_of_the_most_of_its_kind() -> None:
+    plain, stiff = (
+        handled(BUTTON_POINTS, BUTTON, 200.0, JointProposal(name="part", holds=True, stiff=said))
+        for said in (False, True)
+    )
+    assert stiff.range.least_n == pytest.approx(0.5 * plain.range.most_n) and plain.range.least_n < 1.0
 
 
 def test_no_spring_and_a_spring_that_is_felt_stay_as_they_are() -> None:

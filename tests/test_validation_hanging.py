@@ -8,11 +8,11 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.guidance.read import read_guidance
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.physics.arrays import Array
-from asset2sim.validation.hanging import hangs_on_wall
+from asset2sim.validation.hanging import hangs_on_wall, swings_below
 from asset2sim.validation.support import support_findings
 from asset2sim.validation.validate import validate
 from schemas.overlay import Overlay
-from schemas.support import Mount, SupportKind
+from schemas.support import Mount, SupportKind, SupportProposal
 from schemas.vocabulary import Severity, Source
 from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
 
@@ -92,3 +92,45 @@ def test_it_is_fixed_as_a_guess_which_words_go_before(tmp_path: Path, words: str
         assert (
             finding.severity is Severity.WARNING and "gripped at" in finding.message and "--support" in finding.message
         )
+
+
+def flap_cupboard(hinge: float, axis: str = "0 1 0") -> str:
+    """A cupboard of 0.7 m with a flap of 0.5 m, whose hinge is ``hinge`` over the bottom: opened by 110°, its outer
+    edge is 0.5 sin 20° + 0.02 cos 20° = 0.19 m below the hinge."""
+    return robot(
+        link("body", shape("0.3 0.6 0.7", xyz="0 0 0.35")),
+        link("flap", shape("0.02 0.6 0.5", xyz="0.01 0 0.25")),
+        joint("fold", "revolute", "body", "flap", xyz=f"0.15 0 {hinge}", axis=axis, limit="0 2.2"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("hinge", "axis", "below"), [(0.1, "0 1 0", True), (0.16, "0 1 0", False), (0.1, "0 0 1", False)]
+)
+def test_a_flap_that_a_floor_would_stop_is_that_of_a_wall_cupboard(
+    tmp_path: Path, hinge: float, axis: str, below: bool
+) -> None:
+    item = read(written(tmp_path, flap_cupboard(hinge, axis)), "StorageFurniture")
+    for scale, clouds in at_scales(item):
+        told = swings_below(item.features, clouds, scale, "StorageFurniture")
+        assert (f"{0.09 * scale:.2g} m below" in told) is below, told
+        assert swings_below(item.features, clouds, scale, "Oven") == ""
+
+
+@pytest.mark.parametrize(
+    ("sure", "words", "kind"),
+    [
+        (0.6, "A cabinet, closed.", SupportKind.FIXED),
+        (0.9, "A cabinet, closed.", SupportKind.FREESTANDING),
+        (0.6, "A freestanding cabinet, closed.", SupportKind.FREESTANDING),
+    ],
+)
+def test_only_a_guess_that_it_stands_gives_way_to_its_flap(
+    tmp_path: Path, sure: float, words: str, kind: SupportKind
+) -> None:
+    item = read(written(tmp_path, flap_cupboard(0.1)), "StorageFurniture")
+    said = SupportProposal(kind=SupportKind.FREESTANDING, confidence=sure, reason="of such things")
+    guidance = read_guidance(words, rounded_object_info(item.features))
+    proposal = Overlay(scale=1.0, support=said)
+    overlay, _ = validate(item, proposal, Source.PRIOR, 0.5, NO_VIEWS.physics, guidance=guidance)
+    assert overlay.support.kind is kind

@@ -12,7 +12,7 @@ from asset2sim.intake.origin import extract
 from asset2sim.validation.size import with_sensible_size
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
-from schemas.authored import UNLIKE_UNITS
+from schemas.authored import MASSES_FIT, UNLIKE_UNITS
 from schemas.finding import Finding, Notes
 from schemas.inputs import InputSettings
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
@@ -101,6 +101,9 @@ def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:
     small, moved = final("A small microwave.", 0.9, "lengths of MJCF are metres")
     assert small < 0.5 and moved < 0.5
     assert final("", 30.0, "lengths of MJCF are metres")[0] < 0.1, "no microwave is so large"
+    assert final("", 30.0, f"lengths of MJCF are metres, and {MASSES_FIT}")[0] == 1.0, (
+        "it would weigh 27,000 times less"
+    )
 
 
 def test_a_kind_that_is_only_read_from_names_changes_no_size_in_metres() -> None:

@@ -12,7 +12,7 @@ from schemas.asset import AssetRef
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.thresholds import Thresholds
 from schemas.vocabulary import Source, UpAxis
-from tasks.extract import lying
+from tasks.extract import lying_asset
 from tasks.progress import AssetJob
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
@@ -70,7 +70,7 @@ def test_physics_are_those_of_the_object_as_it_lies_unless_its_up_axis_is_stated
     lid = laid.overlay.joints[0]
     assert laid.extraction.features.rest_size[2] == pytest.approx(0.09, abs=1e-3), "as high as it is thick"
     assert abs(lid.gravity_load) < 0.1, "its lid stands upright, where it lay level"
-    assert lying(job, UpAxis.MINUS_X)[1] == laid.extraction.features
+    assert lying_asset(job, UpAxis.MINUS_X)[1] == laid.extraction.features
     for stays in ({"up": UpAxis.Z}, {"part": "case"}):
         kept = AssetJob(ref.model_copy(update=stays), tmp_path / "out", NO_VIEWS, prior)
         assert validate_overlay(kept, item, proposal, rules=True).extraction is item

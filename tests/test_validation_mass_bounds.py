@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from asset2sim.assets.meshes.volume import shape_of
 from asset2sim.assets.solids import PlacedShape, shapes_with_mass
-from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.arrays import Array, floats_of
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.validation.mass_bounds import bounded_inertia
 from tests.builders import corners, is_physical
@@ -18,7 +18,7 @@ edges = st.floats(1e-3, 1.0)
 
 def cube_points(size: Array) -> Array:
     """The eight corners of a box of edge lengths ``size`` about the origin."""
-    return corners(vector(-size / 2.0), vector(size / 2.0))
+    return corners(floats_of(-size / 2.0), floats_of(size / 2.0))
 
 
 def test_a_solid_box_is_left_as_it_is_and_a_placeholder_is_lowered_to_the_faces() -> None:

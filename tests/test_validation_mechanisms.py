@@ -202,6 +202,17 @@ def test_a_catch_presses_on_a_stop_alone(closed: float, caught: bool) -> None:
         assert (bias is not None) is caught, "what is shut in the middle of its range would run away"
 
 
+@pytest.mark.parametrize(("spring", "left"), [(0.0, 14.0), (-8.0, 6.0), (-30.0, 3.5), (8.0, 14.0)])
+def test_a_catch_and_the_springs_that_pull_a_door_shut_let_go_together(spring: float, left: float) -> None:
+    door = make_features("7").movable_joints[0]
+    kind = Handling(ANY, anywhere=False, counterbalanced=True, mechanism="latch", lever=0.7)
+    for way in (1.0, -1.0):
+        low, high = sorted((0.0, 2.0 * way))
+        start = Start(Range(door, low, high, 0.0, 2.0 * way, Source.AUTHORED), 0.0, Source.RULE, requested=False)
+        bias = mechanism_bias(start, kind, 0.0, PhysicsSettings(), way * spring)
+        assert bias is not None and -way * bias.at(0.0) == pytest.approx(left), "20 N at its edge, of both together"
+
+
 @pytest.mark.parametrize(
     ("name", "arm_m", "mechanism", "least", "most"),
     [

@@ -14,7 +14,7 @@ from asset2sim.models.ask_overlay import ask_overlay
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.prompts import SYNTHESIS, overlay_request
-from asset2sim.validation.doubts import ObjectQuestion, completed, fallen, outcome
+from asset2sim.validation.doubts import ObjectQuestion, completed_physics, consequences, where_gravity_takes
 from asset2sim.validation.reconsider import reconsidered
 from schemas.finding import Finding
 from schemas.overlay import JointProposal, Overlay
@@ -55,7 +55,7 @@ def said(scale: float, at: float | None = 0.3, *, holds: bool = True, **more: An
 
 
 def doubted(answer: Overlay, about: ObjectQuestion | None = None) -> list[str]:
-    return [doubt.what for doubt in outcome(about or asked(), answer).doubts]
+    return [doubt.what for doubt in consequences(about or asked(), answer).doubts]
 
 
 class Model:
@@ -99,7 +99,7 @@ def test_what_is_as_expected_is_not_doubted() -> None:
     ],
 )
 def test_each_measured_mistake_is_told_with_its_consequence(answer: Overlay, what: str, words: str) -> None:
-    (doubt,) = outcome(asked(), answer).doubts
+    (doubt,) = consequences(asked(), answer).doubts
     assert doubt.what == what and words in doubt.consequence, doubt.consequence
 
 
@@ -213,12 +213,12 @@ def test_a_budget_that_ends_amid_samples_leaves_the_median_of_those_that_came() 
 def test_a_lid_that_is_slightly_open_of_a_wide_travel_falls_all_the_way() -> None:
     """A tenth of the whole travel is all that it is open."""
     about = asked()
-    made = completed(about, said(RIGHT, 0.19, holds=False))
+    made = completed_physics(about, said(RIGHT, 0.19, holds=False))
     assert made is not None
     (lid,) = made.joints
-    assert fallen(lid, about.settings.search.state_tolerance) == pytest.approx(0.0)
-    held = completed(about, said(RIGHT, 0.19))
-    assert held is not None and fallen(held.joints[0], 0.1) is None
+    assert where_gravity_takes(lid, about.settings.search.state_tolerance) == pytest.approx(0.0)
+    held = completed_physics(about, said(RIGHT, 0.19))
+    assert held is not None and where_gravity_takes(held.joints[0], 0.1) is None
 
 
 @pytest.mark.parametrize("recorded", [1, 2])

@@ -14,7 +14,7 @@ from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
 from asset2sim.guidance.sizing import fitted_edges, propose_scale
 from asset2sim.models.object_facts import object_facts
-from asset2sim.validation.sanity import sensible
+from asset2sim.validation.sanity import corrected_proposal
 from asset2sim.validation.size import HAND_M, with_sensible_size
 from schemas.finding import Notes
 from schemas.guidance import NOTHING_ASKED
@@ -130,9 +130,9 @@ def drawn() -> Extraction:
 
 def test_a_second_time_nothing_changes() -> None:
     guidance = guidance_of("A small box.", drawn().features)
-    first, findings = sensible(drawn(), Overlay(scale=1e3), guidance, PhysicsSettings())
+    first, findings = corrected_proposal(drawn(), Overlay(scale=1e3), guidance, PhysicsSettings())
     assert [finding.code for finding in findings] == ["size_unlikely"]
-    assert sensible(drawn(), first, guidance, PhysicsSettings()) == (first, ())
+    assert corrected_proposal(drawn(), first, guidance, PhysicsSettings()) == (first, ())
 
 
 @pytest.mark.parametrize("correction", [Correction.OFF, Correction.UNITS])
@@ -140,16 +140,16 @@ def test_only_semantic_correction_moves_a_scale_or_a_state(correction: Correctio
     """A size that no box has, and a lid that is shut where the words say open: a model may know better."""
     proposal = Overlay(scale=1e3, initial_joint_positions={"lid_hinge": 0.0}, asked=("lid_hinge",))
     words = guidance_of("A small box with its lid fully open.", drawn().features)
-    assert sensible(drawn(), proposal, words, PhysicsSettings(), correction) == (proposal, ())
-    moved, findings = sensible(drawn(), proposal, words, PhysicsSettings())
+    assert corrected_proposal(drawn(), proposal, words, PhysicsSettings(), correction) == (proposal, ())
+    moved, findings = corrected_proposal(drawn(), proposal, words, PhysicsSettings())
     assert moved.scale < 1.0 and moved.initial_joint_positions["lid_hinge"] != 0.0
     assert [item.code for item in findings] == ["size_unlikely", "state_at_wrong_end"]
 
 
 def test_without_any_correction_degrees_stay() -> None:
     proposal = Overlay(scale=0.1, initial_joint_positions={"lid_hinge": 45.0}, asked=("lid_hinge",))
-    assert sensible(drawn(), proposal, NOTHING_ASKED, PhysicsSettings(), Correction.OFF)[0] == proposal
-    turned, (finding,) = sensible(drawn(), proposal, NOTHING_ASKED, PhysicsSettings(), Correction.UNITS)
+    assert corrected_proposal(drawn(), proposal, NOTHING_ASKED, PhysicsSettings(), Correction.OFF)[0] == proposal
+    turned, (finding,) = corrected_proposal(drawn(), proposal, NOTHING_ASKED, PhysicsSettings(), Correction.UNITS)
     assert turned.initial_joint_positions["lid_hinge"] == pytest.approx(math.radians(45.0))
     assert finding.code == "position_in_degrees" and finding.value == 45.0
     assert finding.limit == pytest.approx(math.radians(45.0))
@@ -158,7 +158,7 @@ def test_without_any_correction_degrees_stay() -> None:
 def test_without_semantics_size_is_not_looked_at() -> None:
     proposal = Overlay(scale=1e3)
     guidance = guidance_of("A small box.", drawn().features)
-    assert sensible(drawn(), proposal, guidance, PhysicsSettings(), semantics=False) == (proposal, ())
+    assert corrected_proposal(drawn(), proposal, guidance, PhysicsSettings(), semantics=False) == (proposal, ())
 
 
 @pytest.mark.parametrize(

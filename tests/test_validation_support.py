@@ -116,6 +116,10 @@ def test_parts_that_hang_on_a_frame_are_held_unless_such_things_stand(tmp_path: 
     assert (found.kind, found.source) == (SupportKind.FIXED, Source.RULE)
     standing = SupportProposal(kind=SupportKind.FREESTANDING, confidence=0.8, reason="a chest")
     assert support(tmp_path, hung, said=standing).kind is SupportKind.FREESTANDING
+    item = read(written(tmp_path / "door", hung), "Microwave")
+    tables = Overlay(scale=1.0, support=standing)
+    alone, _ = validate(item, tables, Source.PRIOR, 0.5, NO_VIEWS.physics)
+    assert alone.support.kind is SupportKind.FIXED, "of a door alone tables say how its microwave stands"
 
 
 def test_no_hand_is_asked_to_lift_a_stage(tmp_path: Path) -> None:
@@ -134,6 +138,26 @@ def test_no_hand_is_asked_to_lift_a_stage(tmp_path: Path) -> None:
 
     assert lift("stage", 10.0) > 100.0 > lift("stage", 1.0)
     assert lift("drawer", 10.0) < 100.0, "what a hand operates is for a hand, whatever it weighs"
+
+
+def test_no_hand_is_asked_to_swing_a_heavy_arm_of_nothing_known(tmp_path: Path) -> None:
+    def arm(kg: float, category: str, axis: str) -> float:
+        weight = f'<inertial><origin xyz="0.3 0 0"/><mass value="{kg}"/>' \
+                 '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.3" iyz="0" izz="0.3"/></inertial>'  # fmt: skip
+        text = robot(
+            link("post", shape("0.8 0.8 0.4", xyz="0 0 0.2")),
+            link("beam", shape("0.6 0.1 0.1", xyz="0.3 0 0") + weight),
+            joint("pin", "revolute", "post", "beam", axis=axis, xyz="0 0 0.6", limit="-0.5 0.5"),
+        )
+        item = read(written(tmp_path / f"{kg}{category}{axis[0]}", text), category)
+        made, _ = validate(item, Overlay(scale=1.0), Source.PRIOR, 0.5, NO_VIEWS.physics)
+        assert made.joints[0].effort_range is not None
+        return made.joints[0].effort_range.most_n
+
+    # By hand: half its weight at the end of the beam, whose middle hangs at half its length: 98 N and 10 N.
+    assert arm(20.0, "", "0 1 0") > 98.0 > arm(2.0, "", "0 1 0")
+    assert arm(20.0, "", "0 0 1") < 98.0, "a vertical hinge bears no weight"
+    assert arm(20.0, "Microwave", "0 1 0") < 98.0, "what is for a hand is for a hand, whatever it weighs"
 
 
 def test_a_pendulum_on_a_frame_keeps_the_damping_of_its_file_and_a_motor_that_moves_it(tmp_path: Path) -> None:

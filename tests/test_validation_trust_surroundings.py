@@ -7,10 +7,10 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.edit import refined_urdf
-from asset2sim.catalog.kept import counted, kept_columns
+from asset2sim.catalog.kept import kept_columns, kept_counts
 from asset2sim.intake.origin import extract
 from asset2sim.models.object_facts import object_facts
-from asset2sim.report.object_page import kept
+from asset2sim.report.object_page import kept_rows
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.finding import Finding
@@ -96,14 +96,15 @@ def test_a_coefficient_of_contacts_stays_where_surfaces_have_it(tmp_path: Path) 
     item = desk(tmp_path / "a", body=contact(0.3), drawer=contact(0.3))
     overlay, _ = done(item)
     assert (overlay.contact_friction, overlay.contact_source) == (0.3, Source.AUTHORED)
-    counts = counted(overlay)
+    counts = kept_counts(overlay)
     assert (counts[Quantity.CONTACT, "kept"], counts[Quantity.START, "supplied"]) == (1, 1)
     stated = PLAIN.model_copy(update={"contact_friction": 0.7})
     assert done(item, stated)[0].contact_source is Source.USER and done(item, stated)[0].contact_friction == 0.7
     glued, _ = done(desk(tmp_path / "b", body=contact(100.0)))
     assert (glued.contact_friction, glued.contact_source) == (0.5, Source.MODEL)
     assert (
-        trusts(glued, Quantity.CONTACT) == {"body": Trust.DOUBTFUL} and counted(glued)[Quantity.CONTACT, "mended"] == 1
+        trusts(glued, Quantity.CONTACT) == {"body": Trust.DOUBTFUL}
+        and kept_counts(glued)[Quantity.CONTACT, "mended"] == 1
     )
     named = done(desk(tmp_path / "c", body=contact(100.0), keep=("contact",)))[0]
     assert (named.contact_friction, named.contact_source) == (100.0, Source.AUTHORED)
@@ -139,7 +140,7 @@ def test_collision_shapes_stay_where_they_are_convex_and_where_one_sees_the_part
     overlay, _ = done(desk(tmp_path / "a", shapes=shapes))
     drawer = next(own for own in overlay.links if own.name == "drawer")
     assert trusts(overlay, Quantity.SHAPES).get("drawer") is trust and drawer.shapes_source is source
-    rows = {quantity: how for quantity, how, _ in kept(kept_columns(overlay))}
+    rows = {quantity: how for quantity, how, _ in kept_rows(kept_columns(overlay))}
     assert rows["shapes"] == (
         "2 kept" if source is Source.AUTHORED else f"1 kept, 1 {'mended' if trust else 'supplied'}"
     )

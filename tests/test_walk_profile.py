@@ -13,4 +13,4 @@ def test_one_asset_s_way_is_short_and_computes_each_thing_once(tmp_path: Path) -
     assert len(walk.handed) <= 110 and len(walk.files) <= 45
     assert set(walk.verdicts.values()) == {1}
     assert walk.parses.total() <= 6
-    assert walk.sentences <= 2
+    assert walk.sentences <= 1

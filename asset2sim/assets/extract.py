@@ -22,11 +22,11 @@ from asset2sim.assets.urdf.mimic import coupled, with_followed_ends
 from asset2sim.assets.urdf.read import front_of, read_contacts, read_dynamics, read_starts, read_urdf, root_of
 from asset2sim.assets.urdf.references import AllowedFolders, Refused
 from asset2sim.guidance.category import named_in_file
-from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.arrays import Array, floats_of
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
-from schemas.authored import wanted
+from schemas.authored import kept_share
 from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
@@ -168,7 +168,7 @@ def read_asset(
     looks = [companion for file in files for companion in material_files(file)]
     beside = [companions[name] for name in ("semantics.txt", "meta.json") if name in companions]
     keep = ref.keep or inputs.keep
-    size_kept = wanted(keep, Quantity.SIZE)
+    size_kept = kept_share(keep, Quantity.SIZE)
     # A part of a scene has its size whatever else is kept of it.
     size_kept = Keep.PLAUSIBLE if size_kept is Keep.NOTHING and ref.part is not None else size_kept
     features = Features(
@@ -180,14 +180,19 @@ def read_asset(
         root=root,
         links=tuple(links),
         joints=tuple(joints),
-        rest_box_min=vector(low),
-        rest_box_max=vector(high),
-        closed_size=vector(closed_high - closed_low),
+        rest_box_min=floats_of(low),
+        rest_box_max=floats_of(high),
+        closed_size=floats_of(closed_high - closed_low),
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
-        front=vector(front_of(robot, urdf)),
+        front=floats_of(front_of(robot, urdf)),
         metric=metric_evidence(
-            opened.metric_format, links, size_kept, document.robot, vector(closed_high - closed_low), vector(high - low)
+            opened.metric_format,
+            links,
+            size_kept,
+            document.robot,
+            floats_of(closed_high - closed_low),
+            floats_of(high - low),
         ),
         keep=keep,
     )
@@ -213,7 +218,7 @@ def find_textures(robot: "etree._Element", reader: MeshReader) -> list[Finding]:
 
 def box_center(pose: Array, points: Array) -> Vector3:
     """The centre of the box of a link's (n, 3) points in its own frame, moved by the link's (4, 4) pose, m."""
-    return vector(apply(pose, (points.min(axis=0, keepdims=True) + points.max(axis=0, keepdims=True)) / 2)[0])
+    return floats_of(apply(pose, (points.min(axis=0, keepdims=True) + points.max(axis=0, keepdims=True)) / 2)[0])
 
 
 def bounds(points: dict[str, Array], poses: dict[str, Array]) -> tuple[Array, Array]:

@@ -40,8 +40,8 @@ def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:
     """The hulls of one link."""
     pieces = [simplified(piece) * scale for part in geometry.parts for piece in part.pieces]
     if not pieces:
-        return tuple(thickened(part.sheet * scale) for part in geometry.parts if part.sheet is not None)
-    return outermost(pieces)
+        return tuple(thickened_sheet(part.sheet * scale) for part in geometry.parts if part.sheet is not None)
+    return without_enclosed(pieces)
 
 
 def simplified(points: Array) -> Array:
@@ -52,7 +52,7 @@ def simplified(points: Array) -> Array:
     return np.asarray(points[np.unique(np.argmax(points @ DIRECTIONS.T, axis=0))])
 
 
-def outermost(pieces: list[Array]) -> tuple[Array, ...]:
+def without_enclosed(pieces: list[Array]) -> tuple[Array, ...]:
     """The pieces that are not wholly inside another one, in their order."""
     planes: dict[int, Array] = {}
     boxes = [(piece.min(axis=0), piece.max(axis=0)) for piece in pieces]
@@ -72,7 +72,7 @@ def outermost(pieces: list[Array]) -> tuple[Array, ...]:
     return tuple(pieces[index] for index in sorted(kept))
 
 
-def thickened(points: Array) -> Array:
+def thickened_sheet(points: Array) -> Array:
     """The points of a sheet, doubled to both sides of its plane."""
     center = points.mean(axis=0)
     normal = np.linalg.svd(points - center, full_matrices=True)[2][2]

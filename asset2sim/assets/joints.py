@@ -8,7 +8,7 @@ import yourdfpy
 
 from asset2sim.assets.meshes.openness import joint_ends
 from asset2sim.assets.urdf.read import tree_joint
-from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.arrays import Array, floats_of
 from asset2sim.physics.kinematics import TreeJoint, rpy_of
 from schemas.errors import AssetError
 from schemas.features import JointFeatures
@@ -34,10 +34,10 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
         type=kind,
         parent=joint.parent,
         child=joint.child,
-        origin_xyz=vector(origin[:3, 3]),
-        origin_rpy=vector(rpy_of(origin[:3, :3])),
-        axis=vector(axis),
-        axis_in_root=vector(axis),
+        origin_xyz=floats_of(origin[:3, 3]),
+        origin_rpy=floats_of(rpy_of(origin[:3, :3])),
+        axis=floats_of(axis),
+        axis_in_root=floats_of(axis),
         lower=lower if limited else None,
         upper=upper if limited else None,
         effort=None if limit is None else limit.effort,
@@ -62,7 +62,7 @@ def with_ends(
     """The joint with its axis in the root frame and its closed and open ends."""
     node = next(item for item in tree if item.name == joint.name)
     turned = (rest[joint.parent] @ node.child_to_parent)[:3, :3] @ node.axis
-    changes: dict[str, object] = {"axis_in_root": vector(turned)}
+    changes: dict[str, object] = {"axis_in_root": floats_of(turned)}
     if joint.type == "continuous":
         changes |= {"closed": 0.0, "open": 0.0}
     elif joint.movable and joint.lower is not None and joint.upper is not None:

@@ -14,10 +14,18 @@ from asset2sim.assets.meshes.paints import link_paints
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
 from asset2sim.assets.meshes.triangles import FAR, Triangles
 from asset2sim.assets.meshes.unusable import UnusableMeshError, check_mesh_file, check_size
-from asset2sim.assets.meshes.volume import NO_SURFACE, Shape, SheetSurface, Solid, combined, joined_surfaces, shape_of
+from asset2sim.assets.meshes.volume import (
+    NO_SURFACE,
+    Shape,
+    SheetSurface,
+    Solid,
+    combined_solid,
+    joined_surfaces,
+    shape_of,
+)
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, Refused, find_mesh, why_missing
-from asset2sim.physics.arrays import Array, six, vector
+from asset2sim.physics.arrays import Array, floats_of, inertia_terms
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
 from schemas.finding import Finding
@@ -224,7 +232,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
     walls = NO_SURFACE
     if own:
         walls = wall_surface(own, solids)
-        body = combined([item.shape.solid.moved(item.rotation, item.translation) for item in solids])
+        body = combined_solid([item.shape.solid.moved(item.rotation, item.translation) for item in solids])
         points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
     whole = hull_volume(points)
     box = points if own else np.zeros((1, 3))
@@ -240,12 +248,12 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         hull_volume_m3=whole,
         area_m2=sum((item.shape.area for item in own), 0.0),
         outer_m2=outer_area(own, points if whole > 0.0 else None),
-        box_min=vector(box.min(axis=0)),
-        box_max=vector(box.max(axis=0)),
-        center=vector(body.center),
-        unit_inertia=six(body.inertia / (body.volume if own else 1.0)),
-        shell_center=vector(walls.center),
-        shell_inertia=six(walls.inertia / (walls.area or 1.0)),
+        box_min=floats_of(box.min(axis=0)),
+        box_max=floats_of(box.max(axis=0)),
+        center=floats_of(body.center),
+        unit_inertia=inertia_terms(body.inertia / (body.volume if own else 1.0)),
+        shell_center=floats_of(walls.center),
+        shell_inertia=inertia_terms(walls.inertia / (walls.area or 1.0)),
         materials=link_paints(painted),
         inertial=inertial,
         shapes_doubt=(doubt or "") if wanted["collision"] else "",
@@ -291,4 +299,6 @@ def read_inertial(inertial: yourdfpy.Inertial | None) -> LinkInertial | None:
     if not all(np.isfinite(value).all() for value in (origin, inertial.mass, inertial.inertia)):
         return None
     turned = origin[:3, :3] @ np.asarray(inertial.inertia, dtype=float) @ origin[:3, :3].T
-    return LinkInertial(mass_kg=max(float(inertial.mass), 0.0), com=vector(origin[:3, 3]), inertia=six(turned))
+    return LinkInertial(
+        mass_kg=max(float(inertial.mass), 0.0), com=floats_of(origin[:3, 3]), inertia=inertia_terms(turned)
+    )

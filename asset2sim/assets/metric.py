@@ -9,7 +9,7 @@ from lxml.etree import _Element as Element
 
 from asset2sim.guidance.amounts import LARGEST_M
 from asset2sim.physics.inertia import tensor_of
-from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
+from schemas.authored import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.features import LinkFeatures
 from schemas.vocabulary import Keep, VolumeSource
 
@@ -66,13 +66,14 @@ def metric_evidence(
     """
     if kept is not Keep.PLAUSIBLE:
         return KEPT_AS_ASKED if kept is Keep.ALL else ""
-    if metric_format:
-        return f"lengths of {metric_format} are metres"
     unweighed = placeholders(links)
     weighed = [link for link in links if link.name not in unweighed]
     densities = [density for link in weighed if (density := authored_density(link)) is not None]
-    if densities and LEAST_DENSITY_KG_M3 <= median(densities) <= MOST_DENSITY_KG_M3:
-        return "its masses fit its volumes in metres"
+    fits = bool(densities) and LEAST_DENSITY_KG_M3 <= median(densities) <= MOST_DENSITY_KG_M3
+    if metric_format:
+        return f"lengths of {metric_format} are metres{f', and {MASSES_FIT}' if fits else ''}"
+    if fits:
+        return MASSES_FIT
     if robot is not None and is_drawn_in_metres(robot) and not is_unit(size):
         return DRAWN
     apart = not any(is_unit(edges, NEAR_UNIT) or in_unit_sphere(edges) for edges in (size, rest_size))

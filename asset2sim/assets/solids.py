@@ -54,7 +54,7 @@ def collision_mismatch(
         return "a collision mesh is flat"
     if any(item.mesh is not None and item.mesh[0] in holed for item in collision):
         return "a collision mesh has holes"
-    (low, high), (seen_low, seen_high) = box(collision), box(looks)
+    (low, high), (seen_low, seen_high) = box_of_shapes(collision), box_of_shapes(looks)
     extent, seen_extent = float(np.linalg.norm(high - low)), float(np.linalg.norm(seen_high - seen_low))
     ratio = extent / max(seen_extent, 1e-12)
     if not 1.0 / SIZE_FACTOR <= ratio <= SIZE_FACTOR:
@@ -62,7 +62,7 @@ def collision_mismatch(
     apart = float(np.linalg.norm(low + high - seen_low - seen_high) / 2.0)
     if apart > OFF_SHARE * seen_extent:
         return f"its collision meshes lie {apart:.3g} m from what one sees"
-    filled, solid = volume(collision), volume(looks)
+    filled, solid = volume_of_shapes(collision), volume_of_shapes(looks)
     if filled > FILLED_FACTOR * solid:
         return f"its collision meshes hold {filled / solid:.3g} times the volume of what one sees: they fill its inside"
     return None
@@ -74,11 +74,11 @@ def shapes_with_mass(items: list[PlacedShape]) -> list[PlacedShape]:
     solids = [item for item in items if not item.shape.flat]
     if not solids:
         return items
-    low, high = box(solids)
+    low, high = box_of_shapes(solids)
     kept = []
     for item in items:
         if item.shape.flat:
-            sheet_low, sheet_high = box([item])
+            sheet_low, sheet_high = box_of_shapes([item])
             beyond = float(np.maximum(low - sheet_low, sheet_high - high).max())
             if beyond <= PANEL_SHARE * float((sheet_high - sheet_low).max()):
                 continue
@@ -86,12 +86,12 @@ def shapes_with_mass(items: list[PlacedShape]) -> list[PlacedShape]:
     return kept
 
 
-def box(items: list[PlacedShape]) -> tuple[Array, Array]:
+def box_of_shapes(items: list[PlacedShape]) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of these shapes in the link's frame, m."""
     return box_of(np.vstack([item.points(item.shape.points) for item in items]))
 
 
-def volume(items: list[PlacedShape]) -> float:
+def volume_of_shapes(items: list[PlacedShape]) -> float:
     """The volume of these shapes' solids, m³: pieces overlap, so never more than their common hull."""
     whole = hull_volume(np.vstack([item.points(item.shape.points) for item in items]))
     return min(sum(item.shape.solid.volume for item in items if not item.shape.flat), whole)

@@ -7,7 +7,7 @@ import numpy as np
 from asset2sim.assets.authored import LEAST, link_of, start_of
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
-from asset2sim.physics.arrays import six, vector
+from asset2sim.physics.arrays import floats_of, inertia_terms
 from asset2sim.physics.inertia import box_inertia, wall_volume
 from asset2sim.physics.kinematics import mimics_of, tree_of
 from asset2sim.validation.handling import handling
@@ -89,7 +89,7 @@ def link_as_proposed(
             "contents": proposal.contents,
             "mass_kg": authored.mass_kg if mass is None else mass,
             "mass_source": authored.mass_source if mass is None else mass_by,
-            "com": vector(np.asarray(com, dtype=float)),
+            "com": floats_of(np.asarray(com, dtype=float)),
             "com_source": authored.com_source if proposal.com is None else source,
             "inertia": inertia,
             "inertia_source": inertia_source,
@@ -100,7 +100,7 @@ def link_as_proposed(
 def inertia_of_box(link: LinkFeatures, mass: float, scale: float) -> Inertia6:
     """Inertia that PyBullet assigns to a link with a mass but no inertia, kg·m²: that of its bounding box."""
     moments = np.diag(box_inertia(mass, scale * np.asarray(link.box_size)))
-    return six(np.diag(np.maximum(moments, LEAST)))
+    return inertia_terms(np.diag(np.maximum(moments, LEAST)))
 
 
 def joint_as_proposed(

@@ -11,7 +11,7 @@ from asset2sim.render.marked import question_pictures
 from asset2sim.validation.doubts import ObjectQuestion
 from asset2sim.validation.overrides import stated_things
 from asset2sim.validation.reconsider import reconsidered
-from asset2sim.validation.sanity import sensible
+from asset2sim.validation.sanity import corrected_proposal
 from asset2sim.validation.support import forced_support
 from schemas.features import RestOverlap
 from schemas.model_names import is_prior
@@ -50,7 +50,7 @@ def by_rules(
     stated = () if job.ref.overrides is None else stated_things(job.ref.overrides)
     question = ObjectQuestion(extraction, job.guidance, job.source, settings, forced, stated)
     proposal, calls, findings = reconsidered(request, first, question, job.ask)
-    proposal, corrected = sensible(
+    proposal, corrected = corrected_proposal(
         extraction, proposal, job.guidance, settings.physics, settings.correction, semantics=semantics
     )
     return proposal, tuple(calls), (*findings, *corrected)

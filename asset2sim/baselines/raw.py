@@ -5,11 +5,11 @@ from asset2sim.baselines.declared_method import DOTTED, DeclaredMethod, Proposal
 from schemas.vocabulary import Method
 
 
-def nothing(job: ProposalJob, extraction: Extraction) -> Proposed:
+def no_proposal(job: ProposalJob, extraction: Extraction) -> Proposed:
     """No proposal."""
     return None, (), ()
 
 
 METHOD = DeclaredMethod(
-    Method.RAW, "as it came", "the asset unchanged", nothing, place=80, asks=False, colour="#7F7F7F", dashes=DOTTED
+    Method.RAW, "as it came", "the asset unchanged", no_proposal, place=80, asks=False, colour="#7F7F7F", dashes=DOTTED
 )

@@ -112,11 +112,11 @@ def read_previous(out: Path, run: RunRow, present: Collection[str] | None = None
 def like_latest(runs: pd.DataFrame) -> pd.DataFrame:
     """The runs that can be compared with the latest, oldest first, it included."""
     ordered = runs.sort_values(["started_at", "run_id"]).reset_index(drop=True)
-    same = compared(ordered)
+    same = comparison_columns(ordered)
     return ordered[(same == same.iloc[-1]).all(axis=1)] if len(ordered) else ordered
 
 
-def compared(runs: pd.DataFrame) -> pd.DataFrame:
+def comparison_columns(runs: pd.DataFrame) -> pd.DataFrame:
     """Columns that two runs must have in common to be compared, a column each; "" for a subset or a selection of
     all."""
     names = ["dataset", "method", "model", "subset", "selection"]

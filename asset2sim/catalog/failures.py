@@ -13,7 +13,7 @@ from rich.text import Text
 from asset2sim.catalog.changes import like_latest
 from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
-from asset2sim.catalog.text import NOTHING, cut, titled_table
+from asset2sim.catalog.text import NOTHING, cut_text, titled_table
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import described
 from schemas.table import Row
@@ -58,7 +58,7 @@ def render_failures(breakdown: pd.DataFrame) -> Table:
         passed = row["failure_mode"] == "none"
         mode = Text("none (ok)" if passed else str(row["failure_mode"]), style="green" if passed else "red")
         own = (str(row["method"]), described(str(row["model"]))) if several else ()
-        reason = Text("" if passed else cut(_text(row["reason"]), MAX_REASON))
+        reason = Text("" if passed else cut_text(_text(row["reason"]), MAX_REASON))
         figures = (
             str(row["assets"]),
             f"{row['share_percent']:.1f}",
@@ -120,7 +120,7 @@ def render_comparison(found: pd.DataFrame, earlier: str, later: str) -> Table:
         if row["change"] not in ("came", "went") or {before, after} - {"none", NOTHING}:
             change = Text(str(row["change"]), style=_STYLES.get(str(row["change"]), ""))
             names = (Text(str(row["asset_id"])), Text(str(row["category"])))
-            table.add_row(change, *names, before, after, Text(cut(_text(row["reason"]))))
+            table.add_row(change, *names, before, after, Text(cut_text(_text(row["reason"]))))
     return table
 
 
@@ -217,5 +217,5 @@ def render_reviewed(found: pd.DataFrame) -> Table:
         said = [Text(str(row[name]) if verdict is not None else "") for name in ("note", "reviewer")]
         when = f"{row['reviewed_at']:%Y-%m-%d %H:%M}" if verdict is not None else ""
         names = [Text(str(row[name])) for name in ("asset_id", "category", "failure_mode")]
-        table.add_row(*names, review, *said, when, Text(cut(str(row["reason"]))))
+        table.add_row(*names, review, *said, when, Text(cut_text(str(row["reason"]))))
     return table

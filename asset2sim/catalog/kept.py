@@ -37,7 +37,7 @@ def numbers_of(overlay: PhysicsOverlay) -> Iterator[tuple[Quantity, str, Source]
         yield Quantity.CONTACT, "", overlay.contact_source
 
 
-def counted(overlay: PhysicsOverlay) -> Counter[tuple[Quantity, str]]:
+def kept_counts(overlay: PhysicsOverlay) -> Counter[tuple[Quantity, str]]:
     """How many numbers of each quantity are kept, supplied and mended; those of the user's words are none of these."""
     stated = {(item.quantity, name) for item in overlay.authored for name in item.of or ("",)}
     # A coefficient of contacts is stated link by link, and the object has one.
@@ -60,7 +60,7 @@ def kept_columns(overlay: PhysicsOverlay | None) -> Row:
     """Columns of what became of a file's numbers, and of how far each is believed; null without an overlay."""
     if overlay is None:
         return dict.fromkeys((*WAYS, "authored_json"))
-    counts = counted(overlay)
+    counts = kept_counts(overlay)
     by_quantity = [
         {"quantity": quantity.value, **{how: counts[quantity, how] for how in WAYS}}
         | {"said": [item.model_dump(mode="json", exclude={"quantity"}) for item in said_of(overlay, quantity)]}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from asset2sim.catalog.changes import AssetChange, Changes, change_figures
 from asset2sim.catalog.history import newest_runs
 from asset2sim.catalog.mlflow_store import open_mlflow
-from asset2sim.catalog.parts import Parts, merged, write_merged
+from asset2sim.catalog.parts import Parts, merged_tables, write_merged
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.run_figures import all_asset_figures, run_figures
 from asset2sim.catalog.switch import find_catalog
@@ -172,7 +172,7 @@ def _write_changed(parts: Parts, folder: Path, names: Sequence[str]) -> None:
     for name in names:
         if sources := parts.tables(name):
             path = folder / TABLES[name].file
-            write_merged(merged(sources, TABLES[name].key), TABLES[name], path)
+            write_merged(merged_tables(sources, TABLES[name].key), TABLES[name], path)
             left -= path.stat().st_size
             if left < 0:
                 path.unlink()

@@ -44,7 +44,7 @@ def whole_assets(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
         yield left
 
 
-def merged(sources: Sequence[Iterable[pa.Table]], key: Sequence[str]) -> Iterator[pa.Table]:
+def merged_tables(sources: Sequence[Iterable[pa.Table]], key: Sequence[str]) -> Iterator[pa.Table]:
     """The rows of all sources as tables sorted by ``key``, which begins with ``asset_id``; no later table holds an
     asset of an earlier one. In every source asset ids ascend."""
     waiting = [whole_assets(source) for source in sources]
@@ -158,7 +158,7 @@ class Parts:
             held, some = self._held, files[:MOST_OPEN]
             path = self._folder / f"{name}.{held.parts}"
             with pa.OSFile(str(path), "wb") as file, _writer(file, TABLES[name].schema) as writer:
-                for rows in merged([_read(source) for source in some], TABLES[name].key):
+                for rows in merged_tables([_read(source) for source in some], TABLES[name].key):
                     writer.write_table(rows, max_chunksize=BATCH_ROWS)
             left = (*(item for item in held.sources[name] if not (isinstance(item, Path) and item in some)), path)
             self._held = replace(held, sources={**held.sources, name: left}, parts=held.parts + 1)

@@ -18,8 +18,8 @@ from schemas.summary import AssetSummary
 from schemas.table import Row
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 
-GUESSES = frozenset(("closed_end_guessed", "closed_end_unsure", "support_guessed", "up_doubtful"))
-"""Findings that say that something is a guess, which a look at the object settles."""
+GUESSES = frozenset(("closed_end_guessed", "closed_end_unsure", "moves_nothing", "support_guessed", "up_doubtful"))
+"""Findings that say that something is a guess, or not there, which a look at the object settles."""
 
 
 def asset_rows(run: RunRow, record: AssetRecord) -> dict[str, list[Row]]:

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from asset2sim.catalog.read import FrameRow, read_asset, rows
 from asset2sim.catalog.show_physics import engine_tables, measurement_table, physics_tables
-from asset2sim.catalog.text import NOTHING, cut, further_lines, number, number_table, numbers
+from asset2sim.catalog.text import NOTHING, cut_text, further_lines, number_table, numbers_in_brackets, significant
 from schemas.location import Location
 from schemas.model_names import described
 from schemas.settings import Thresholds
@@ -53,9 +53,9 @@ def _heading(asset: FrameRow) -> RenderableType:
     lines = Text()
     lines.append(f"{asset['asset_id']}  {asset['category']}  ", style="bold")
     lines.append(verdict, style="bold green" if passed else "bold red")
-    lines.append(f"  {cut(asset['reason'])}\n" if asset["reason"] else "\n")
+    lines.append(f"  {cut_text(asset['reason'])}\n" if asset["reason"] else "\n")
     if asset["prompt"]:
-        lines.append(f"asked      {cut(asset['prompt'])}\n")
+        lines.append(f"asked      {cut_text(asset['prompt'])}\n")
     lines.append(f"refined    by {asset['method']} with {described(str(asset['model']))} in run {asset['run_id']}\n")
     lines.append(f"read from  {asset['source_path']}")
     return lines
@@ -64,10 +64,10 @@ def _heading(asset: FrameRow) -> RenderableType:
 def _overlay(asset: FrameRow) -> RenderableType:
     if asset["scale"] is None:
         return Text("\nno overlay: the asset failed before it had one", style="dim")
-    size = numbers(asset[f"size_{axis}_m"] for axis in "xyz") if asset["size_x_m"] is not None else NOTHING
+    size = numbers_in_brackets(asset[f"size_{axis}_m"] for axis in "xyz") if asset["size_x_m"] is not None else NOTHING
     return Text(
-        f"\nscale {number(asset['scale'])} ({asset['scale_source']}) · size {size} m · "
-        f"mass {number(asset['mass_kg'], 'kg')} · contact friction {number(asset['contact_friction'])} · "
+        f"\nscale {significant(asset['scale'])} ({asset['scale_source']}) · size {size} m · "
+        f"mass {significant(asset['mass_kg'], 'kg')} · contact friction {significant(asset['contact_friction'])} · "
         f"{asset['n_links']} links · {asset['n_joints']} movable joints{_support(asset)}{_kept(asset)}"
     )
 
@@ -86,16 +86,16 @@ def _support(asset: FrameRow) -> str:
     if not isinstance(kind, str):
         return ""
     to = f" ({mount})" if isinstance(mount, str) else ""
-    return f"\n{kind}{to}, says {asset['support_source']}, {number(asset['support_confidence'])} sure"
+    return f"\n{kind}{to}, says {asset['support_source']}, {significant(asset['support_confidence'])} sure"
 
 
 def _alignment(rows: Sequence[FrameRow]) -> list[RenderableType]:
     """Scores and reasons of the rubric, and of the judge if there was one; empty for an asset without a score."""
     lines = []
     for row in rows:
-        lines.append(f"alignment {number(row['alignment'])}: {row['scale_reason']}; {row['state_reason']}")
+        lines.append(f"alignment {significant(row['alignment'])}: {row['scale_reason']}; {row['state_reason']}")
         if row["judged"] is not None:
-            lines.append(f"judged    {number(row['judged'])}: {row['judged_reason']}")
+            lines.append(f"judged    {significant(row['judged'])}: {row['judged_reason']}")
     return [Text("\n".join(lines))] if lines else []
 
 
@@ -105,11 +105,10 @@ def _expected(rows: Sequence[FrameRow]) -> list[RenderableType]:
     for row in rows:
         ranges = " or ".join(f"{low:g} to {high:g}" for low, high in zip(row["lows"], row["highs"], strict=True))
         met = {True: "met", False: "missed"}
-        found = f"{number(row['start'])} at the start ({met.get(row['met_at_start'], NOTHING)})"
+        found = f"{significant(row['start'])} at the start ({met.get(row['met_at_start'], NOTHING)})"
         if row["met_at_rest"] is not None:
-            found += (
-                f", {number(row['rest'])} at rest in {row['rest_engine'] or 'no engine'} ({met[row['met_at_rest']]})"
-            )
+            found += f", {significant(row['rest'])} at rest in {row['rest_engine'] or 'no engine'}"
+            found += f" ({met[row['met_at_rest']]})"
         said = f"{row['what']} {ranges} {row['unit']}: {found}" if ranges and not row["reason"] else row["what"]
         lines.append(f"expected   {said}; {row['reason'] or row['why']}")
     return [Text("\n".join(lines))] if lines else []
@@ -117,7 +116,7 @@ def _expected(rows: Sequence[FrameRow]) -> list[RenderableType]:
 
 def _rest(asset: FrameRow, own: Mapping[str, Sequence[FrameRow]]) -> list[RenderableType]:
     """Further checks, findings, trace, calls and times."""
-    further = [f"{check:10} {cut(words)}" for check, words, _ in further_lines(asset)]
+    further = [f"{check:10} {cut_text(words)}" for check, words, _ in further_lines(asset)]
     parts: list[RenderableType] = [Text("\n".join(["", *further]))] if further else []
     if own["findings"]:
         parts.append(number_table("Findings", _FINDING_HEADINGS, map(_finding, own["findings"]), left=5))
@@ -141,8 +140,8 @@ def _finding(finding: FrameRow) -> tuple[str | Text, ...]:
 
 def _step(step: FrameRow) -> tuple[object, ...]:
     moved = zip(step["moved_joints"], step["moved_positions"], strict=True)
-    shown = ", ".join(f"{joint} → {number(position)}" for joint, position in moved)
-    before, after = number(step["phi_before_mm"]), number(step["phi_after_mm"])
+    shown = ", ".join(f"{joint} → {significant(position)}" for joint, position in moved)
+    before, after = significant(step["phi_before_mm"]), significant(step["phi_after_mm"])
     kept = "yes" if step["accepted"] else "no"
     return step["step"], step["proposer"], before, after, kept, step["evaluations"], f"{shown}\n{step['reason']}"
 

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.read import FrameRow
-from asset2sim.catalog.text import NOTHING, number, number_table, numbers
+from asset2sim.catalog.text import NOTHING, number_table, numbers_in_brackets, significant
 from schemas.settings import Thresholds
 
 CHECKS = ("drop", "nudge", "jam", "hold", "release", "reset")
@@ -38,35 +38,35 @@ def _link(link: FrameRow) -> tuple[str, ...]:
     return (
         link["link"],
         link["label"],
-        f"{number(link['mass_kg'])}\n{link['mass_source']}",
-        f"{number(link['density_kg_m3'])} × {_wall(link)}\n{link['material'] or NOTHING}",
-        f"{number(link['volume_m3'])}\n{link['volume_source']}",
-        f"{numbers(link[f'com_{axis}_m'] for axis in 'xyz')}\n{link['com_source']}",
-        f"{numbers(link[f'i{axis}{axis}_kg_m2'] for axis in 'xyz')}\n{link['inertia_source']}",
+        f"{significant(link['mass_kg'])}\n{link['mass_source']}",
+        f"{significant(link['density_kg_m3'])} × {_wall(link)}\n{link['material'] or NOTHING}",
+        f"{significant(link['volume_m3'])}\n{link['volume_source']}",
+        f"{numbers_in_brackets(link[f'com_{axis}_m'] for axis in 'xyz')}\n{link['com_source']}",
+        f"{numbers_in_brackets(link[f'i{axis}{axis}_kg_m2'] for axis in 'xyz')}\n{link['inertia_source']}",
     )
 
 
 def _wall(link: FrameRow) -> str:
     """A shell's wall in millimetres, else the hollow factor."""
-    return f"{number(1e3 * link['wall_m'])} mm" if link.get("wall_m") else number(link["hollow_factor"])
+    return f"{significant(1e3 * link['wall_m'])} mm" if link.get("wall_m") else significant(link["hollow_factor"])
 
 
 def _joint(joint: FrameRow) -> tuple[str, ...]:
     units = _UNITS[joint["position_unit"]]
-    limits = "no limits" if joint["lower"] is None else f"{number(joint['lower'])} … {number(joint['upper'])}"
+    limits = "no limits" if joint["lower"] is None else f"{significant(joint['lower'])} … {significant(joint['upper'])}"
     sure = joint["openness_confidence"]
     return (
         f"{joint['joint']}\n{joint['type']}",
         f"{joint['label']}\n{joint['child'] or ''}",
-        f"{number(joint['initial_position'], units['position'])}\n{joint['position_source']}",
+        f"{significant(joint['initial_position'], units['position'])}\n{joint['position_source']}",
         f"{limits} {units['position']}\n{joint['limits_source']}",
-        f"{number(joint['closed'])} → {number(joint['open'])}\n"
-        + ("" if sure is None else f"{number(sure, digits=2)} sure"),
+        f"{significant(joint['closed'])} → {significant(joint['open'])}\n"
+        + ("" if sure is None else f"{significant(sure, digits=2)} sure"),
         *(
-            f"{number(joint[term], units[term])}\n{joint[f'{term}_source']}"
+            f"{significant(joint[term], units[term])}\n{joint[f'{term}_source']}"
             for term in ("damping", "friction", "stiffness")
         ),
-        number(joint["effective_inertia"], units["inertia"]),
+        significant(joint["effective_inertia"], units["inertia"]),
     )
 
 
@@ -83,7 +83,12 @@ def measurement_table(asset: FrameRow, limits: Thresholds) -> list[RenderableTyp
         ("oscillating joints", asset["oscillating_joints"], 0, ""),
     )
     rows = (
-        (name, number(value, unit), number(limit, unit), _verdict(value is not None and value <= limit, "fails"))
+        (
+            name,
+            significant(value, unit),
+            significant(limit, unit),
+            _verdict(value is not None and value <= limit, "fails"),
+        )
         for name, value, limit, unit in figures
     )
     table = number_table(title, ("what", "value", "passes at most", ""), rows, left=1)
@@ -110,7 +115,7 @@ def _engine(row: FrameRow, checks: Sequence[FrameRow]) -> tuple[str | Text, ...]
     return (
         f"{row['engine']} {row['engine_version']}",
         _verdict(row["passed"], row["failure_mode"]),
-        *(number(row[name]) for name in ("penetration_mm", "drift_m", "drift_rad")),
+        *(significant(row[name]) for name in ("penetration_mm", "drift_m", "drift_rad")),
         *(_passed([check for check in own if check["test"] == name]) for name in CHECKS),
         f"{row['seconds']:.2f}",
     )
@@ -133,10 +138,10 @@ def _efforts(rows: Sequence[FrameRow]) -> Table:
     found = {(row["subject"], row["test"]): row["value"] for row in rows if row["engine"] == first}
     title = f"Least effort that moves a joint, in {first} (N·m, or N for sliders)"
     joints = dict.fromkeys(joint for joint, _ in found)
-    cells = ((joint, *(number(found.get((joint, way))) for way in ("opening", "closing"))) for joint in joints)
+    cells = ((joint, *(significant(found.get((joint, way))) for way in ("opening", "closing"))) for joint in joints)
     return number_table(title, ("joint", "open", "close"), cells, left=1)
 
 
 def _overlap(row: FrameRow) -> tuple[str, ...]:
     seen = "not seen by default: parent and child" if row["related"] else "by every engine"
-    return row["link_a"], row["link_b"], row["cause"], seen, number(row["depth_mm"])
+    return row["link_a"], row["link_b"], row["cause"], seen, significant(row["depth_mm"])

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterable
 
-from asset2sim.catalog.kept import counted, totals
+from asset2sim.catalog.kept import kept_counts, totals
 from asset2sim.catalog.rows_engines import prismatic_joints
 from asset2sim.checks.at_rest import oscillating_joints
 from asset2sim.checks.verdict import report_verdict
@@ -39,7 +39,7 @@ def summarize(record: AssetRecord, limits: Thresholds) -> AssetSummary:
         alignment=record.alignment,
         expected=record.expected,
         engines=(sum(verdict.passed for verdict in verdicts), len(verdicts)) if verdicts else None,
-        numbers=totals(counted(overlay)) if overlay and overlay.authored else None,
+        numbers=totals(kept_counts(overlay)) if overlay and overlay.authored else None,
     )
 
 

@@ -11,7 +11,7 @@ from rich.text import Text
 from asset2sim.catalog.changes import AssetChange, Changes
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.run_figures import expected_counts, failure_counts, joint_deviations, run_figures
-from asset2sim.catalog.text import NOTHING, markdown_table, number
+from asset2sim.catalog.text import NOTHING, markdown_table, significant
 from schemas.asset import Unchanged
 from schemas.errors import shortened
 from schemas.model_names import described
@@ -61,7 +61,7 @@ def totals_line(records: Sequence[AssetSummary], limits: Thresholds) -> str:
     parts = [f"{figures['ok']:.0f} of {figures['assets']:.0f} ok ({100.0 * figures['success_rate']:.1f} %)"]
     if measured := figures["measured"]:
         mean = figures.get("penetration_mm_mean_nonzero")
-        touching = f"mean over {figures['penetrating_assets']:.0f} not zero {number(mean, 'mm')}"
+        touching = f"mean over {figures['penetrating_assets']:.0f} not zero {significant(mean, 'mm')}"
         parts.append(f"Φ {touching if mean else 'zero everywhere'}")
         for name in ("drift", "oscillation"):
             parts.append(f"{name} {figures[f'{name}_pass_share'] * measured:.0f}/{measured:.0f}")
@@ -76,8 +76,8 @@ def _numbers(record: AssetSummary) -> list[str]:
     measured = record.measurement
     moved = measured if measured and measured.finite else None
     return [
-        number(record.scale),
-        number(record.mass_kg),
+        significant(record.scale),
+        significant(record.mass_kg),
         _fixed(1000.0 * measured.penetration_m if measured else None, 3),
         _fixed(1000.0 * moved.drift_m if moved else None, 3),
         _fixed(moved.drift_rad if moved else None, 4),

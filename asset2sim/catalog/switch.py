@@ -72,7 +72,7 @@ def replace_folder(staging: Path, ready: Path, place: Path, old: Path) -> None:
     sync(place.parent)
     if not place.exists():
         os.rename(ready, place)
-    elif exchange(ready, place):
+    elif swap_names(ready, place):
         os.rename(ready, old)
     else:
         os.rename(place, old)
@@ -81,7 +81,7 @@ def replace_folder(staging: Path, ready: Path, place: Path, old: Path) -> None:
     shutil.rmtree(old, ignore_errors=True)
 
 
-def exchange(first: Path, second: Path) -> bool:
+def swap_names(first: Path, second: Path) -> bool:
     """Swaps two names in one step; False where the system or the file system cannot."""
     if not sys.platform.startswith("linux"):
         return False

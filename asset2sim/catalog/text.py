@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from schemas.errors import printable
-from schemas.extensions import checks, named
+from schemas.extensions import checks, object_at
 
 NOTHING = "–"
 """Placeholder for a missing value."""
@@ -35,7 +35,7 @@ def output() -> Console:
     return console
 
 
-def cut(text: str, most: int = MAX_CELL) -> str:
+def cut_text(text: str, most: int = MAX_CELL) -> str:
     """The text, at most so many characters of it, and then how many there are."""
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters)"
 
@@ -59,7 +59,7 @@ class _Printable:
             yield segment if segment.control else Segment(printable(segment.text), segment.style)
 
 
-def number(value: object, unit: str = "", digits: int = 3) -> str:
+def significant(value: object, unit: str = "", digits: int = 3) -> str:
     """A number to so many significant digits, without a needless exponent; ``NOTHING`` for None and NaN."""
     if not isinstance(value, int | float) or math.isnan(value):
         return NOTHING
@@ -73,9 +73,9 @@ def number(value: object, unit: str = "", digits: int = 3) -> str:
     return f"{shown} {unit}" if unit else shown
 
 
-def numbers(values: Iterable[object]) -> str:
+def numbers_in_brackets(values: Iterable[object]) -> str:
     """Numbers in brackets."""
-    return f"({', '.join(map(number, values))})"
+    return f"({', '.join(map(significant, values))})"
 
 
 def further_lines(asset: Mapping[str, object]) -> list[tuple[str, str, str]]:
@@ -84,9 +84,9 @@ def further_lines(asset: Mapping[str, object]) -> list[tuple[str, str, str]]:
     found = []
     for check in checks().values():
         words = []
-        for column, _, unit, _ in named(check.columns):
+        for column, _, unit, _ in object_at(check.columns):
             value, unit = asset.get(column), "" if unit == "1" else unit
-            shown = value if isinstance(value, str) else number(value, unit)
+            shown = value if isinstance(value, str) else significant(value, unit)
             name = column.removeprefix(check.name).removesuffix(f"_{unit}").strip("_").replace("_", " ")
             words += [f"{name} {shown}".strip()] if shown != NOTHING else []
         found += [(check.name, ", ".join(words), check.description)] if words else []
@@ -129,5 +129,5 @@ def number_table(title: str, headings: Iterable[str], rows: Iterable[Iterable[ob
     for index, heading in enumerate(headings):
         table.add_column(heading, justify="left" if index < left else "right", overflow="fold")
     for row in rows:
-        table.add_row(*(cell if isinstance(cell, Text) else Text(cut(str(cell))) for cell in row))
+        table.add_row(*(cell if isinstance(cell, Text) else Text(cut_text(str(cell))) for cell in row))
     return table

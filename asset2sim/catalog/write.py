@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
 from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
 from asset2sim.catalog.own_files import make_own_files
-from asset2sim.catalog.parts import Parts, merged, open_parts, write_merged
+from asset2sim.catalog.parts import Parts, merged_tables, open_parts, write_merged
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path
@@ -75,7 +75,7 @@ def write_parts(
                     _with_run(table, stored_table(out, table), runs), folder / table.file, compression="zstd"
                 )
             elif new[table.name] or not _needs_no_rewrite(out, table, replaced):
-                rows = merged([_kept(out, table, replaced), *new[table.name]], table.key)
+                rows = merged_tables([_kept(out, table, replaced), *new[table.name]], table.key)
                 write_merged(rows, table, folder / table.file)
         written = folder / TABLES["assets"].file
         if written.is_file():

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.hulls import box_corners
 from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.urdf.document import read_document
-from asset2sim.assets.urdf.edit import child, serialised, words
+from asset2sim.assets.urdf.edit import ensure_child, serialised, short_numbers
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines.child import in_child
 from asset2sim.engines.registry import open_world
@@ -89,7 +89,7 @@ def fatal_parts(
         if dies(()):
             for parts in kinds:
                 if parts and monotonic() < stop and not dies(parts):
-                    return tuple(part for part, _ in fewest(parts, dies, stop))
+                    return tuple(part for part, _ in fewest_culprits(parts, dies, stop))
     return ()
 
 
@@ -104,7 +104,7 @@ def load_and_step(engine: Engine, urdf: Path, start: Mapping[str, float], settin
     return True
 
 
-def fewest(
+def fewest_culprits(
     parts: Sequence[tuple[FatalPart, LeftOut]], dies: Callable[[Sequence[tuple[FatalPart, LeftOut]]], bool], stop: float
 ) -> list[tuple[FatalPart, LeftOut]]:
     """The parts of which none may stay, found by halving; no more than ``MOST_CULPRITS``."""
@@ -131,13 +131,16 @@ def parts_by_kind(engine: Engine, robot: Element, folder: Path) -> list[list[tup
         for number, shape in enumerate(link.findall("collision")):
             part = shape_facts(engine, str(link.get("name")), number, shape, folder)
             if part is not None:
-                shapes.append((part, boxed(part)))
+                shapes.append((part, mesh_as_box(part)))
     joints = [
-        (FatalPart(engine, "joint", str(joint.get("name")), facts=joint_facts(joint)), bared(str(joint.get("name"))))
+        (
+            FatalPart(engine, "joint", str(joint.get("name")), facts=joint_facts(joint)),
+            bare_joint(str(joint.get("name"))),
+        )
         for joint in robot.findall("joint")
     ]
-    inertials = [(FatalPart(engine, "inertial", name), rounded(name)) for name in links]
-    whole = [(FatalPart(engine, "link", name), emptied(name)) for name in links]
+    inertials = [(FatalPart(engine, "inertial", name), link_as_ball(name)) for name in links]
+    whole = [(FatalPart(engine, "link", name), link_without_shapes(name)) for name in links]
     return [shapes, joints, inertials, whole]
 
 
@@ -176,25 +179,25 @@ def link_of(robot: Element, name: str) -> Element:
     return next(link for link in robot.findall("link") if link.get("name") == name)
 
 
-def boxed(part: FatalPart) -> LeftOut:
+def mesh_as_box(part: FatalPart) -> LeftOut:
     """A collision mesh replaced by its box."""
 
     def change(robot: Element) -> None:
         shape = link_of(robot, part.name).findall("collision")[part.number]
         corners = corners_of(part)
-        geometry, origin = child(shape, "geometry"), child(shape, "origin")
+        geometry, origin = ensure_child(shape, "geometry"), ensure_child(shape, "origin")
         for old in list(geometry):
             geometry.remove(old)
         place, turn = (
             np.array([float(word) for word in str(origin.get(key, "0 0 0")).split()]) for key in ("xyz", "rpy")
         )
-        origin.set("xyz", words(place + Rotation.from_euler("xyz", turn).apply(corners.mean(axis=0))))
-        SubElement(geometry, "box", size=words(np.ptp(corners, axis=0)))
+        origin.set("xyz", short_numbers(place + Rotation.from_euler("xyz", turn).apply(corners.mean(axis=0))))
+        SubElement(geometry, "box", size=short_numbers(np.ptp(corners, axis=0)))
 
     return change
 
 
-def bared(name: str) -> LeftOut:
+def bare_joint(name: str) -> LeftOut:
     """A joint without dynamics and coupling, a fixed one also without an axis."""
 
     def change(robot: Element) -> None:
@@ -206,7 +209,7 @@ def bared(name: str) -> LeftOut:
     return change
 
 
-def rounded(name: str) -> LeftOut:
+def link_as_ball(name: str) -> LeftOut:
     """A link whose inertia is that of a ball of a kilogram about its origin."""
 
     def change(robot: Element) -> None:
@@ -221,16 +224,16 @@ def rounded(name: str) -> LeftOut:
     return change
 
 
-def emptied(name: str) -> LeftOut:
+def link_without_shapes(name: str) -> LeftOut:
     """A link without collision shapes, with a plain inertia and a bare joint to its parent."""
 
     def change(robot: Element) -> None:
         link = link_of(robot, name)
         for shape in link.findall("collision"):
             link.remove(shape)
-        rounded(name)(robot)
+        link_as_ball(name)(robot)
         for joint in robot.findall("joint"):
-            if child(joint, "child").get("link") == name:
-                bared(str(joint.get("name")))(robot)
+            if ensure_child(joint, "child").get("link") == name:
+                bare_joint(str(joint.get("name")))(robot)
 
     return change

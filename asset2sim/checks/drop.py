@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.watch import Harmless, capped, harmless, watch
+from asset2sim.checks.watch import Harmless, capped_reading, harmless, watch
 from asset2sim.engines.world import World
 from schemas.failure_guide import Guide
 from schemas.interaction import Drop, Interaction
@@ -44,7 +44,7 @@ def drop(
         seconds=seen.seconds,
         peak_speed_m_s=seen.peak,
         final_speed_m_s=seen.final,
-        sink_m=max(0.0, -capped(world.lowest_m())) if seen.finite and not held else 0.0,
+        sink_m=max(0.0, -capped_reading(world.lowest_m())) if seen.finite and not held else 0.0,
         finite=seen.finite,
     )
 

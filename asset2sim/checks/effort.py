@@ -77,7 +77,10 @@ def efforts(
         if carried is not SupportKind.FIXED and bears_the_rest(item, joint):
             continue
         grip = part_grip(item, clouds, joint, poses)
-        for way, effort, sign in (("opening", seen.opening, opens(joint)), ("closing", seen.closing, -opens(joint))):
+        for way, effort, sign in (
+            ("opening", seen.opening, opening_sign(joint)),
+            ("closing", seen.closing, -opening_sign(joint)),
+        ):
             if grip is None or effort is None:
                 continue
             direction = sign * grip.direction
@@ -110,7 +113,7 @@ def in_hand(joint: JointPhysics, direction: Array, support: SupportPolygon, limi
     return pressed and support.mass < limits.held_by_hand_kg and float(direction @ support.up) > -DOWNWARD
 
 
-def opens(joint: JointPhysics) -> float:
+def opening_sign(joint: JointPhysics) -> float:
     """The sign of the joint's positions towards its open end."""
     return 1.0 if joint.open >= joint.closed else -1.0
 
@@ -124,7 +127,7 @@ def part_grip(item: Mechanism, clouds: Clouds, joint: JointPhysics, poses: Mappi
     ]
     points = np.vstack([np.zeros((0, 3)), *parts])
     slides = joint.type == "prismatic"
-    return grip_on(points, frame[:3, :3] @ hinge.axis, frame[:3, 3], slides=slides, opens=opens(joint))
+    return grip_on(points, frame[:3, :3] @ hinge.axis, frame[:3, 3], slides=slides, opens=opening_sign(joint))
 
 
 def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:
@@ -139,19 +142,19 @@ def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> Che
     worst = max(
         (effort_one_way(item, joint, engine) for item in items), key=lambda found: (not found.passed, found.value)
     )
-    resisted = [item for item in items if joint.stiffness <= 0.0 or joint.holds or pressed(item, joint)]
+    resisted = [item for item in items if joint.stiffness <= 0.0 or joint.holds or is_pressed(item, joint)]
     hardest = max(resisted, key=lambda item: item.force_n, default=None)
     asked = joint.effort_range
     if not worst.passed or hardest is None or asked is None:
         return worst
     if max(hardest.force_n, centred_force(hardest, joint)) >= asked.least_n:
         return worst
-    said = f"{taken(hardest, engine)}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
-    force, advice = hardest.force_n, stronger(joint)
+    said = f"{effort_in_words(hardest, engine)}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
+    force, advice = hardest.force_n, remedy_in_words(joint)
     return CheckVerdict(FailureMode.EFFORT, worst.subject, False, force, asked.least_n, f"{said}: {advice}")
 
 
-def taken(item: Effort, engine: str) -> str:
+def effort_in_words(item: Effort, engine: str) -> str:
     """The force that one way of moving a part takes, in words."""
     said = f"{item.way} joint '{item.joint}' takes {item.force_n:.3g} N at its part's edge in {engine}"
     return f"{said}, where its part is on the floor" if item.on_floor else said
@@ -160,7 +163,7 @@ def taken(item: Effort, engine: str) -> str:
 def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdict:
     """The verdict on one way of moving a part."""
     force, asked, subject = item.force_n, joint.effort_range, item.joint
-    takes = taken(item, engine)
+    takes = effort_in_words(item, engine)
     if asked is not None and force > asked.most_n:
         said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
         advice = "make the part lighter, or its joint looser"
@@ -173,7 +176,7 @@ def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdi
     return CheckVerdict(FailureMode.EFFORT, subject, True, force, None if asked is None else asked.most_n, takes + tips)
 
 
-def stronger(joint: JointPhysics) -> str:
+def remedy_in_words(joint: JointPhysics) -> str:
     """The remedy of a person for a part that moves too lightly to feel."""
     if joint.stiffness <= 0.0 or joint.holds:
         return "give it more friction"
@@ -186,7 +189,7 @@ def stronger(joint: JointPhysics) -> str:
     )
 
 
-def pressed(item: Effort, joint: JointPhysics) -> bool:
+def is_pressed(item: Effort, joint: JointPhysics) -> bool:
     """Whether the part is moved against its spring, from where that returns it."""
     opening = joint.open >= joint.closed
     return joint.stiffness > 0.0 and (joint.spring_reference < joint.initial_position) == (

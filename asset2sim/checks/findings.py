@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.checks.rig import CauseOf
-from asset2sim.checks.verdict import deciding, disagreements, error, failures_of, warning
+from asset2sim.checks.verdict import deciding_reports, disagreements, error, failures_of, warning
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.static_object import contact_points, static_object
 from schemas.finding import Finding
@@ -25,7 +25,7 @@ def overlap_pairs(
     with static_object(urdf, settings, parents=True) as item:
         pairs = by_pair(contact_points(item, positions))
     related = {}
-    for joint in parsed(urdf).iterfind("joint"):
+    for joint in parsed_root(urdf).iterfind("joint"):
         ends = frozenset(str(end.get("link")) for end in (*joint.iterfind("parent"), *joint.iterfind("child")))
         related[ends] = joint.get("type") != "fixed"
     return tuple(
@@ -44,7 +44,7 @@ def report_findings(reports: Sequence[EngineReport], overlay: PhysicsOverlay, se
     limits = settings.thresholds
     findings: list[Finding] = []
     names = {joint.name for joint in overlay.joints}
-    decide = deciding(reports, settings.engine)
+    decide = deciding_reports(reports, settings.engine)
     for report in reports:
         printed = report.measurement.console if report.measurement is not None else ()
         engine = report.engine.value

@@ -44,7 +44,7 @@ class RangeSearch:
     next: int = 0
 
 
-def depths(world: World) -> Depths:
+def overlap_depths(world: World) -> Depths:
     """Link pair → overlap depth of its shapes at the world's present pose, m, less the engine's skin."""
     found = {(pair.link_a, pair.link_b): pair.depth_m - world.skin_m for pair in by_pair(world.contacts())}
     return {pair: depth for pair, depth in found.items() if depth > 0.0}
@@ -68,7 +68,7 @@ def stretches(
             found[probe.joint.name].append(probe)
         while live := [probe for probe in probes if probe.blocked is None and probe.next < len(probe.ways)]:
             ahead = {probe.joint.name: probe.ways[probe.next] for probe in live}
-            seen = beyond(world, item, positions, ahead, allowed, limits)
+            seen = overlaps_beyond(world, item, positions, ahead, allowed, limits)
             for probe in live:
                 overlaps = seen[probe.joint.name]
                 if overlaps:
@@ -76,7 +76,7 @@ def stretches(
                 else:
                     probe.free = probe.ways[probe.next]
                 probe.next += 1
-        narrow(world, item, positions, [probe for probe in probes if probe.blocked], allowed, limits)
+        bisect_steps(world, item, positions, [probe for probe in probes if probe.blocked], allowed, limits)
     return {
         name: Stretch(min(p.free for p in both), max(p.free for p in both), tuple(p.blocked for p in both if p.blocked))
         for name, both in found.items()
@@ -95,7 +95,7 @@ def range_search(joint: JointPhysics, direction: float, samples: int) -> RangeSe
     return RangeSearch(joint, ways, start)
 
 
-def narrow(
+def bisect_steps(
     world: World,
     item: Mechanism,
     positions: Mapping[str, float],
@@ -108,7 +108,7 @@ def narrow(
         middles = {
             probe.joint.name: (probe.free + probe.blocked[0]) / 2.0 for probe in probes if probe.blocked is not None
         }
-        seen = beyond(world, item, positions, middles, allowed, limits)
+        seen = overlaps_beyond(world, item, positions, middles, allowed, limits)
         for probe in probes:
             middle, overlaps = middles[probe.joint.name], seen[probe.joint.name]
             if overlaps:
@@ -117,7 +117,7 @@ def narrow(
                 probe.free = middle
 
 
-def beyond(
+def overlaps_beyond(
     world: World,
     item: Mechanism,
     positions: Mapping[str, float],
@@ -128,7 +128,7 @@ def beyond(
     """Joint → the overlaps of its links beyond what is allowed, with these joints moved and the others as they are."""
     world.place({**positions, **moved})
     found: dict[str, Depths] = {name: {} for name in moved}
-    for pair, depth in depths(world).items():
+    for pair, depth in overlap_depths(world).items():
         if depth <= allowed.get(pair, limits.sweep_overlap_m):
             continue
         for name in moved:
@@ -138,7 +138,7 @@ def beyond(
     return found
 
 
-def cleared(
+def cleared_stretch(
     world: World,
     item: Mechanism,
     joint: JointPhysics,

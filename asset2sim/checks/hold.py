@@ -8,7 +8,7 @@ from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import by_joint, run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.watch import capped, watch
+from asset2sim.checks.watch import capped_reading, watch
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.world import World
 from schemas.failure_guide import Guide
@@ -30,10 +30,10 @@ SURE = 1.05
 
 def measure(rig: Rig) -> dict[str, object]:
     """Every joint that must hold."""
-    return {"holds": holds(rig.held.sound(), rig.item, rig.settings, rig.limits)}
+    return {"holds": hold_records(rig.held.sound(), rig.item, rig.settings, rig.limits)}
 
 
-def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Hold, ...]:
+def hold_records(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Hold, ...]:
     """Every joint that must hold, at its initial position and, if friction should hold it, in mid-range; root held.
 
     At the initial position all in one run: nothing moves, so nothing is coupled. In mid-range independent joints
@@ -42,7 +42,7 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
     holding = [joint for joint in item.joints if joint.holds]
     if not holding:
         return ()
-    found = held(world, item.start, holding, settings, limits).values()
+    found = held_at(world, item.start, holding, settings, limits).values()
     middles = middle_positions(item, [joint for joint in item.asked if joint.holds])
     known = {joint.name: joint for joint in holding}
 
@@ -50,7 +50,7 @@ def holds(world: World, item: Mechanism, settings: EngineSettings, limits: Thres
         world.place(item.start | {name: middles[name] for name in names})
         clear = unobstructed(world, item, names)
         positions = item.start | {name: middles[name] for name in clear}
-        return held(world, positions, [known[name] for name in clear], settings, limits)
+        return held_at(world, positions, [known[name] for name in clear], settings, limits)
 
     def good(record: Hold) -> bool:
         return record.moved <= hold_bound(known[record.joint], limits)
@@ -81,7 +81,7 @@ def unobstructed(world: World, item: Mechanism, names: Sequence[str]) -> list[st
     return [name for name in names if not touched & item.moved[name]]
 
 
-def held(
+def held_at(
     world: World,
     positions: Mapping[str, float],
     joints: Sequence[JointPhysics],
@@ -107,7 +107,7 @@ def held(
     watch(world, settings.hold_s, settings, settled)
     now = np.abs(world.positions()[indices] - start)
     names, seconds = [joint.name for joint in joints], settings.hold_s
-    moved = [capped(float(max(far, last))) for far, last in zip(furthest, now, strict=True)]
+    moved = [capped_reading(float(max(far, last))) for far, last in zip(furthest, now, strict=True)]
     return {
         name: Hold(joint=name, position=positions[name], moved=most, seconds=seconds)
         for name, most in zip(names, moved, strict=True)

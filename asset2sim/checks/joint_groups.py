@@ -15,7 +15,7 @@ import numpy as np
 
 from asset2sim.checks.mechanism import Mechanism, poses_at, span_of
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import apply, in_chains, motion
+from asset2sim.physics.kinematics import apply, in_chains, joint_motion
 from schemas.interaction import Effort, Hold
 from schemas.overlay import JointPhysics
 
@@ -30,7 +30,7 @@ def swept_box(item: Mechanism, joint: JointPhysics, poses: dict[str, Array], sam
         return np.full(3, -np.inf), np.full(3, np.inf)
     entry = next(found for found in item.tree if found.name == joint.name)
     frame = poses[entry.parent] @ entry.child_to_parent
-    base = frame @ motion(entry, joint.initial_position)
+    base = frame @ joint_motion(entry, joint.initial_position)
     back = np.linalg.inv(base)
     parts = [apply(back @ poses[link], item.boxes[link]) for link in item.moved[joint.name] if link in item.boxes]
     if not parts:
@@ -39,7 +39,7 @@ def swept_box(item: Mechanism, joint: JointPhysics, poses: dict[str, Array], sam
     lower, upper = span_of(joint)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for position in np.linspace(lower, upper, samples):
-        placed = apply(frame @ motion(entry, float(position)), points)
+        placed = apply(frame @ joint_motion(entry, float(position)), points)
         low, high = np.minimum(low, placed.min(axis=0)), np.maximum(high, placed.max(axis=0))
     margin = CLEARANCE_M / 2.0
     if entry.type != "prismatic":
@@ -60,7 +60,9 @@ def apart_groups(item: Mechanism, samples: int) -> list[tuple[JointPhysics, ...]
     for joint in item.asked:
         low, high = swept_box(item, joint, poses, samples)
         fitting = (
-            group for group in groups if group[1].isdisjoint(item.moved[joint.name]) and apart(low, high, group[2])
+            group
+            for group in groups
+            if group[1].isdisjoint(item.moved[joint.name]) and is_clear_of(low, high, group[2])
         )
         group = next(fitting, None)
         if group is None:
@@ -72,7 +74,7 @@ def apart_groups(item: Mechanism, samples: int) -> list[tuple[JointPhysics, ...]
     return [tuple(members) for members, _, _ in groups]
 
 
-def apart(low: Array, high: Array, boxes: Iterable[tuple[Array, Array]]) -> bool:
+def is_clear_of(low: Array, high: Array, boxes: Iterable[tuple[Array, Array]]) -> bool:
     """Whether a box meets none of the others."""
     return not any(np.all(low <= other_high) and np.all(other_low <= high) for other_low, other_high in boxes)
 

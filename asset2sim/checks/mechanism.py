@@ -10,12 +10,12 @@ import numpy as np
 from lxml import etree
 
 from asset2sim.assets.urdf.collision_points import link_corners
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
-from asset2sim.assets.urdf.read import element_joint, element_pose, numbers
+from asset2sim.assets.urdf.read import element_joint, element_pose, numbers_of_attribute
 from asset2sim.physics.arrays import Array, cross
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import TreeJoint, beyond, in_chains, link_to_root, subtree, with_mimics
+from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, moved_links, rigid_links, with_mimics
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, Pull
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
@@ -77,7 +77,9 @@ class Mechanism:
     @cached_property
     def rigid(self) -> dict[str, frozenset[str]]:
         """Movable joint → the links that move with it as one."""
-        return {joint.name: frozenset(beyond(self.tree, joint.name)) for joint in self.tree if joint.type != "fixed"}
+        return {
+            joint.name: frozenset(rigid_links(self.tree, joint.name)) for joint in self.tree if joint.type != "fixed"
+        }
 
     @property
     def start(self) -> dict[str, float]:
@@ -87,7 +89,7 @@ class Mechanism:
 
 def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
     """Read a URDF that this project has written: one tree, every link with an inertial."""
-    root_element = parsed(urdf)
+    root_element = parsed_root(urdf)
     tree = ordered([element_joint(element) for element in root_element.findall("joint")])
     tree = with_mimics(tree, read_mimics(root_element))
     children = {joint.child for joint in tree}
@@ -112,7 +114,7 @@ def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
         bodies={name: body_of(element) for name, element in links.items()},
         joints=tuple(known[joint.name] for joint in movable if joint.name in known),
         efforts=efforts,
-        moved={joint.name: frozenset(subtree(tree, joint.name)) for joint in movable},
+        moved={joint.name: frozenset(moved_links(tree, joint.name)) for joint in movable},
         chain=chain,
         boxes=boxes,
     )
@@ -139,9 +141,11 @@ def body_of(element: "etree._Element") -> Body:
     if inertial is None:
         return Body(0.0, np.zeros(3), np.zeros((3, 3)))
     frame, moments = element_pose(inertial), inertial.find("inertia")
-    ixx, ixy, ixz, iyy, iyz, izz = (numbers(moments, key, "0")[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    ixx, ixy, ixz, iyy, iyz, izz = (
+        numbers_of_attribute(moments, key, "0")[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    )
     tensor = frame[:3, :3] @ tensor_of((ixx, ixy, ixz, iyy, iyz, izz)) @ frame[:3, :3].T
-    return Body(numbers(inertial.find("mass"), "value", "0")[0], frame[:3, 3], tensor)
+    return Body(numbers_of_attribute(inertial.find("mass"), "value", "0")[0], frame[:3, 3], tensor)
 
 
 def pull_on(item: Mechanism, joint: str, positions: Mapping[str, float], poses: Mapping[str, Array]) -> Pull:

@@ -7,7 +7,7 @@ from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.watch import capped, watch
+from asset2sim.checks.watch import capped_reading, watch
 from asset2sim.engines.world import World
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Nudge
@@ -24,10 +24,10 @@ DECAYS = 3.0
 
 def measure(rig: Rig) -> dict[str, object]:
     """Every joint nudged."""
-    return {"nudges": nudges(rig.held.sound(), rig.item, rig.settings, rig.limits)}
+    return {"nudges": nudge_records(rig.held.sound(), rig.item, rig.settings, rig.limits)}
 
 
-def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Nudge, ...]:
+def nudge_records(world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds) -> tuple[Nudge, ...]:
     """Nudge every joint from its initial position, the root held, independent joints together.
 
     Left alone for ``nudge_s``, longer (up to ``release_s``) where the joint's own damping takes longer by design, or
@@ -38,10 +38,10 @@ def nudges(world: World, item: Mechanism, settings: EngineSettings, limits: Thre
     given: dict[str, float] = {}
     for joint in item.asked:
         pull = float(pull_on(item, joint.name, item.start, poses).at(joint.initial_position))
-        given[joint.name] = patience(joint, moved_inertia(item, joint.name, poses), pull, settings)
+        given[joint.name] = rest_limit_s(joint, moved_inertia(item, joint.name, poses), pull, settings)
 
     def run(names: Sequence[str]) -> dict[str, Nudge]:
-        return nudged(world, item, [known[name] for name in names], given, settings)
+        return nudged_together(world, item, [known[name] for name in names], given, settings)
 
     def good(record: Nudge) -> bool:
         slow = record.final_speed <= limits.nudge_remaining * abs(record.speed)
@@ -59,7 +59,7 @@ def nudge_speed(joint: JointPhysics, settings: EngineSettings) -> float:
     return speed if upper - joint.initial_position >= joint.initial_position - lower else -speed
 
 
-def patience(joint: JointPhysics, inertia: float, pull: float, settings: EngineSettings) -> float:
+def rest_limit_s(joint: JointPhysics, inertia: float, pull: float, settings: EngineSettings) -> float:
     """Time in which a nudged joint must come to rest, s: longer for light damping, as a fan may coast for seconds, and
     for a part that gravity's ``pull`` (N·m or N) or its spring moves, which may swing first."""
     if joint.friction < abs(pull + joint.exerted(joint.initial_position)) or joint.damping <= 0.0:
@@ -67,7 +67,7 @@ def patience(joint: JointPhysics, inertia: float, pull: float, settings: EngineS
     return min(max(settings.nudge_s, DECAYS * inertia / joint.damping), settings.release_s)
 
 
-def nudged(
+def nudged_together(
     world: World, item: Mechanism, joints: Sequence[JointPhysics], given: dict[str, float], settings: EngineSettings
 ) -> dict[str, Nudge]:
     """Joint → its record, of joints nudged together; a link's peak counts for the joint that moves it. Those of a chain
@@ -84,8 +84,8 @@ def nudged(
         joint.name: Nudge(
             joint=joint.name,
             speed=speeds[joint.name],
-            final_speed=capped(float(final[joint.name])),
-            peak_speed_m_s=capped(max((peaks[link] for link in item.moved[joint.name]), default=0.0)),
+            final_speed=capped_reading(float(final[joint.name])),
+            peak_speed_m_s=capped_reading(max((peaks[link] for link in item.moved[joint.name]), default=0.0)),
             seconds=seen.seconds,
             finite=seen.finite,
         )

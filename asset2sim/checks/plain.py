@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.watch import capped
+from asset2sim.checks.watch import capped_reading
 from schemas.base import Frozen
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction
@@ -45,7 +45,7 @@ def measure(rig: Rig) -> dict[str, object]:
 def written_springs(rig: Rig) -> dict[str, tuple[float, float]]:
     """Joint → ``spring_stiffness`` and ``spring_reference`` as the URDF states them, where there is a spring."""
     found = {}
-    for element in parsed(rig.urdf).iterfind("joint[dynamics]"):
+    for element in parsed_root(rig.urdf).iterfind("joint[dynamics]"):
         stated = element.find("dynamics")
         stiffness = float(stated.get("spring_stiffness", 0.0)) if stated is not None else 0.0
         if stated is not None and stiffness > 0.0:
@@ -81,7 +81,7 @@ def let_go(rig: Rig, springs: Mapping[str, tuple[float, float]]) -> list[PlainSp
             for name, (low, high) in spans.items():
                 position = client.getJointState(body, places[name])[0]
                 beyond[name] = max(beyond[name], max(low - position, position - high) / max(high - low, 1e-9))
-    return [PlainSpring(joint=name, beyond=capped(share)) for name, share in beyond.items()]
+    return [PlainSpring(joint=name, beyond=capped_reading(share)) for name, share in beyond.items()]
 
 
 def judge(seen: Interaction, joints: Mapping[str, JointPhysics], limits: Thresholds) -> list[CheckVerdict]:

@@ -9,7 +9,7 @@ from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.joint_groups import run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.watch import capped, watch
+from asset2sim.checks.watch import capped_reading, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.mass_matrix import Pull
 from schemas.failure_guide import Guide
@@ -46,10 +46,10 @@ class ExpectedRelease:
 
 def measure(rig: Rig) -> dict[str, object]:
     """Every joint that something brings back."""
-    return {"releases": releases(rig.held.sound(), rig.item, rig.free_stretches, rig.settings, rig.limits)}
+    return {"releases": release_records(rig.held.sound(), rig.item, rig.free_stretches, rig.settings, rig.limits)}
 
 
-def releases(
+def release_records(
     world: World, item: Mechanism, free: Stretches, settings: EngineSettings, limits: Thresholds
 ) -> tuple[Release, ...]:
     """Let go of every joint that gravity or its spring brings back, the root held, independent joints together. Joints
@@ -57,12 +57,12 @@ def releases(
     poses = poses_at(item, item.start)
     tasks: dict[str, ExpectedRelease] = {}
     for joint in item.asked:
-        task = expected(joint, pull_on(item, joint.name, item.start, poses), free.get(joint.name, span_of(joint)))
+        task = release_task(joint, pull_on(item, joint.name, item.start, poses), free.get(joint.name, span_of(joint)))
         if task is not None:
             tasks[joint.name] = task
 
     def run(names: Sequence[str]) -> dict[str, Release]:
-        return released(world, item, [tasks[name] for name in names], settings, limits)
+        return released_together(world, item, [tasks[name] for name in names], settings, limits)
 
     def good(record: Release) -> bool:
         return record.left <= limits.release_share
@@ -71,7 +71,7 @@ def releases(
     return tuple(found[name] for name in tasks)
 
 
-def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> ExpectedRelease | None:
+def release_task(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> ExpectedRelease | None:
     """Where a joint is released and where it should come to rest; None where nothing brings it back.
 
     A joint with a spring rests where k (q_ref − q) and gravity's pull balance, short of it by friction, or at the end
@@ -83,27 +83,27 @@ def expected(joint: JointPhysics, pull: Pull, free: tuple[float, float]) -> Expe
         return None
     task: ExpectedRelease | None = None
     if joint.stiffness > 0.0 and not joint.holds:
-        task = sprung(joint, pull, low, high)
+        task = spring_task(joint, pull, low, high)
     elif not joint.holds and joint.lower is not None and joint.upper is not None:
-        task = fallen(joint, pull, low, high)
+        task = gravity_task(joint, pull, low, high)
     lower, upper = span_of(joint)
     return task if task is not None and abs(task.start - task.target) > LEAST_WAY_SHARE * (upper - lower) else None
 
 
-def fallen(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease | None:
+def gravity_task(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease | None:
     """The task of a joint that gravity closes or opens: pulled harder than friction over half of its free stretch."""
     middle = low + START_SHARE * (high - low)
     for end in (low, high):
         way = np.linspace(middle, end, SAMPLES)
-        if np.all(np.sign(end - middle) * (pull.at(way) + exerted(joint, way)) > SURE * joint.friction + 1e-12):
+        if np.all(np.sign(end - middle) * (pull.at(way) + exerted_effort(joint, way)) > SURE * joint.friction + 1e-12):
             return ExpectedRelease(joint, GRAVITY, middle, end, end)
     return None
 
 
-def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease:
+def spring_task(joint: JointPhysics, pull: Pull, low: float, high: float) -> ExpectedRelease:
     """The task of a joint with a spring: let go of half way from its rest to the end that is further from it."""
     way = np.linspace(low, high, SAMPLES)
-    force = exerted(joint, way) + pull.at(way)
+    force = exerted_effort(joint, way) + pull.at(way)
     rest = equilibrium_of(way, force)
     start = rest + START_SHARE * ((low if rest - low > high - rest else high) - rest)
     # Friction stops it short of the balance, on the side that it comes from, or as far beyond if it comes fast.
@@ -111,7 +111,7 @@ def sprung(joint: JointPhysics, pull: Pull, low: float, high: float) -> Expected
     return ExpectedRelease(joint, SPRING, start, equilibrium_of(way, force - drag), equilibrium_of(way, force + drag))
 
 
-def exerted(joint: JointPhysics, way: np.ndarray) -> np.ndarray:
+def exerted_effort(joint: JointPhysics, way: np.ndarray) -> np.ndarray:
     """(n,) what the joint's spring and mechanism exert at these positions, N·m or N."""
     return np.array([joint.exerted(float(position)) for position in way])
 
@@ -126,7 +126,7 @@ def equilibrium_of(way: np.ndarray, force: np.ndarray) -> float:
     return float(way[-1] if force.sum() > 0.0 else way[0])
 
 
-def released(
+def released_together(
     world: World, item: Mechanism, tasks: Sequence[ExpectedRelease], settings: EngineSettings, limits: Thresholds
 ) -> dict[str, Release]:
     """Joint → its record, of independent joints let go of together; ends early once nothing moves any more."""
@@ -152,7 +152,7 @@ def released(
             start=task.start,
             target=task.target,
             far=task.far,
-            end=capped(float(end)),
+            end=capped_reading(float(end)),
             seconds=None if np.isnan(time) else float(time),
         )
         for task, end, time in zip(tasks, ends, since, strict=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from asset2sim.checks.watch import capped, reading_stride, watch
+from asset2sim.checks.watch import capped_reading, reading_stride, watch
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
 from asset2sim.engines.world import World
@@ -146,20 +146,21 @@ def measurement(
         test_s=settings.test_s,
         penetration_m=penetration(points),
         pairs=by_pair(points),
-        drift_m=capped(drift_m),
-        drift_rad=capped(drift_rad),
-        peak_speed_m_s=capped(seen.peak_speed),
+        drift_m=capped_reading(drift_m),
+        drift_rad=capped_reading(drift_rad),
+        peak_speed_m_s=capped_reading(seen.peak_speed),
         joints=tuple(
             JointMotion(
                 name=name,
-                amplitude=capped(amplitude(seen.joint_positions[:, i])),
+                amplitude=capped_reading(amplitude(seen.joint_positions[:, i])),
                 sign_changes=sign_changes(seen.joint_positions[:, i]),
-                final_position=capped(float(seen.joint_positions[-1, i])),
+                final_position=capped_reading(float(seen.joint_positions[-1, i])),
             )
             for i, name in enumerate(seen.joints)
         ),
         settle_motion={
-            name: capped(abs(float(seen.settled[i]) - positions.get(name, 0.0))) for i, name in enumerate(seen.joints)
+            name: capped_reading(abs(float(seen.settled[i]) - positions.get(name, 0.0)))
+            for i, name in enumerate(seen.joints)
         },
         finite=bool(np.isfinite(seen.joint_positions).all() and np.isfinite(seen.peak_speed)),
         console=seen.console,

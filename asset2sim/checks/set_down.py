@@ -7,9 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.mechanism import Mechanism
 from asset2sim.checks.support_polygon import Clouds, support_polygon_of
-from asset2sim.checks.watch import Watched, capped, watch
+from asset2sim.checks.watch import Watched, capped_reading, watch
 from asset2sim.engines.world import World
-from asset2sim.physics.arrays import Array, cross, vector
+from asset2sim.physics.arrays import Array, cross, floats_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.interaction import Stand
@@ -78,13 +78,13 @@ def set_down(
     up = motion.turned.inv().apply(UP)
     support = support_polygon_of(item, clouds, up, resting.joints)
     record = Stand(
-        tilt_rad=capped(motion.tilt_rad),
-        travel_m=capped(motion.travel_m),
-        peak_speed_m_s=capped(motion.speed_m_s),
+        tilt_rad=capped_reading(motion.tilt_rad),
+        travel_m=capped_reading(motion.travel_m),
+        peak_speed_m_s=capped_reading(motion.speed_m_s),
         seconds=seen.seconds,
         margin_rad=support.margin_rad,
         tip_energy_j=support.mass * GRAVITY_M_S2 * support.rise,
-        rest_turn_rad=vector(level_turn(up)),
+        rest_turn_rad=floats_of(level_turn(up)),
         finite=seen.finite,
     )
     return record, resting, support

@@ -6,7 +6,7 @@ from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.set_down import Resting
-from asset2sim.checks.watch import capped
+from asset2sim.checks.watch import capped_reading
 from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, SettledJoint
 from schemas.overlay import JointPhysics
@@ -17,17 +17,17 @@ from schemas.vocabulary import FailureMode
 
 def measure(rig: Rig) -> dict[str, object]:
     """Where the joints settle once the object is set down."""
-    return {"settled": settled(rig.item.joints, rig.down().resting)}
+    return {"settled": settled_positions(rig.item.joints, rig.down().resting)}
 
 
-def settled(joints: Sequence[JointPhysics], resting: Resting) -> tuple[SettledJoint, ...]:
+def settled_positions(joints: Sequence[JointPhysics], resting: Resting) -> tuple[SettledJoint, ...]:
     """Where every joint of which a position is asked has come to rest."""
     found = []
     for joint in joints:
         if joint.asked_position is None:
             continue
         lower, upper = span_of(joint)
-        now, way = capped(resting.joints[joint.name]), upper - lower
+        now, way = capped_reading(resting.joints[joint.name]), upper - lower
         share = abs(now - joint.asked_position) / way if way > 0.0 else 0.0
         found.append(SettledJoint(joint=joint.name, asked=joint.asked_position, settled=now, share=share))
     return tuple(found)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.assets.urdf.collision_points import collision_points
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.support_polygon import SupportPolygon, standing_on
@@ -17,7 +17,7 @@ Clouds = Mapping[str, Array]
 
 def point_clouds(urdf: Path) -> dict[str, Array]:
     """Link → (n, 3) points that span its collision shapes, in the link's frame, m; none for a link without shapes."""
-    links = parsed(urdf).findall("link")
+    links = parsed_root(urdf).findall("link")
     clouds = {str(element.get("name")): collision_points(element, urdf.parent) for element in links}
     return {name: points for name, points in clouds.items() if len(points)}
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from asset2sim.checks.declared_check import DeclaredCheck
-from asset2sim.checks.free_stretch import Stretch, cleared, depths, stretches
+from asset2sim.checks.free_stretch import Stretch, cleared_stretch, overlap_depths, stretches
 from asset2sim.checks.joint_groups import apart_groups
 from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.checks.rig import CauseOf, Rig
@@ -29,7 +29,7 @@ ROOM_SHARE = 0.02
 def measure(rig: Rig) -> dict[str, object]:
     """Every joint swept, and its range ended where its part meets the floor, save of a light object, which a hand lifts
     off it; other checks then know where joints are free of the rest of the object."""
-    found, rig.free_stretches = sweeps(rig.held.sound(), rig.item, rig.settings, rig.limits, rig.cause)
+    found, rig.free_stretches = sweep_records(rig.held.sound(), rig.item, rig.settings, rig.limits, rig.cause)
     if rig.standing is None or rig.standing.mass < rig.limits.held_by_hand_kg:
         return {"sweeps": found}
     return {"sweeps": tuple(over_floor(item, rig.standing, rig.limits) for item in found)}
@@ -71,7 +71,7 @@ def over_floor(record: Sweep, standing: StandingParts, limits: Thresholds) -> Sw
     )
 
 
-def sweeps(
+def sweep_records(
     world: World, item: Mechanism, settings: EngineSettings, limits: Thresholds, cause: CauseOf
 ) -> tuple[tuple[Sweep, ...], dict[str, tuple[float, float]]]:
     """The record of every joint, and joint → its free stretch with the others at their initial positions.
@@ -81,7 +81,7 @@ def sweeps(
     either end of their own free stretch: a rack behind a closed door is not jammed.
     """
     world.place(item.start)
-    allowed = {pair: depth + limits.sweep_overlap_m for pair, depth in depths(world).items()}
+    allowed = {pair: depth + limits.sweep_overlap_m for pair, depth in overlap_depths(world).items()}
     found: dict[str, Stretch] = {}
     for group in apart_groups(item, settings.sweep_samples):
         found |= stretches(world, item, group, item.start, allowed, settings, limits)
@@ -90,7 +90,7 @@ def sweeps(
     for joint in item.asked:
         stretch, others = found[joint.name], dict[str, float]()
         if stretch.ends:
-            stretch, others = cleared(world, item, joint, stretch, free, allowed, settings, limits)
+            stretch, others = cleared_stretch(world, item, joint, stretch, free, allowed, settings, limits)
         records.append(record(item, joint, stretch, others, cause))
     return tuple(records), free
 
@@ -175,7 +175,7 @@ def sweep_verdict(
     if item.free_share < limits.sweep_excused_share:
         reason = f"{swept}; it moves too little to be of use: mend the meshes or the joint's limits"
         return CheckVerdict(FailureMode.JAM, item.joint, False, item.free_share, limits.sweep_excused_share, reason)
-    if opening is not None and not excused and stuck(item, joint, opening):
+    if opening is not None and not excused and is_stuck(item, joint, opening):
         reason = f"joint '{item.joint}' is stuck in {engine}: no effort up to its limit moves it where it has room"
         return CheckVerdict(FailureMode.JAM, item.joint, False, opening.effort_limit, opening.effort_limit, reason)
     if item.free_share < limit:
@@ -203,7 +203,7 @@ def hull_loss(item: Sweep) -> float:
     return lost / (item.upper - item.lower)
 
 
-def stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
+def is_stuck(item: Sweep, joint: JointPhysics, opening: Opening | None) -> bool:
     """Whether no effort moves a joint in a direction in which the sweep found it free. Never so where other joints must
     first make room, or where the joint has no free range on that side."""
     if opening is None or not opening.stuck or item.others:

@@ -19,7 +19,7 @@ error = partial(Finding, stage=Stage.MEASURE, severity=Severity.ERROR)
 PASSED = Verdict(FailureMode.NONE, "interaction-ready")
 
 
-def judged(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Judged:
+def verdicts_of(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> Judged:
     """The verdicts that are stored with an engine's report, or those on a report that has none yet."""
     if report.judged is not None:
         return report.judged
@@ -29,12 +29,12 @@ def judged(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) ->
 
 def check_verdicts(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[CheckVerdict, ...]:
     """The verdicts on the interaction checks of one engine."""
-    return judged(report, overlay, limits).checks
+    return verdicts_of(report, overlay, limits).checks
 
 
 def failures_of(report: EngineReport, overlay: PhysicsOverlay, limits: Thresholds) -> tuple[Failure, ...]:
     """All failures in one engine: the paper's checks first, then the interaction checks in their order."""
-    return judged(report, overlay, limits).failures
+    return verdicts_of(report, overlay, limits).failures
 
 
 def _failures(
@@ -73,14 +73,14 @@ def report_verdict(report: EngineReport, overlay: PhysicsOverlay, limits: Thresh
     return PASSED
 
 
-def deciding(reports: Sequence[EngineReport], settings: EngineSettings) -> tuple[EngineReport, ...]:
+def deciding_reports(reports: Sequence[EngineReport], settings: EngineSettings) -> tuple[EngineReport, ...]:
     """The reports of the engines whose verdicts decide."""
     return tuple(report for report in reports if settings.decide is None or report.engine in settings.decide)
 
 
 def overall_verdict(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> Verdict:
     """The verdict over the engines that decide: the first failure in the order of the reports, or passed."""
-    decide = deciding(reports, settings.engine)
+    decide = deciding_reports(reports, settings.engine)
     verdicts = (report_verdict(report, overlay, settings.thresholds) for report in decide)
     return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
 

@@ -16,7 +16,7 @@ from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import contacts_of, measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
 from asset2sim.checks.support_polygon import Clouds, point_clouds
-from asset2sim.checks.verdict import judged
+from asset2sim.checks.verdict import verdicts_of
 from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from asset2sim.engines.registry import engine_version, installed, require
 from asset2sim.engines.world import Opener
@@ -29,7 +29,7 @@ from schemas.settings import EngineSettings, Settings, Thresholds
 from schemas.vocabulary import Engine, FailureMode, OverlapCause
 
 
-def examine(
+def run_checks(
     engine: Engine,
     urdf: Path,
     overlay: PhysicsOverlay,
@@ -106,7 +106,7 @@ def verify(
     overlapping links whether the authored meshes overlap or only their hulls."""
     # What all engines read of the file is read once in the process that they share.
     read = cache(lambda: (mechanism(urdf, overlay), point_clouds(urdf)))
-    own, seen = settings.engine, partial(examine, limits=settings.thresholds, cause=cause, only=only, read=read)
+    own, seen = settings.engine, partial(run_checks, limits=settings.thresholds, cause=cause, only=only, read=read)
     know_points(urdf)
     touched: dict[Engine, ChildOutcome[tuple[Measurement | None, Interaction]]] = {}
     if own.interact and only not in AT_REST.modes:
@@ -145,7 +145,7 @@ def report_of(
         starved=measured.starved or touched.starved,
         seconds=measured.seconds + touched.seconds,
     )
-    return report.model_copy(update={"judged": judged(report, overlay, settings.thresholds)})
+    return report.model_copy(update={"judged": verdicts_of(report, overlay, settings.thresholds)})
 
 
 def cause_for(extraction: Extraction, overlay: PhysicsOverlay) -> CauseOf:

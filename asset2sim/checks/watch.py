@@ -64,15 +64,15 @@ class Watched:
     @property
     def peak(self) -> float:
         """Peak speed of the fastest link, m/s."""
-        return capped(float(self.peaks.max(initial=0.0)))
+        return capped_reading(float(self.peaks.max(initial=0.0)))
 
     @property
     def final(self) -> float:
         """Final speed of the fastest link, m/s."""
-        return capped(float(self.finals.max(initial=0.0)))
+        return capped_reading(float(self.finals.max(initial=0.0)))
 
 
-def capped(value: float) -> float:
+def capped_reading(value: float) -> float:
     """The value clipped to ± ``BEYOND_MEASURE``; plus ``BEYOND_MEASURE`` where it is not finite."""
     if not np.isfinite(value):
         return BEYOND_MEASURE
@@ -87,7 +87,7 @@ def watch(
     calm: Harmless | None = None,
 ) -> Watched:
     """Run the world for ``seconds``, less once nothing has moved for ``settings.still_s``, or it goes on as it does
-    (``steady``) and what it changes until the end is ``calm``.
+    (``is_steady``) and what it changes until the end is ``calm``.
 
     Nothing has moved where over that time the root moved no further than at ``still_speed``, and its orientation and
     all joints no further than ten times that. ``seen`` is called with the time at each reading; true ends the run.
@@ -118,14 +118,14 @@ def watch(
         if alike and np.all(np.ptp(np.array(poses), axis=0) <= bounds):
             break
         due = len(longer) == 3 * window and steps // stride % STEADY_EVERY == 0
-        if due and calm is not None and steady(longer, bounds, calm, (seconds / world.timestep_s - steps) / stride):
+        if due and calm is not None and is_steady(longer, bounds, calm, (seconds / world.timestep_s - steps) / stride):
             break
     finals = np.median([links for links, _ in readings], axis=0) if readings else speeds
     joints = np.median([joints for _, joints in readings], axis=0) if readings else np.abs(world.velocities())
     return Watched(steps * world.timestep_s, peaks, finals, joints, True)
 
 
-def steady(readings: Sequence[tuple[Array, Array]], still: Array, calm: Harmless, left: float) -> bool:
+def is_steady(readings: Sequence[tuple[Array, Array]], still: Array, calm: Harmless, left: float) -> bool:
     """Whether over three windows of readings (pose, link speeds) all trembles, swings or coasts on as it does: neither
     faster nor wider than before, but for what is ``still``, nor so fast or wide, or with so far to go in the readings
     that are ``left``, that it could decide anything."""

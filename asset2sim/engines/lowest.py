@@ -68,7 +68,7 @@ def cylinder(radius: float, half_length: float, axis: int) -> Balls:
     return corners(np.concatenate([rim - ends, rim + ends]))
 
 
-def cloud(shapes: "list[tuple[int, Balls, Array]]") -> BallCloud:
+def lowest_cloud(shapes: "list[tuple[int, Balls, Array]]") -> BallCloud:
     """The cloud of shapes given as (link, the shape, its (4, 4) shape-to-link transform)."""
     if not shapes:
         return BallCloud(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.intp))

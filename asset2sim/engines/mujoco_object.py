@@ -8,9 +8,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.engines.contacts import LocatedContact
-from asset2sim.engines.mujoco_spec import collected_warnings, compiled, give_options, object_spec
+from asset2sim.engines.mujoco_spec import collected_warnings, compiled_model, give_options, object_spec
 from asset2sim.engines.mujoco_world import MuJoCoWorld
 from asset2sim.physics.arrays import Array
 
@@ -51,7 +51,7 @@ def static_mujoco(urdf: Path, timestep_s: float, *, parents: bool = False) -> It
         give_options(spec, timestep_s, 0.0)
         if parents:
             spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
-        model = compiled(spec, urdf)
-        world = StaticMuJoCo(model, False, tuple(said), parsed(urdf))
+        model = compiled_model(spec, urdf)
+        world = StaticMuJoCo(model, False, tuple(said), parsed_root(urdf))
         world.place({})
         yield world

@@ -24,7 +24,7 @@ from asset2sim.assets.mujoco_options import (
     body_name,
     solref,
 )
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.assets.urdf.references import find_mesh
 from schemas.errors import AssetError
@@ -40,20 +40,20 @@ def exclude_related(spec: mujoco.MjSpec) -> None:
     """
     held: list[mujoco.MjsBody] = []
     jointed: list[mujoco.MjsBody] = []
-    collect(spec.worldbody, held, jointed)
+    collect_held(spec.worldbody, held, jointed)
     for child in jointed:
         for parent in held:
             spec.add_exclude(bodyname1=parent.name, bodyname2=child.name)
 
 
-def collect(body: "mujoco.MjsBody", held: "list[mujoco.MjsBody]", jointed: "list[mujoco.MjsBody]") -> None:
+def collect_held(body: "mujoco.MjsBody", held: "list[mujoco.MjsBody]", jointed: "list[mujoco.MjsBody]") -> None:
     """Collect the bodies welded to the world in ``held``, and those one joint away, with what is welded to them."""
     for child in body.bodies:
         if child.joints:
             jointed.extend(welded(child))
         else:
             held.append(child)
-            collect(child, held, jointed)
+            collect_held(child, held, jointed)
 
 
 def welded(body: "mujoco.MjsBody") -> "list[mujoco.MjsBody]":
@@ -93,7 +93,7 @@ def object_spec(urdf: Path, *, free: bool, contact_friction: float) -> mujoco.Mj
         with collected_warnings():
             spec = mujoco.MjSpec.from_string(etree.tostring(root).decode(), assets=mesh_bytes(root, urdf.parent))
     except (ValueError, OSError) as error:
-        raise refused(urdf, error) from error
+        raise refused_error(urdf, error) from error
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     spec.compiler.usethread = False
     for joint in spec.joints:
@@ -126,9 +126,9 @@ def rolling_friction(root: "etree._Element") -> float:
 def prepared(urdf: Path) -> "etree._Element":
     """The URDF's tree with MuJoCo's compiler set as ``object_spec`` wants, meshes by plain paths, visuals left out."""
     try:
-        root = deepcopy(parsed(urdf))
+        root = deepcopy(parsed_root(urdf))
     except (etree.XMLSyntaxError, OSError) as error:
-        raise refused(urdf, error) from error
+        raise refused_error(urdf, error) from error
     for link in root.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
@@ -229,15 +229,15 @@ def give_options(spec: mujoco.MjSpec, timestep_s: float, gravity_m_s2: float) ->
         geom.solimp = CONTACT_SOLIMP
 
 
-def compiled(spec: mujoco.MjSpec, urdf: Path) -> mujoco.MjModel:
+def compiled_model(spec: mujoco.MjSpec, urdf: Path) -> mujoco.MjModel:
     """The model of a URDF's specification. Raises AssetError (engine_refused) with MuJoCo's message."""
     try:
         return spec.compile()
     except (ValueError, OSError) as error:
-        raise refused(urdf, error) from error
+        raise refused_error(urdf, error) from error
 
 
-def refused(urdf: Path, error: Exception) -> AssetError:
+def refused_error(urdf: Path, error: Exception) -> AssetError:
     """AssetError (engine_refused) with MuJoCo's message."""
     said = " ".join(str(error).split())[:400]
     return AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", f"MuJoCo refuses {urdf.name} and says: {said}")

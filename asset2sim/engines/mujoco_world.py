@@ -11,15 +11,15 @@ from lxml import etree
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.mujoco_options import bias_name, body_name
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines import lowest
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.mujoco_spec import collected_warnings, compiled, give_options, object_spec
+from asset2sim.engines.mujoco_spec import collected_warnings, compiled_model, give_options, object_spec
 from asset2sim.engines.world import DeclaredEngine, click_near, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
-from asset2sim.physics.kinematics import followed
+from asset2sim.physics.kinematics import follower_positions
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
 
@@ -38,8 +38,8 @@ def open_mujoco(
             size, friction = [0.0, 0.0, GROUND_GRID_M], [contact_friction, 0.0, 0.0]
             spec.worldbody.add_geom(name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=size, friction=friction)
         give_options(spec, timestep_s, gravity_m_s2)
-        model = compiled(spec, urdf)
-        world = MuJoCoWorld(model, plane, tuple(said), parsed(urdf), read_dynamics(urdf))
+        model = compiled_model(spec, urdf)
+        world = MuJoCoWorld(model, plane, tuple(said), parsed_root(urdf), read_dynamics(urdf))
         world.place({})
         yield world
 
@@ -87,7 +87,7 @@ class MuJoCoWorld:
     ) -> None:
         """See ``World``. Raises AssetError (engine_crash) where nothing could stand on the plane."""
         mujoco.mj_resetData(self.model, self.data)
-        positions = followed(self.mimics, positions)
+        positions = follower_positions(self.mimics, positions)
         self.data.qpos[self.qpos] = [positions.get(name, 0.0) for name in self.joint_names]
         if not self.plane:
             return
@@ -176,7 +176,7 @@ def shapes_of(model: mujoco.MjModel) -> lowest.BallCloud:
         mujoco.mju_quat2Mat(matrix, model.geom_quat[index])
         pose[:3, :3], pose[:3, 3] = matrix.reshape(3, 3), model.geom_pos[index]
         shapes.append((body, shape_of(model, index), pose))
-    return lowest.cloud(shapes)
+    return lowest.lowest_cloud(shapes)
 
 
 def shape_of(model: mujoco.MjModel, index: int) -> lowest.Balls:

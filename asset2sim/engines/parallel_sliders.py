@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.urdf.collision_points import shape_points
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.read import element_joint
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply
@@ -32,14 +32,16 @@ sides, a point x being inside where normal · x + offset is at most 0."""
 def never_meeting(urdf: Path, gap_m: float) -> tuple[tuple[str, str], ...]:
     """Pairs of links that slide on one link along parallel axes, and whose collision shapes, seen along these, are more
     than ``gap_m`` apart: nothing that their joints do brings them closer. Only neighbours are named."""
-    shapes = [urdf.parent / str(mesh.get("filename")) for mesh in parsed(urdf).iterfind("link/collision/geometry/mesh")]
+    shapes = [
+        urdf.parent / str(mesh.get("filename")) for mesh in parsed_root(urdf).iterfind("link/collision/geometry/mesh")
+    ]
     return _known(urdf, urdf.read_bytes(), tuple(hash(file.read_bytes()) for file in shapes if file.is_file()), gap_m)
 
 
 @lru_cache(maxsize=8)
 def _known(urdf: Path, content: bytes, shapes: tuple[int, ...], gap_m: float) -> tuple[tuple[str, str], ...]:
     """The pairs of a URDF of this content and with shapes of these hashes: an object is loaded several times."""
-    robot = parsed(urdf)
+    robot = parsed_root(urdf)
     beside: dict[tuple[str, tuple[float, ...]], list[tuple[str, Array]]] = defaultdict(list)
     for joint in (element_joint(element) for element in robot.findall("joint")):
         if joint.type == "prismatic":
@@ -57,7 +59,7 @@ def _known(urdf: Path, content: bytes, shapes: tuple[int, ...], gap_m: float) ->
                 name: outlines([apply(pose, points) @ across.T for points in shape_points(links[name], urdf.parent)])
                 for name, pose in sliders
             }
-            found += [(a, b) for a, b in combinations(placed, 2) if apart(placed[a], placed[b], gap_m)]
+            found += [(a, b) for a, b in combinations(placed, 2) if line_between(placed[a], placed[b], gap_m)]
     return tuple(found)
 
 
@@ -73,7 +75,7 @@ def outlines(pieces: Sequence[Array]) -> tuple[Outline, ...] | None:
     return tuple(found) or None
 
 
-def apart(one: tuple[Outline, ...] | None, other: tuple[Outline, ...] | None, gap_m: float) -> bool:
+def line_between(one: tuple[Outline, ...] | None, other: tuple[Outline, ...] | None, gap_m: float) -> bool:
     """Whether two parts are neighbours, and a line of that width passes between any two of their pieces, along a side
     of either."""
     if one is None or other is None:

@@ -16,13 +16,13 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.contacts import ContactPoint, LocatedContact
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import followed
+from asset2sim.physics.kinematics import follower_positions
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.errors import AssetError
 from schemas.features import Mimic
@@ -63,7 +63,7 @@ class PyBulletObject:
         """Set joint positions (rad, m) at rest; joints not named go to zero, those that follow others with these."""
         if not self.joint_index:
             return
-        positions = followed(self.mimics, positions)
+        positions = follower_positions(self.mimics, positions)
         joints = list(self.joint_index.values())
         # All at once: each call moves every link.
         placed = [[float(positions.get(name, 0.0))] for name in self.joint_index]
@@ -172,8 +172,8 @@ def loaded(
             said = "; ".join(line for line in console if "argv" not in line)[-400:] or "nothing"
             message = f"PyBullet refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message)
-        item = prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(parsed(urdf)))
-        item.ignore(passing_pairs(parsed(urdf)))
+        item = prepared(client, body, read_dynamics(urdf), tuple(console), read_mimics(parsed_root(urdf)))
+        item.ignore(passing_pairs(parsed_root(urdf)))
         yield item
 
 
@@ -204,12 +204,12 @@ def prepared(
         # A velocity motor at rest with a bounded force is Coulomb friction; force 0 switches the hidden motor off.
         client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=terms.friction)
     for name, mimic in mimics.items():
-        gear(client, body, joint_index[name], joint_index[mimic.joint], mimic)
+        couple_joints(client, body, joint_index[name], joint_index[mimic.joint], mimic)
     dynamics = {name: dynamics[name] for name in joint_index}
     return PyBulletObject(client, body, link_names, joint_index, dynamics, console, mimics)
 
 
-def gear(client: BulletClient, body: int, follower: int, leader: int, mimic: Mimic) -> None:
+def couple_joints(client: BulletClient, body: int, follower: int, leader: int, mimic: Mimic) -> None:
     """Bind two joints of one body, q_follower − multiplier · q_leader = offset: PyBullet ignores URDF's mimic."""
     nowhere = (0.0, 0.0, 0.0)
     made = client.createConstraint(body, follower, body, leader, pybullet.JOINT_GEAR, (0.0, 0.0, 1.0), nowhere, nowhere)

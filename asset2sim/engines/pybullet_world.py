@@ -14,7 +14,7 @@ from asset2sim.engines.parallel_sliders import never_meeting
 from asset2sim.engines.pybullet_object import PyBulletObject, keep_clients, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.static_object import MARGIN_M
-from asset2sim.engines.world import DeclaredEngine, biases, contact_distance_m, nothing_collides, with_followers
+from asset2sim.engines.world import DeclaredEngine, bias_efforts, contact_distance_m, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, norms
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from schemas.vocabulary import Engine
@@ -108,7 +108,7 @@ class PyBulletWorld:
         for _ in range(count):
             efforts = self.efforts
             if any_biased:
-                efforts = efforts + biases(self.bias, self.positions())
+                efforts = efforts + bias_efforts(self.bias, self.positions())
             if driven:
                 states = client.getJointStates(body, driven)
                 positions = np.array([state[0] for state in states])

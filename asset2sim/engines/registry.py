@@ -28,7 +28,7 @@ OWN = tuple(
 
 
 @cache
-def further() -> dict[Engine, DeclaredEngine]:
+def outside_engines() -> dict[Engine, DeclaredEngine]:
     """The engines that modules from outside the package declare."""
     found = declared(ENGINE)
     return {item.engine: item for item in found if isinstance(item, DeclaredEngine)}
@@ -36,20 +36,20 @@ def further() -> dict[Engine, DeclaredEngine]:
 
 def known_engines() -> tuple[Engine, ...]:
     """All engines, in the vocabulary's order, installed or not; nothing of theirs is imported."""
-    return tuple(engine for engine in Engine if engine in OWN or engine in further())
+    return tuple(engine for engine in Engine if engine in OWN or engine in outside_engines())
 
 
 def declared_engine(engine: Engine) -> DeclaredEngine:
     """The declaration of an engine; its package is imported. Raises ImportError where that is not installed."""
-    if engine in further():
-        return further()[engine]
+    if engine in outside_engines():
+        return outside_engines()[engine]
     found: DeclaredEngine = import_module(f"{PACKAGE}.{engine}{ENDING}").ENGINE
     return found
 
 
 def package_of(engine: Engine) -> str:
     """The package that an engine needs."""
-    return (further()[engine].package if engine in further() else "") or engine.value
+    return (outside_engines()[engine].package if engine in outside_engines() else "") or engine.value
 
 
 def modules_of(engine: Engine) -> tuple[str, ...]:
@@ -64,7 +64,11 @@ def installed() -> tuple[Engine, ...]:
 
 def engine_version(engine: Engine) -> str:
     """The version of an installed engine."""
-    return (further()[engine].version if engine in further() else "") or version_of(package_of(engine)) or ""
+    return (
+        (outside_engines()[engine].version if engine in outside_engines() else "")
+        or version_of(package_of(engine))
+        or ""
+    )
 
 
 @cache

@@ -17,7 +17,7 @@ import yourdfpy
 
 from asset2sim.assets.meshes.load import mesh_points, scale_vector
 from asset2sim.assets.urdf.capsule import Capsule
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics, read_urdf
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.engines import lowest
@@ -92,8 +92,8 @@ def loaded(
         builder = Builder(sapien, physx, urdf, material, not plane)
         terms = read_dynamics(urdf)
         try:
-            built = build(builder, robot, terms)
-            give_groups(built, passing_pairs(parsed(urdf)))
+            built = build_links(builder, robot, terms)
+            give_groups(built, passing_pairs(parsed_root(urdf)))
         except RuntimeError as error:
             said = " ".join(str(error).split())[:400]
             message = f"SAPIEN refuses {urdf.name} and says: {said}"
@@ -105,7 +105,9 @@ def loaded(
     links = tuple(link for link, _ in built.links)
     try:
         printed = (*console, *built.said)
-        yield SapienObject(system, links[0].articulation, links, lowest.cloud(built.shapes), terms, printed, robot)
+        yield SapienObject(
+            system, links[0].articulation, links, lowest.lowest_cloud(built.shapes), terms, printed, robot
+        )
     finally:
         for entity in list(scene.entities):
             scene.remove_entity(entity)
@@ -159,7 +161,7 @@ class SapienParts:
     said: list[str]
 
 
-def build(builder: Builder, robot: yourdfpy.Robot, terms: dict[str, Dynamics]) -> SapienParts:
+def build_links(builder: Builder, robot: yourdfpy.Robot, terms: dict[str, Dynamics]) -> SapienParts:
     """Every link with its mass, shapes and joint, parents first."""
     children = {joint.child for joint in robot.joints}
     root = next(link.name for link in robot.links if link.name not in children)

@@ -13,10 +13,10 @@ from asset2sim.assets.links import read_inertial
 from asset2sim.assets.urdf.read import root_of, tree_joint
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.sapien_object import SapienObject, loaded
-from asset2sim.engines.world import DeclaredEngine, biases, nothing_collides, with_followers
+from asset2sim.engines.world import DeclaredEngine, bias_efforts, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import followed, mimics_of, parents_first
+from asset2sim.physics.kinematics import follower_positions, mimics_of, parents_first
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from schemas.vocabulary import Engine
 
@@ -137,7 +137,7 @@ class SapienWorld:
         self.stand((shift_m[0], shift_m[1], 0.0), (w, x, y, z))
         self.push({})
         if self.joint_names:
-            positions = followed(self.coupling.mimics, positions)
+            positions = follower_positions(self.coupling.mimics, positions)
             self.coupling.measure(positions, self.armature)
             body.set_qpos(np.array([positions.get(name, 0.0) for name in self.joint_names], dtype=np.float32))
             body.set_qvel(self.at_rest)
@@ -164,7 +164,7 @@ class SapienWorld:
                 positions = body.get_qpos()
                 springs = self.stiffness * (self.reference - positions)
                 if self.biased:
-                    springs += biases(self.bias, positions)
+                    springs += bias_efforts(self.bias, positions)
                 if self.coupling.mimics:
                     springs += self.coupling.efforts(positions, body.get_qvel())
                 body.set_qf((springs + self.efforts).astype(np.float32))

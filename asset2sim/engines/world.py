@@ -92,7 +92,7 @@ class Opener(Protocol):
         """The loaded object, until the context ends."""
 
 
-def biases(terms: Array, positions: Array) -> Array:
+def bias_efforts(terms: Array, positions: Array) -> Array:
     """(n,) what mechanisms exert at (n,) positions, N·m or N; ``terms`` (n, 5) are the joints' ``Dynamics.bias``."""
     exerted: Array = np.clip(terms[:, 0] * (positions - click_near(terms, positions)), terms[:, 2], terms[:, 3])
     return exerted

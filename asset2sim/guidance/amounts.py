@@ -20,11 +20,20 @@ NEAR = 60
 _METRES = {
     "km": 1e3, "kilometres?": 1e3, "kilometers?": 1e3, "miles?": 1609.344, "yards?": 0.9144, "yd": 0.9144,
     "feet": 0.3048, "foot": 0.3048, "ft": 0.3048, "dm": 0.1, "decimet(?:re|er)s?": 0.1, "µm": 1e-6, "um": 1e-6,
-    "microns?": 1e-6, "nm": 1e-9, r"in(?=\s+(?:long|wide|tall|high|deep|thick|across)\b)": 0.0254,
+    "microns?": 1e-6, r"in(?=\s+(?:long|wide|tall|high|deep|thick|across)\b)": 0.0254,
 }  # fmt: skip
 _KILOGRAMS = {
     "lbs?": 0.45359237, "pounds?": 0.45359237, "ounces?": 0.028349523125, "oz": 0.028349523125, "tons?": 1e3,
     "tonnes?": 1e3, "mg": 1e-6, "stones?": 6.35029318,
+}  # fmt: skip
+_NEWTON_METRES = {
+    r"mn[\s·⋅.*-]?m": 1e-3, r"n[\s·⋅.*-]?cm": 0.01, r"n[\s·⋅.*-]?mm": 1e-3, r"n[\s·⋅.*-]?m": 1.0,
+    r"newton[\s-]?met(?:re|er)s?": 1.0, r"(?:ft|foot)[\s·-]?(?:lbf?s?|pounds?)": 1.355818,
+    r"in[\s·-]?(?:lbf?s?|pounds?)": 0.112985,
+}  # fmt: skip
+_NEWTONS = {
+    "newtons?": 1.0, "mn": 1e-3, "cn": 0.01, "kn": 1e3, "n": 1.0, "kgf": 9.80665, "gf": 9.80665e-3, "lbf": 4.448222,
+    r"pounds?(?=\s+of\s+force\b)": 4.448222, r"grams?(?=\s+of\s+force\b)": 9.80665e-3,
 }  # fmt: skip
 _PLAIN = {
     "m": {"m": 1.0, "met(?:re|er)s?": 1.0, "cm": 0.01, "centimet(?:re|er)s?": 0.01, "mm": 0.001,
@@ -34,7 +43,9 @@ _PLAIN = {
     "%": {"%": 0.01, "percent": 0.01},
 }  # fmt: skip
 """Units that the rules read themselves, by the SI unit in which they measure: these are left as they stand."""
-_UNITS = "|".join((*_METRES, *_KILOGRAMS, *(unit for units in _PLAIN.values() for unit in units)))
+_UNITS = "|".join(
+    (*_NEWTON_METRES, *_NEWTONS, *_METRES, *_KILOGRAMS, *(unit for units in _PLAIN.values() for unit in units))
+)
 _AMOUNT = re.compile(
     r"(?P<sign>(?<![\w.,%°)])[-−–](?=\d)|\bminus\s+)?(?<![\w.,])"
     r"(?P<digits>\d++(?:[.,]\d++)*+)(?P<power>e[-+]?\d++|\^[-+]?\d++|[⁻⁰¹²³⁴-⁹]++)?+(?P<ratio>:\d++)?+"
@@ -54,6 +65,14 @@ _SPELT_NUMBERS = {"a": 1.0, "an": 1.0, "one": 1.0, "two": 2.0, "three": 3.0, "fo
 _EDGE = r"(\d+(?:\.\d+)?)\s*(cm|mm|m|centimet(?:re|er)s?|millimet(?:re|er)s?|met(?:re|er)s?|inch(?:es)?|in|ft|feet)?"
 _EDGES = re.compile(rf"(?<![\w.,]){_EDGE}\s*(?:x|×|by)\s*{_EDGE}(?:\s*(?:x|×|by)\s*{_EDGE})?(?![\w.])")
 """Two or three edges: "20 by 15 by 10 cm", "80cm x 70cm x 35cm"."""
+_INCHES = re.compile(r"(?<=\d)\s?(?:\"|″)(?=[\s,.;)-]|$)")
+_DIAGONAL = re.compile(
+    r"(?<![\w.,])(\d+(?:\.\d+)?)[\s-]*inch(?:es)?[\s-]+(?:diagonal\b|(?=(?:(?!tall|wide|high|deep|long)[\w-]+\s+){0,2}"
+    r"(?:laptop|notebook|ultrabook|macbook|monitor|tv|television|screen|display|tablet)s?\b))"
+)
+"""A length in inches before what has a screen is the screen's diagonal: "a 15.6-inch gaming laptop"."""
+WIDTH_OF_DIAGONAL_M = 0.0254 * 0.9
+"""Width of the thing around a screen, m an inch of diagonal: 0.85 to 0.87 of it at 16:10 and 16:9, and the bezels."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:,\d{3})+")
 _NUMBER = re.compile(rf"\d+(?:[.,]\d+)?|{_THOUSANDS.pattern}")
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -66,7 +85,7 @@ _HOLDS = re.compile(
 )
 
 
-def plain(guidance: str) -> str:
+def plain_guidance(guidance: str) -> str:
     """The guidance in lower case, its numbers without exponents, decimal commas and units that no rule reads ("1e-1 m"
     and "3 ft" become "0.1 m" and "0.9144 m"), and without those that cannot be met."""
     return _read(guidance)[0]
@@ -80,7 +99,7 @@ def unmet_numbers(guidance: str) -> tuple[UnmetNumber, ...]:
 def asked_masses(guidance: str) -> tuple[AskedMass, ...]:
     """The masses that the guidance states of the object, kg, the first of which counts; not those of what it holds or
     carries ("8 kg capacity", "1 kg of tea")."""
-    text = plain(guidance)
+    text = plain_guidance(guidance)
     return tuple(
         AskedMass(words=found.group(), mass_kg=float(found.group(1)) * (1.0 if found.group(2)[0] == "k" else 1e-3))
         for found in _MASS.finditer(text)
@@ -107,6 +126,8 @@ def _longest(found: "re.Match[str]") -> str:
 @lru_cache(maxsize=64)
 def _read(guidance: str) -> tuple[str, tuple[UnmetNumber, ...]]:
     text = _SPELT.sub(_in_digits, guidance.lower().replace("\u2019", "'"))
+    text = _INCHES.sub(" inch", text)
+    text = _DIAGONAL.sub(lambda found: f"{_decimal(float(found[1]) * WIDTH_OF_DIAGONAL_M)} m wide ", text)
     text, pieces, unmet, end = _EDGES.sub(_longest, text), list[str](), list[UnmetNumber](), 0
     for found in _AMOUNT.finditer(text):
         before, after = text[max(found.start() - NEAR, 0) : found.start()], text[found.end() : found.end() + NEAR]
@@ -162,7 +183,8 @@ def _unit(name: str | None) -> tuple[str, float]:
     """SI unit of a unit's name, and its factor; "" for none."""
     if name is None:
         return "", 1.0
-    for unit, units in (("m", _METRES), ("kg", _KILOGRAMS), *_PLAIN.items()):
+    read = {"newtonmetres": _NEWTON_METRES, "newtons": _NEWTONS, "m": _METRES, "kg": _KILOGRAMS}
+    for unit, units in (*read.items(), *_PLAIN.items()):
         for pattern, factor in units.items():
             if re.fullmatch(pattern.partition("(?=")[0], name):
                 return unit, factor

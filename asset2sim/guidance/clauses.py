@@ -5,7 +5,14 @@ from dataclasses import dataclass
 
 from asset2sim.guidance.lexicon import Item, Segment
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import MovablePart, main_parts, outermost, parts_named, pick, reading_order
+from asset2sim.guidance.parts import (
+    MovablePart,
+    main_parts,
+    ordinal_candidates,
+    outermost_parts,
+    parts_named,
+    reading_order,
+)
 
 _BREAKERS = ("open", "closed", "part", "parts", "ordinal", "quantifier")
 _STATES = ("open", "closed", "ajar")
@@ -33,7 +40,7 @@ class Mention:
 NO_MENTION = Mention((), ())
 
 
-def split(segment: Segment) -> tuple[Segment, ...]:
+def split_states(segment: Segment) -> tuple[Segment, ...]:
     """Cut where a second part or state begins after a part and its state: "lid open drawer closed"."""
     groups: list[list[Item]] = [[]]
     for item in segment.items:
@@ -45,7 +52,7 @@ def split(segment: Segment) -> tuple[Segment, ...]:
     return tuple(Segment(segment.sentence, tuple(group), segment.tokens, segment.start) for group in groups)
 
 
-def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, last: Mention) -> Mention:
+def mentioned_parts(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, last: Mention) -> Mention:
     """The parts that a clause names; ``last`` is what was named before, for "the second" and "the others"."""
     words = segment.of("part", "parts")
     specific = [item for item in words if item.value not in GENERIC] or list(words)
@@ -59,7 +66,7 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
         if (ordinals or others or count) and last.words and last.words != ("everything",):
             kind = last.words[-1]
             named = parts_named(parts, kind)
-            chosen = pick(info, named, ordinals, parts, count) if ordinals else named
+            chosen = ordinal_candidates(info, named, ordinals, parts, count) if ordinals else named
             chosen = tuple(reading_order(info, chosen, parts)[:count]) if count and not ordinals else chosen
             return Mention(chosen, (kind,), others)
         if "all" in quantifiers or others:
@@ -69,9 +76,9 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
     for item in specific:
         candidates = parts_named(parts, item.value) or _main_parts_if_unnamed(info, parts, item.value)
         if ordinals:
-            picked = pick(info, candidates, ordinals, parts, count)
+            picked = ordinal_candidates(info, candidates, ordinals, parts, count)
             picked = picked[:1] if item.kind == "part" and _single(picked) else picked
-            before = pick(info, candidates, last.carried, parts) if last.carried else ()
+            before = ordinal_candidates(info, candidates, last.carried, parts) if last.carried else ()
             candidates = before + tuple(part for part in picked if part not in before)
         elif count:
             candidates = tuple(reading_order(info, candidates, parts)[:count])
@@ -81,11 +88,11 @@ def mention(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, la
     return Mention(tuple(chosen_all), tuple(item.value for item in specific), others)
 
 
-def whole(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
+def parts_of_whole(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     """The parts that a state of the whole object is about: a laptop's screen, both halves of a pair of scissors; not
     the handle by which one carries it, nor keys and levers, which spring back from wherever one has them."""
     mains = main_parts([part for part in parts if part.mechanism.kind != "spring return"])
-    return outermost(info, tuple(part for part in mains if part.name != "handle") or mains)
+    return outermost_parts(info, tuple(part for part in mains if part.name != "handle") or mains)
 
 
 def _openable(parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
@@ -99,5 +106,5 @@ def _single(candidates: Sequence[MovablePart]) -> bool:
 def _main_parts_if_unnamed(info: ObjectInfo, parts: Sequence[MovablePart], word: str) -> tuple[MovablePart, ...]:
     """The main parts for a word like "door" where the asset names none of its parts, else none."""
     if word in ("door", "lid", "cover", "drawer", "screen", "handle") and not any(part.name for part in parts):
-        return whole(info, parts)
+        return parts_of_whole(info, parts)
     return ()

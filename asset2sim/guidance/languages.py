@@ -38,7 +38,7 @@ class Translation:
 def phrases(language: str) -> dict[str, str]:
     """Phrase of the language, in small letters → English words, "" for words that say nothing here."""
     rows = csv_rows("languages")
-    return {normal(phrase): row["english"] for row in rows for phrase in row[language].split("|") if phrase}
+    return {normal_text(phrase): row["english"] for row in rows for phrase in row[language].split("|") if phrase}
 
 
 @lru_cache
@@ -55,7 +55,7 @@ def _pattern(language: str) -> "re.Pattern[str]":
 def translated(sentence: str) -> Translation | None:
     """The sentence in English, out of the language of which it has most; None where that is little, or where it says
     no of something."""
-    text = normal(sentence)
+    text = normal_text(sentence)
     found = max((_translated(text, language) for language in LANGUAGES), key=lambda one: one[0])
     return found[1] if found[0] >= LEAST_SHARE else None
 
@@ -88,7 +88,7 @@ def _translated(text: str, language: str) -> tuple[float, Translation]:
     return known / max(letters, 1), Translation(said, language, tuple(left))
 
 
-def normal(text: str) -> str:
+def normal_text(text: str) -> str:
     """Small letters, one form of each, and the points and digits of English."""
     text = unicodedata.normalize("NFC", text).lower().translate(_POINTS).replace("’", "'")
     return "".join(str(unicodedata.decimal(character, character)) for character in text)

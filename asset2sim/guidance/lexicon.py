@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.amounts import plain
+from asset2sim.guidance.amounts import plain_guidance
 
 _TOKEN = re.compile(r"\d+(?:[.,]\d+)?|[a-z]+n't|[a-z]+|[%°;:,.!?()]")
 _COUNTED = re.compile(r"\b(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten)-(?!third|quarter|half)[a-z]+")
@@ -28,6 +28,7 @@ UNITS = {
     "millimeter": ("length", 0.001), "millimeters": ("length", 0.001),
     "inch": ("length", 0.0254), "inches": ("length", 0.0254),
     "s": ("time", 1.0), "sec": ("time", 1.0), "secs": ("time", 1.0), "seconds": ("time", 1.0),
+    "newtons": ("force", 1.0), "newtonmetres": ("torque", 1.0),
     "kg": ("mass", 1.0), "kilogram": ("mass", 1.0), "kilograms": ("mass", 1.0), "kilos": ("mass", 1.0),
     "g": ("mass", 0.001), "gram": ("mass", 0.001), "grams": ("mass", 0.001),
 }  # fmt: skip
@@ -47,6 +48,14 @@ _QUANTIFIERS = {
     "everything": "everything", "anything": "everything",
 }  # fmt: skip
 _COUNTS = {"one": 1, "two": 2, "three": 3, "four": 4}
+_RESISTS = ("damping", "damped", "friction")
+_TRAVEL = frozenset(("travel", "range", "stroke", "throw", "swing", "way"))
+"""What a share is of that says how far a part is open: "at 45% of its travel"."""
+_PULLS = frozenset((
+    "pull", "push", "swing", "slide", "lift", "pry", "prise", "get", "force", "flip", "twist", "turn", "press", "crank",
+    "hold", "keep", "ease",
+))  # fmt: skip
+"""Verbs after whose infinitive a state is what somebody does to the part: "20 N to pull open"."""
 _UNREAL = frozenset(("to", "can", "could", "would", "will", "may", "might", "be"))
 _CONDITIONS = frozenset(("when", "whenever", "if", "once", "until", "after", "before"))
 _MOVING = frozenset((("by", "itself"), ("by", "themselves"), ("and", "down"), ("and", "close"), ("and", "closes")))
@@ -81,7 +90,7 @@ class Segment:
 def tokenize(guidance: str) -> tuple[str, ...]:
     """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts, and without
     numbers that cannot be met."""
-    text = plain(guidance)
+    text = plain_guidance(guidance)
     text = re.sub(r"\b(\d)(st|nd|rd|th)\b", lambda m: _ORDINAL_NAMES.get(m.group(1), m.group(1)), text)
     return tuple(_TOKEN.findall(_COUNTED.sub(" ", text)))
 
@@ -165,7 +174,7 @@ def _item(tokens: tuple[str, ...], index: int) -> Item | None:
     vocabulary = tables.words()
     for length in range(min(max(map(len, vocabulary)), len(tokens) - index), 0, -1):
         word = vocabulary.get(tokens[index : index + length])
-        if word is not None and not (word.kind in _STATE_KINDS and _is_hypothetical(tokens, index)):
+        if word is not None and _is_meant(word.kind, tokens, index, index + length):
             return Item(word.kind, word.value, index, index + length)
     if token == "close" and (index == 0 or not tokens[index - 1].isalpha()):
         return Item("closed", "", index, index + 1)
@@ -189,11 +198,24 @@ def part_word(token: str) -> str:
     return next((form for form in forms if form in tables.part_words()), "")
 
 
+def _is_meant(kind: str, tokens: tuple[str, ...], index: int, end: int) -> bool:
+    """Whether the words up to ``end`` have the meaning that the vocabulary has for them: a state is not only possible,
+    and "lower" is a level before damping or friction alone, else a place."""
+    if kind != "level" or tokens[index] not in _ORDINALS:
+        return kind not in _STATE_KINDS or not _is_hypothetical(tokens, index)
+    words = (tables.words().get((token,)) for token in tokens[end : end + 2])
+    return any(word is not None and word.kind in _RESISTS for word in words)
+
+
 def _is_hypothetical(tokens: tuple[str, ...], index: int) -> bool:
     """Whether the words around speak of what the object can do ("can be opened", "opens by itself", "glides up and
     down") or of another time ("when closed")."""
     if tokens[index + 1 : index + 3] in _MOVING:
         return True
+    if index > 1 and tokens[index - 2] == "to" and tokens[index - 1] in _PULLS:
+        return True
+    if tokens[index + 1 : index + 2] == ("with",) and tokens[index + 3 : index + 4] == ("newtons",):
+        return True  # "pressed with 2 N"
     start = max((i + 1 for i in range(index) if not tokens[i][0].isalnum()), default=0)
     clause = tokens[max(start, index - 4) : index]
     return tokens[max(index - 1, 0)] in _UNREAL or bool(_CONDITIONS & set(clause))
@@ -225,4 +247,5 @@ def _measure(tokens: tuple[str, ...], index: int) -> Item | None:
     kind, factor = unit
     if index > 0 and tokens[index - 1] == "within" and kind in _REACHES:
         kind = _REACHES[kind]
-    return Item(kind, tokens[index], index, index + 2, float(tokens[index].replace(",", ".")) * factor)
+    value = "travel" if kind == "share" and _TRAVEL & set(tokens[index + 3 : index + 5]) else tokens[index]
+    return Item(kind, value, index, index + 2, float(tokens[index].replace(",", ".")) * factor)

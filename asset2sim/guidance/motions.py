@@ -1,8 +1,8 @@
-"""How parts are to move, in words: damping, friction, springs, soft closing, and the times and distances stated."""
+"""How parts are to move, in words: damping, friction, springs, soft closing; times, distances and forces stated."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from asset2sim.guidance.clauses import NO_MENTION, mention
+from asset2sim.guidance.clauses import NO_MENTION, mentioned_parts
 from asset2sim.guidance.lexicon import Item, Segment, place_of
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import MovablePart, main_parts
@@ -13,12 +13,20 @@ _NEAR, _FAR = 3, 6
 _KINDS = (
     "damping", "damped", "friction", "free", "slow", "smooth", "hold", "spring", "stiff", "soft", "light",
     "soft close", "slam", "glide", "snap", "slow return", "closing", "returning", "stops", "turns",
+    "force", "torque", "latch", "seal",
 )  # fmt: skip
 _TURNING = frozenset(
     ("turn", "turns", "turning", "spin", "spins", "spinning", "rotate", "rotates", "swivel", "swivels")
 )
 """Words after which a statement is about what turns."""
 _SHUTTING = ("closing", "soft close", "slam")
+_BORNE = frozenset((
+    "capacity", "load", "loads", "payload", "rated", "carries", "carry", "bears", "bear", "supports", "support",
+    "lifts", "withstands", "holds", "hold",
+))  # fmt: skip
+"""Words after which a force is what something bears or lifts, and not what a hand needs."""
+_CATCHES = frozenset(("latch", "catch", "lock", "clasp"))
+"""What keeps a door shut: where it is no part of its own, words about it are about the door."""
 _RETURNING = ("returning", "spring", "snap", "slow return")
 """Kinds of words beside which a time says how long the part takes to shut, or to come back."""
 
@@ -45,12 +53,14 @@ def _clauses(
     for before, segment, after in zip((None, *statements), statements, (*statements[1:], None), strict=False):
         if before is not None and before.sentence != segment.sentence:
             last = NO_MENTION
-        here = mention(info, parts, segment, last)
+        here = mentioned_parts(info, parts, segment, last)
         last = here if here.found else last
         if not segment.of(*_KINDS):
             continue
+        if here.found and not here.parts and set(here.words) <= _CATCHES:
+            here = NO_MENTION
         if not here.found and after is not None and after.sentence == segment.sentence and _adjective(segment, after):
-            yield mention(info, parts, after, last).parts, segment
+            yield mentioned_parts(info, parts, after, last).parts, segment
         else:
             yield here.parts if here.found else last.parts or main_parts(parts), segment
 
@@ -59,9 +69,9 @@ def _affected_parts(
     subject: Sequence[MovablePart], changes: Mapping[str, str], segment: Segment
 ) -> tuple[MovablePart, ...]:
     """The parts that the changes apply to: a spring goes to parts that are pushed, not to those that only spin, and
-    words about turning ("the seat turns freely") not to those that slide: a seat's gas spring."""
+    words about turning ("the seat turns freely") and torques not to those that slide: a seat's gas spring."""
     turned = tuple(part for part in subject if part.joint.motion != "slider")
-    if _TURNING & set(segment.tokens) and turned:
+    if (_TURNING & set(segment.tokens) or "torque" in changes) and turned:
         return turned
     pushed = tuple(part for part in subject if part.joint.motion != "spin")
     return pushed if "spring" in changes and pushed else tuple(subject)
@@ -73,7 +83,7 @@ def _changes(segment: Segment) -> dict[str, str]:
     negations = segment.of("not")
     for item in segment.of(*_KINDS):
         negated = any(0 <= item.start - other.end < _NEAR for other in negations)
-        if item.kind in ("closing", "returning", "stops", "turns"):
+        if item.kind in ("closing", "returning", "stops", "turns", "force", "torque"):
             continue
         if item.kind in ("damping", "damped", "friction"):
             level = "super low" if negated else _level(segment, item)
@@ -89,8 +99,13 @@ def _changes(segment: Segment) -> dict[str, str]:
 
 
 def _measured(segment: Segment) -> dict[str, str]:
-    """The time that a segment states for closing or returning, s, and the stopping distance, m or rad, as text."""
+    """The time that a segment states for closing or returning, s, the stopping distance, m or rad, and the force or
+    torque that moves the part, N or N·m, as text."""
     found = {item.kind: f"{item.number:g}" for item in segment.of("stops", "turns")}
+    for item in segment.of("force", "torque")[:1]:
+        before = segment.tokens[: item.start - segment.start]
+        if item.number > 0.0 and not _BORNE & set(before):
+            found[item.kind] = f"{item.number:g}"
     for item in segment.of("time")[:1]:
         if segment.of(*_SHUTTING):
             found["closes"] = f"{item.number:g}"

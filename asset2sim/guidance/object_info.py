@@ -159,15 +159,15 @@ def decoded(text: str) -> Json:
 
 
 def _link(item: Mapping[str, Json]) -> LinkInfo:
-    area = max(number(item.get("area_m2"), 0.0), 0.0)
+    area = max(finite_number(item.get("area_m2"), 0.0), 0.0)
     return LinkInfo(
         name=text_or_empty(item.get("name")),
         label=text_or_empty(item.get("label")),
         box_m=_vector(item.get("box_m")),
         center_m=_vector(item.get("center_m"), signed=True),
-        volume_m3=max(number(item.get("volume_m3"), 0.0), 0.0),
-        hull_volume_m3=max(number(item.get("hull_volume_m3"), 0.0), 0.0),
-        outer_m2=max(number(item.get("outer_m2"), area), 0.0),
+        volume_m3=max(finite_number(item.get("volume_m3"), 0.0), 0.0),
+        hull_volume_m3=max(finite_number(item.get("hull_volume_m3"), 0.0), 0.0),
+        outer_m2=max(finite_number(item.get("outer_m2"), area), 0.0),
     )
 
 
@@ -175,7 +175,7 @@ def _joint(item: Mapping[str, Json]) -> JointInfo:
     lower, upper = number_or_none(item.get("lower")), number_or_none(item.get("upper"))
     if item.get("type") == "continuous":
         lower = upper = None
-    closed = number(item.get("closed"), lower if lower is not None else 0.0)
+    closed = finite_number(item.get("closed"), lower if lower is not None else 0.0)
     return JointInfo(
         name=text_or_empty(item.get("name")),
         type=text_or_empty(item.get("type")),
@@ -185,8 +185,8 @@ def _joint(item: Mapping[str, Json]) -> JointInfo:
         lower=lower,
         upper=upper,
         closed=closed,
-        open=number(item.get("open"), upper if upper is not None else closed),
-        open_confidence=min(max(number(item.get("open_confidence"), 0.0), 0.0), 1.0),
+        open=finite_number(item.get("open"), upper if upper is not None else closed),
+        open_confidence=min(max(finite_number(item.get("open_confidence"), 0.0), 0.0), 1.0),
     )
 
 
@@ -212,7 +212,7 @@ def number_or_none(value: Json) -> float | None:
     return float(value) if abs(value) < 1e6 else None  # never true of NaN
 
 
-def number(value: Json, default: float) -> float:
+def finite_number(value: Json, default: float) -> float:
     """The value if it is a finite number of sensible size, else the default."""
     found = number_or_none(value)
     return default if found is None else found
@@ -221,5 +221,5 @@ def number(value: Json, default: float) -> float:
 def _vector(value: Json, signed: bool = False) -> Vector:
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 3:
         return (0.0, 0.0, 0.0)
-    x, y, z = (number(item, 0.0) if signed else max(number(item, 0.0), 0.0) for item in value)
+    x, y, z = (finite_number(item, 0.0) if signed else max(finite_number(item, 0.0), 0.0) for item in value)
     return (x, y, z)

@@ -23,8 +23,9 @@ WHICH_ONE = {
     *("revolute", "prismatic", "continuous", "rotation", "translation", "motion"),
 }
 """Last words of names that say which part, or how it moves, and not what it is."""
-HOLDS_PARTS = {"frame", "base", "case", "housing", "holder", "bracket", "mount", "board", "cabinet"}
-"""Last words of names of what a part is on: a door's frame is no door."""
+HOLDS_PARTS = {"frame", "base", "case", "housing", "holder", "bracket", "mount", "board", "cabinet", "bodyset"}
+"""Last words of names of what a part is on: a door's frame is no door; of EusLisp's models each link's name is the
+object's and "bodyset"."""
 JOINED = 5
 """Least letters of a label that is looked for within a word, as in "gasknob"."""
 LEVER_SHARE = 0.35
@@ -179,7 +180,7 @@ def main_parts(parts: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     return ()
 
 
-def outermost(info: ObjectInfo, chosen: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
+def outermost_parts(info: ObjectInfo, chosen: Sequence[MovablePart]) -> tuple[MovablePart, ...]:
     """The chosen parts without those that hang from another of them, whose motion would be added to theirs."""
     children = {part.joint.child for part in chosen}
     return tuple(part for part in chosen if not _hangs_from(info, part.joint.parent, children))
@@ -189,7 +190,7 @@ _ENDS = {"0": True, "top": True, "-1": False, "bottom": False}
 """Ordinals from which several are counted, and whether forwards in reading order."""
 
 
-def pick(
+def ordinal_candidates(
     info: ObjectInfo,
     candidates: Sequence[MovablePart],
     ordinals: Sequence[str],
@@ -197,8 +198,9 @@ def pick(
     count: int = 1,
 ) -> tuple[MovablePart, ...]:
     """Candidates that ordinals name, in reading order: top row first, each from left to right as seen from the front.
-    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left. With a ``count``
-    of several, the first or last so many: "the top two"."""
+    "top", "bottom", "left", "right" and "middle" filter by place, numbers then count what is left, or where that is
+    too little, all from there: "the second from the top". With a ``count`` of several, the first or last so many: "the
+    top two"."""
     chosen = reading_order(info, candidates, parts)
     if count > 1 and ordinals and ordinals[0] in _ENDS:
         return tuple(chosen[:count] if _ENDS[ordinals[0]] else chosen[-count:])
@@ -207,6 +209,9 @@ def pick(
     numbers = [int(ordinal) for ordinal in ordinals if _counts(ordinal)]
     if not numbers:
         return tuple(chosen)
+    if max(numbers) >= len(chosen) and {"top", "bottom"} & set(ordinals):
+        whole = reading_order(info, candidates, parts)
+        chosen = whole if "top" in ordinals else whole[::-1]
     return tuple(chosen[number] for number in numbers if -len(chosen) <= number < len(chosen))
 
 
@@ -225,7 +230,7 @@ def reading_order(
     return ordered
 
 
-def front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
+def front_direction(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
     """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand. Where no
     part shows it, −x, as in PartNet-Mobility."""
     x = y = 0.0
@@ -243,7 +248,7 @@ def front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]
 
 
 def _rightness(part: MovablePart, info: ObjectInfo, parts: Sequence[MovablePart]) -> float:
-    forward_x, forward_y = front(info, parts)
+    forward_x, forward_y = front_direction(info, parts)
     return part.center[0] * -forward_y + part.center[1] * forward_x
 
 

@@ -1,5 +1,6 @@
 """The joint positions that states stand for. Closed to open is 0 to 1, whatever the sign of the range."""
 
+import math
 from collections.abc import Sequence
 
 from asset2sim.guidance.parts import MovablePart
@@ -11,6 +12,8 @@ _NEUTRAL = 0.2
 """The same of a part that turns as far either way from its authored zero: a tap's lever, a knob, a crank."""
 _SYMMETRIC = 0.02
 """Difference of the two ways, as a share of the range, up to which they count as the same."""
+_BAIL_RAD = 1.02 * math.pi
+"""Travel, rad, more than half a turn, from which a handle swings from rim to rim and is upright in the middle."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
 _SLIGHTLY = 0.2
@@ -27,10 +30,10 @@ def asked_positions(parts: Sequence[MovablePart], guidance: Guidance, scale: flo
 
 def asked_position(part: MovablePart, wish: AskedState, scale: float) -> float:
     """The position that is asked of a part's joint, inside its limits: rad, or m at the authored scale."""
-    return _inside(part, position(part, wish.state, scale, wish.of_all))
+    return _inside(part, position_in_state(part, wish.state, scale, wish.of_all))
 
 
-def position(part: MovablePart, state: State, scale: float, whole_object: bool = False) -> float:
+def position_in_state(part: MovablePart, state: State, scale: float, whole_object: bool = False) -> float:
     """Joint position of a part in a state, its own or that of the ``whole_object``: rad, or m at the authored scale."""
     joint = part.joint
     if joint.motion == "spin" or joint.range == 0.0:
@@ -45,14 +48,17 @@ def position(part: MovablePart, state: State, scale: float, whole_object: bool =
             return joint.opened_by((1.0 - _SLIGHTLY if state.closing else _SLIGHTLY) * used)
         if state.share == 0.0 and ends_look_alike(part, whole_object):
             return joint.zero
-        share = state.share or 0.0
-        return joint.opened_by(joint.range if share == 1.0 else share * used)
+        if state.in_use:
+            # Of what no table knows nothing is known of its use either: open is then the end of its travel.
+            return joint.opened_by(used if part.name else joint.range)
+        return joint.opened_by(joint.range if state.share == 1.0 else (state.share or 0.0) * used)
     return _pose(part, state.kind)
 
 
 def useful_travel(part: MovablePart) -> float:
     """How far a part is opened in use, rad or m at the authored scale, by which "half open" counts: a refrigerator's
-    door that turns by 180° stands half open at half of what doors are used at. Fully open is the end of its range."""
+    door that turns by 180° stands open at what doors are used at, and half open at half of it. Fully open is the end
+    of its range."""
     joint = part.joint
     return joint.range if joint.motion == "slider" else min(joint.range, part.mechanism.usual_rad)
 
@@ -90,6 +96,8 @@ def _pose(part: MovablePart, kind: str) -> float:
         return top if kind == "up" else joint.closed + joint.open - top
     if mechanism.role == "control":
         return rest
+    if kind == "up" and part.name == "handle" and joint.motion == "hinge" and joint.range > _BAIL_RAD:
+        return joint.opened_by(0.5 * joint.range)
     return joint.open if kind in ("up", "normal", "off") else joint.closed
 
 

@@ -1,5 +1,7 @@
 """The one reading of a user's sentence."""
 
+from functools import lru_cache
+
 from asset2sim.guidance.amounts import asked_masses, unmet_numbers
 from asset2sim.guidance.category import identify
 from asset2sim.guidance.lexicon import segments, tokenize
@@ -9,10 +11,12 @@ from asset2sim.guidance.parts import asked_materials, asked_weights, parts_of
 from asset2sim.guidance.sizing import asked_size
 from asset2sim.guidance.states import asked_states
 from asset2sim.guidance.supports import called_by, said_support
-from asset2sim.guidance.unread import contradictions, in_english, unread
+from asset2sim.guidance.unread import contradictions, in_english, unread_amounts
 from schemas.guidance import Guidance
 
 
+# Rules and the prior, which is asked with the same words and numbers, share one reading.
+@lru_cache(maxsize=2)
 def read_guidance(words: str, info: ObjectInfo) -> Guidance:
     """The requests of the words for an object. Which parts they mean depends on its joints, labels and shape."""
     words, strange = in_english(words)
@@ -33,5 +37,5 @@ def read_guidance(words: str, info: ObjectInfo) -> Guidance:
         free=any(statement.of("free") for statement in statements),
         unmet=unmet_numbers(words),
     )
-    left = (*strange, *unread(statements, found, masses, strange))
+    left = (*strange, *unread_amounts(statements, found, masses, strange))
     return found.model_copy(update={"unread": left, "contradictions": contradictions(masses, found)})

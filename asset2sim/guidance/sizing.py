@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.amounts import LEAST_SCALE, MOST_SCALE, plain
+from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, MOST_SCALE, plain_guidance
 from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.tables import Size
-from schemas.authored import KEPT_AS_ASKED, UNLIKE_UNITS
+from schemas.authored import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
 from schemas.support import Mount, SupportProposal
 
@@ -42,6 +42,7 @@ _REAL = re.compile(r"(?=\b(real|actual|true|life|original|full) size)")
 _FULL = "full"
 """A "full size" may be that of another thing of its kind, and says nothing of this one."""
 _NUMBERS = frozenset(("number", "mass"))
+_ALONE = re.compile(r"(?:about |approximately |roughly |around )?\d[\d.]* ?(?:m|cm|mm|inch(?:es)?)")
 _SCALE = re.compile(r"\bscal(?:e|ed)(?:\s+(?:factor|of|to|by|is|it))*\s*[:=]?\s*(\d++(?:\.\d++)?+)(?!\s*(?:cm|mm|m)\b)")
 
 
@@ -56,7 +57,7 @@ def asked_size(guidance: str, tokens: tuple[str, ...], statements: Sequence[Segm
 
 
 def _scale(guidance: str) -> AskedScale | None:
-    found = _SCALE.search(plain(guidance))
+    found = _SCALE.search(plain_guidance(guidance))
     if found is None or not LEAST_SCALE <= float(found.group(1)) <= MOST_SCALE:
         return None
     return AskedScale(words=found.group(1), value=float(found.group(1)))
@@ -95,6 +96,7 @@ def _size_words(tokens: tuple[str, ...], statements: Sequence[Segment]) -> tuple
         )
         for segment in statements
         for start, _, name in longest_spans(segment.tokens, table)
+        if name not in {item.value for item in segment.of("share")}  # "45% of its travel"
     )
 
 
@@ -182,12 +184,12 @@ def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit |
 
 
 def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:
-    """Whether the authored size stays: its lengths are metres, no words ask for another size, and it is not far from
-    all things of its kind, where that is stated: the handle of a door is called so, and no door."""
+    """Whether the authored size stays: its lengths are metres, no words ask for another size, and its masses fit it or
+    it is not far from all things of its kind, where that is stated: the handle of a door is called so, and no door."""
     authored = dimension(info, size)
     if not info.lengths or stated_scale(info, asked) is not None or size_word(asked)[0]:
         return False
-    if info.lengths == KEPT_AS_ASKED:
+    if info.lengths == KEPT_AS_ASKED or MASSES_FIT in info.lengths:
         return True
     unsure = info.lengths == UNLIKE_UNITS
     slack = REAL_SLACK if unsure and not asks_real_size(asked) else METRIC_SLACK
@@ -259,13 +261,22 @@ def stated_scale(info: ObjectInfo, asked: AskedSize) -> tuple[float, str] | None
     if asked.scale is not None:
         return asked.scale.value, f"scale {asked.scale.words}: as the guidance states"
     for length in asked.lengths:
-        if not (length.following in LONGEST or MEASURING & set(length.beside) or length.following in EDGES):
+        if not is_of_object(length):
             continue
-        authored = edge_m(info.size_closed_m, length.following)
+        authored, longest = edge_m(info.size_closed_m, length.following), max(info.size_closed_m)
+        if authored > 0.0 and length.metres * longest > LARGEST_M * authored:
+            authored = longest  # "1.2 m tall" of a broom that lies
         if authored > 0.0:
             value = min(max(length.metres / authored, LEAST_SCALE), MOST_SCALE)
             return value, f"scale: {length.metres:.3g} m {length.following or 'in size'}, as the guidance states"
     return None
+
+
+def is_of_object(length: AskedLength) -> bool:
+    """Whether a length is one of the object: a word says of which edge, or of measuring, or it is all that is said
+    between two commas ("a suitcase, 55 cm, 3 kg")."""
+    told = length.following in LONGEST or length.following in EDGES or bool(MEASURING & set(length.beside))
+    return told or _ALONE.fullmatch(length.words) is not None
 
 
 EDGES = {

@@ -4,15 +4,17 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from asset2sim.guidance.clauses import NO_MENTION, Mention, mention, split, whole
+from asset2sim.guidance.clauses import NO_MENTION, Mention, mentioned_parts, parts_of_whole, split_states
 from asset2sim.guidance.lexicon import Item, Segment, place_of
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import MovablePart, outermost
+from asset2sim.guidance.parts import MovablePart, outermost_parts
 from schemas.guidance import WHOLE_OBJECT, AskedOpening, AskedState, State
 
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
 _PLACES = ("up", "down", "off")
 """Poses whose words are so common that they count only right after their part: "its lever up"."""
+UPRIGHT = 0.9
+"""|axis · z| from which a part turns about the vertical."""
 _DIMENSIONS = ("wide", "tall", "long", "high", "deep", "thick", "across", "diameter", "width", "height", "length")
 
 
@@ -25,10 +27,10 @@ def asked_states(
     deferred: list[tuple[Mention, State, Segment]] = []
     last = pending = NO_MENTION
     sentence = -1
-    for segment in (piece for statement in statements for piece in split(statement)):
+    for segment in (piece for statement in statements for piece in split_states(statement)):
         if segment.sentence != sentence:
             sentence, pending = segment.sentence, NO_MENTION
-        here = mention(info, parts, segment, last)
+        here = mentioned_parts(info, parts, segment, last)
         if pending.found and here.words == ("everything",) and not here.others and _refers(segment):
             here = NO_MENTION
         state = state_of(segment, here.found or pending.found)
@@ -38,7 +40,9 @@ def asked_states(
             pending = _joined(pending, here) if here.found else pending
             continue
         subject = (
-            _joined(pending, here) if here.found or pending.found else Mention(whole(info, parts), (WHOLE_OBJECT,))
+            _joined(pending, here)
+            if here.found or pending.found
+            else Mention(parts_of_whole(info, parts), (WHOLE_OBJECT,))
         )
         pending = NO_MENTION
         if here.others:
@@ -62,7 +66,7 @@ def state_of(segment: Segment, about_parts: bool) -> State | None:
     negated = any(item.value == "state" for item in segment.of("not"))
     poses = [item for item in segment.of(*_POSES) if item.kind not in _PLACES or _follows_part(item, segment)]
     if not verbs:
-        if measure is not None and about_parts:
+        if measure is not None and (about_parts or measure.value == "travel"):
             return _measured(measure, False)
         opening = bool(segment.of("opening"))
         if degree is not None and (opening or (about_parts and degree not in (1.0, "slightly"))):
@@ -77,18 +81,26 @@ def state_of(segment: Segment, about_parts: bool) -> State | None:
 
 
 def _follows_part(item: Item, segment: Segment) -> bool:
-    return any(0 <= item.start - part.end <= 2 for part in segment.of("part", "parts"))
+    """Whether a word of a place is about a part right before it: "its lever up"; "it slides up" is what it can do."""
+    before = segment.tokens[: item.start - segment.start][-1:]
+    return before != ("slides",) and any(0 <= item.start - part.end <= 2 for part in segment.of("part", "parts"))
 
 
 def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment) -> list[AskedState]:
     """The state as it is asked of each of the subject's parts; of parts that carry each other, unless they are to be
     closed, of the outermost."""
-    chosen = subject.parts if state.share == 0.0 else outermost(info, subject.parts)
+    chosen = subject.parts if state.share == 0.0 else outermost_parts(info, subject.parts)
     return [
         AskedState(state=state, subject=subject.words, joint=part.joint.name, **place_of(segment))
         for part in chosen
-        if part.joint.motion != "spin" or part.mechanism.role != "roll"
+        if (part.joint.motion != "spin" or part.mechanism.role != "roll") and not _swivels(part, state)
     ]
+
+
+def _swivels(part: MovablePart, state: State) -> bool:
+    """Whether a screen is to be up or down and turns about the vertical, which raises nothing: on its foot."""
+    turns = part.joint.motion != "slider" and abs(part.joint.axis[2]) > UPRIGHT
+    return turns and state.kind in ("up", "down") and part.name in ("screen", "")
 
 
 def _refers(segment: Segment) -> bool:
@@ -149,7 +161,7 @@ def _measured(measure: Item, closing: bool) -> State:
 
 def _stated(degree: float | str | None, closing: bool) -> State:
     if degree is None:
-        return _open(0.0 if closing else 1.0)
+        return _open(0.0) if closing else _open()
     if isinstance(degree, str):
         return _open(slightly=True, closing=closing)
     return _open(1.0 - degree if closing else degree)

@@ -280,6 +280,12 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
     return next(row for key in keys for row in table.get(key, ()) if length_m <= row.up_to_m)
 
 
+def turns_as_its_kind(part: str, category: str) -> bool:
+    """Whether the part of this category has forces of its own for turning about itself, whatever its shape: a pump's
+    head with its spout."""
+    return (part, category, "spin") in _part_efforts()
+
+
 @lru_cache
 def _part_efforts() -> dict[tuple[str, str, str], tuple[PartEffort, ...]]:
     table: dict[tuple[str, str, str], tuple[PartEffort, ...]] = {}

@@ -8,11 +8,11 @@ from itertools import pairwise
 from asset2sim.guidance import tables
 from asset2sim.guidance.languages import LANGUAGES, translated
 from asset2sim.guidance.lexicon import UNITS, Segment, part_word, singular
-from asset2sim.guidance.sizing import EDGES, LONGEST, MEASURING
+from asset2sim.guidance.sizing import EDGES, LONGEST, is_of_object
 from schemas.errors import shortened
 from schemas.guidance import AskedMass, AskedSize, AskedState, Guidance, Unread, Wish
 
-AMOUNTS = ("length", "angle", "share", "mass", "time")
+AMOUNTS = ("length", "angle", "share", "mass", "time", "force", "torque")
 """Kinds of phrases that are a number with its unit."""
 ENGLISH = frozenset((
     "the", "it", "its", "with", "and", "that", "this", "which", "whose", "from", "for", "to", "of", "should", "would",
@@ -62,7 +62,7 @@ def in_english(words: str) -> tuple[str, tuple[Unread, ...]]:
     return " ".join(sentences) if found or sentences != _ENDS.split(words) else words, tuple(found)
 
 
-def unread(
+def unread_amounts(
     statements: Sequence[Segment], guidance: Guidance, masses: Sequence[AskedMass], strange: Sequence[Unread]
 ) -> tuple[Unread, ...]:
     """The amounts of which nothing came, but the ``masses`` of the object and what is in ``strange`` words."""
@@ -144,9 +144,5 @@ def _covered(guidance: Guidance) -> set[int]:
 
 
 def _used(size: AskedSize) -> list[Wish]:
-    """The lengths that may be a size: the first of those that say of which edge, or beside a word of measuring."""
-    return [
-        length
-        for length in size.lengths
-        if length.following in LONGEST or length.following in EDGES or MEASURING & set(length.beside)
-    ]
+    """The lengths that may be a size."""
+    return [length for length in size.lengths if is_of_object(length)]

@@ -19,7 +19,7 @@ class ToolContacts:
     def __init__(self, stage: CompiledScene, part_geoms: NDArray[np.int64]) -> None:
         tool, part = stage.tool_geoms.astype(bool), np.zeros(stage.model.ngeom, dtype=bool)
         part[part_geoms] = True
-        self.on_object, self.on_part = (pairs(tool, other) for other in (stage.object_geoms.astype(bool), part))
+        self.on_object, self.on_part = (geom_pairs(tool, other) for other in (stage.object_geoms.astype(bool), part))
         self.mine = stage.object_dofs.astype(float)
 
     def touches(self, data: mujoco.MjData) -> bool:
@@ -46,7 +46,7 @@ class ToolContacts:
         return float(data.efc_force[rows] @ (jacobian @ (data.qvel * self.mine)))
 
 
-def pairs(some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def geom_pairs(some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(n, n) whether one of two geoms is of some and the other of others."""
     return np.outer(some, others) | np.outer(others, some)
 

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.checks.reset import held_starts, starts
+from asset2sim.checks.reset import held_starts, perturbed_starts
 from asset2sim.gym.arm.franka import HAND, JOINTS, franka_spec, waiting
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
-from asset2sim.gym.arm.paths import carried, vertices
+from asset2sim.gym.arm.paths import vertices, welded_bodies
 from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan, planned
 from asset2sim.gym.arm.scene import TOOL, CompiledScene, base_at, build_stage
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
@@ -201,7 +201,7 @@ def _subject(
         low, high = joint.initial_position - math.pi, joint.initial_position + math.pi
     elif not model.jnt_limited[number] or low >= high:
         raise UsageError(f"{folder}: joint {joint.name} has no limits as MuJoCo loads it; give it some")
-    bodies = carried(model, int(model.jnt_bodyid[number]))
+    bodies = welded_bodies(model, int(model.jnt_bodyid[number]))
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     parts = [geom for geom in range(model.ngeom) if solid[geom] and int(model.geom_bodyid[geom]) in bodies]
     if not parts:
@@ -226,7 +226,7 @@ def perturbed(free: bool, settings: EngineSettings) -> Iterator[ResetStart]:
     """The plain start, then those of the reset check."""
     yield PLAIN
     if free:
-        yield from (ResetStart(shift, tilt) for shift, tilt in starts(settings))
+        yield from (ResetStart(shift, tilt) for shift, tilt in perturbed_starts(settings))
     else:
         yield from (ResetStart(share=share, turn=index // 2) for index, share in enumerate(held_starts(settings)))
 

@@ -35,7 +35,7 @@ def find_assets(tree: Tree) -> list[AssetRef]:
     ``fault``, and one that has lost its URDF is an asset: what was there yesterday must not vanish. Raises UsageError
     where there is no asset, nor anything else than faults.
     """
-    refs = distinct(_assets_in(tree, "") or _assets_below(tree, ""), tree)
+    refs = with_distinct_ids(_assets_in(tree, "") or _assets_below(tree, ""), tree)
     if all(ref.fault is not None for ref in refs):
         first = f"; of what is there nothing can be read, as {refs[0].fault}" if refs else ""
         raise UsageError(
@@ -143,7 +143,7 @@ def shortened_id(asset_id: str, of: str) -> str:
     return f"{asset_id.encode()[: MAX_ID_LENGTH - 10].decode(errors='ignore')}~{digest}"
 
 
-def distinct(refs: Sequence[AssetRef], tree: Tree) -> list[AssetRef]:
+def with_distinct_ids(refs: Sequence[AssetRef], tree: Tree) -> list[AssetRef]:
     """The assets, those of files whose ids differ from another's in case at most with a digest of their path in it."""
     known = Counter(ref.asset_id.casefold() for ref in refs)
 

@@ -14,7 +14,7 @@ from asset2sim.assets.urdf.document import known_robot
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.guidance.amounts import LARGEST_M, SMALLEST_M
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import tree_of
+from asset2sim.physics.kinematics import rigid_links, tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from schemas.features import Features, JointFeatures, LinkFeatures, LinkInertial
 from schemas.finding import Finding, Notes
@@ -44,7 +44,7 @@ NO_INERTIA = 1e-15
 def stated_findings(extraction: Extraction, settings: PhysicsSettings) -> tuple[Finding, ...]:
     """A warning for every authored value that makes no physical sense, or that is missing where others are stated."""
     notes, features = Notes(), extraction.features
-    size(features, notes)
+    warn_of_size(features, notes)
     bare = [link.name for link in features.links if link.has_geometry and link.inertial is None]
     if len(bare) == sum(link.has_geometry for link in features.links):
         notes.info("no_inertials", "no link states a mass and an inertia; engines would invent them")
@@ -53,14 +53,14 @@ def stated_findings(extraction: Extraction, settings: PhysicsSettings) -> tuple[
         notes.warn("inertial_missing", f"link '{name}' states no mass or inertia, as others do", link=name)
     for link in features.links:
         if link.inertial is not None:
-            mass(link, link.inertial, settings, notes)
-            centre(link, link.inertial, notes)
-            inertia(link, link.inertial, settings, notes)
-    joints(extraction, settings, notes)
+            warn_of_mass(link, link.inertial, settings, notes)
+            warn_of_centre(link, link.inertial, notes)
+            warn_of_inertia(link, link.inertial, settings, notes)
+    warn_of_dynamics(extraction, settings, notes)
     return tuple(notes.findings)
 
 
-def size(features: Features, notes: Notes) -> None:
+def warn_of_size(features: Features, notes: Notes) -> None:
     """Warn where the object's longest edge is not that of a household object."""
     longest = max(features.rest_size)
     if not SMALLEST_M <= longest <= LARGEST_M:
@@ -78,7 +78,7 @@ def size(features: Features, notes: Notes) -> None:
         notes.warn("mesh_units", message, value=longest / apart, limit=OTHER_UNIT)
 
 
-def mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
+def warn_of_mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn where a link's stated mass is zero, or implausible for its volume."""
     where, kilograms = f"link '{link.name}'", stated.mass_kg
     if kilograms < settings.smallest_mass_kg:
@@ -98,7 +98,7 @@ def mass(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, no
         )
 
 
-def centre(link: LinkFeatures, stated: LinkInertial, notes: Notes) -> None:
+def warn_of_centre(link: LinkFeatures, stated: LinkInertial, notes: Notes) -> None:
     """Warn where a link's stated centre of mass lies outside its box."""
     if not link.has_geometry:
         return
@@ -111,7 +111,7 @@ def centre(link: LinkFeatures, stated: LinkInertial, notes: Notes) -> None:
         notes.warn("com_outside", message, link=link.name, value=outside, limit=0.0)
 
 
-def inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
+def warn_of_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn where a link's stated inertia is impossible, or implausible for its shape and mass."""
     moments = np.linalg.eigvalsh(tensor_of(stated.inertia))
     where = f"link '{link.name}'"
@@ -154,18 +154,25 @@ class StatedJoint:
     limits: tuple[float, float] | None
 
 
-def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> None:
+def warn_of_dynamics(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn of implausible dynamics of movable joints, given the inertia that they move by the stated masses."""
-    features = extraction.features
+    features, tree = extraction.features, tree_of(extraction.features.joints)
     terms, raw = read_dynamics(extraction.urdf), read_stated_joints(extraction)
     moves = stated_inertias(extraction, settings)
     weight = sum(link.inertial.mass_kg for link in features.links if link.inertial is not None) * GRAVITY_M_S2
     for joint in features.movable_joints:
         lever = 1.0 if joint.prismatic else max(features.rest_size)
-        form(joint, raw[joint.name], notes)
-        reach(joint, max(features.rest_size), notes)
-        signs(joint, terms[joint.name], notes)
-        steps(joint, terms[joint.name], moves.get(joint.name, 0.0), settings, notes)
+        moved = rigid_links(tree, joint.name)
+        if not any(features.link(name).has_geometry for name in moved):
+            message = (
+                f"joint '{joint.name}' moves '{moved[0]}', and no link there has a shape: nothing is seen or touched "
+                "of it; give it a shape (a program may add it), or make the joint fixed"
+            )
+            notes.warn("moves_nothing", message, joint=joint.name, link=moved[0])
+        warn_of_form(joint, raw[joint.name], notes)
+        warn_of_reach(joint, max(features.rest_size), notes)
+        warn_of_signs(joint, terms[joint.name], notes)
+        warn_of_steps(joint, terms[joint.name], moves.get(joint.name, 0.0), settings, notes)
         effort = raw[joint.name].effort
         limit = min(weight * lever or math.inf, effort if effort is not None and effort > 0.0 else math.inf)
         if terms[joint.name].friction > limit:
@@ -177,7 +184,7 @@ def joints(extraction: Extraction, settings: PhysicsSettings, notes: Notes) -> N
             notes.warn("friction_sticks", message, joint=joint.name, value=terms[joint.name].friction, limit=limit)
 
 
-def form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
+def warn_of_form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
     """Warn where a joint's axis has no unit length, limits are missing or count for nothing, or its effort or velocity
     limit is zero."""
     where = f"joint '{joint.name}'"
@@ -199,7 +206,7 @@ def form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
             notes.warn(f"{what}_zero", message, joint=joint.name)
 
 
-def reach(joint: JointFeatures, longest: float, notes: Notes) -> None:
+def warn_of_reach(joint: JointFeatures, longest: float, notes: Notes) -> None:
     """Warn where a slider's range is many times the object's longest edge, m."""
     if not joint.prismatic or joint.lower is None or joint.upper is None:
         return
@@ -212,7 +219,7 @@ def reach(joint: JointFeatures, longest: float, notes: Notes) -> None:
         notes.warn("range_implausible", message, joint=joint.name, value=span / longest, limit=LONGEST_SLIDE)
 
 
-def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
+def warn_of_signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
     """Warn where a joint's damping, friction or stiffness is negative."""
     for what in ("damping", "friction", "stiffness"):
         value = float(getattr(terms, what))
@@ -223,7 +230,7 @@ def signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
             notes.warn(f"{what}_negative", message, joint=joint.name, value=value, limit=0.0)
 
 
-def steps(joint: JointFeatures, terms: Dynamics, moves: float, settings: PhysicsSettings, notes: Notes) -> None:
+def warn_of_steps(joint: JointFeatures, terms: Dynamics, moves: float, settings: PhysicsSettings, notes: Notes) -> None:
     """Warn of damping or stiffness that is unstable in an explicit step at 60 Hz, and of springs without damping.
     ``moves`` is the joint's effective inertia, kg·m² or kg; without effect where it is not positive."""
     if moves <= 0.0:

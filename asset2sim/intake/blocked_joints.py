@@ -18,7 +18,7 @@ from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
 from asset2sim.intake.authored_numbers import read_stated_joints
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, motion, tree_of
+from asset2sim.physics.kinematics import TreeJoint, apply, joint_motion, link_to_root, tree_of
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding, Notes
 
@@ -106,7 +106,7 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
         if joint.name in coupled:
             continue  # its range is bound to another's
         way = moving_pair(joint.name, features, tree, shapes)
-        if way is None or not way.large or blocked(way, start_of(joint), shapes):
+        if way is None or not way.large or links_overlap(way, start_of(joint), shapes):
             continue
         if joint.lower is None or joint.upper is None:
             if raw[joint.name].type == "revolute":
@@ -142,14 +142,14 @@ def moving_pair(name: str, features: Features, tree: Sequence[TreeJoint], shapes
     return MovingPair(joint, joint.child, still, still_to_parent, DEEP_SHARE * diagonal, along, large)
 
 
-def touching(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
+def links_touch(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
     """Whether the moving link touches the still one at this position (rad or m)."""
-    return blocked(replace(way, shift=0.0), position, shapes)
+    return links_overlap(replace(way, shift=0.0), position, shapes)
 
 
-def blocked(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
+def links_overlap(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
     """Whether the moving link overlaps the still one at this position (rad or m) and no small shift ends it."""
-    to_parent = way.joint.child_to_parent @ motion(way.joint, position)
+    to_parent = way.joint.child_to_parent @ joint_motion(way.joint, position)
     to_still = np.linalg.inv(way.still_to_parent) @ to_parent
     shifts = way.shift * np.vstack([np.zeros(3), DIRECTIONS]) if way.shift > 0.0 else np.zeros((1, 3))
     if not shapes.may_meet(way.moving, way.still, to_still, shifts):
@@ -159,7 +159,7 @@ def blocked(way: MovingPair, position: float, shapes: LinkShapes) -> bool:
 
 def blocked_share(way: MovingPair, lower: float, upper: float, shapes: LinkShapes) -> float:
     """Share of the positions between two limits (rad or m) at which the joint is blocked."""
-    return float(np.mean([blocked(way, float(at), shapes) for at in np.linspace(lower, upper, SAMPLES)]))
+    return float(np.mean([links_overlap(way, float(at), shapes) for at in np.linspace(lower, upper, SAMPLES)]))
 
 
 def flipped_if_inverted(
@@ -188,7 +188,7 @@ def found_limits(way: MovingPair, joint: JointFeatures, shapes: LinkShapes, note
     """The joint with the limits between which its link is free; None where it turns all the way round."""
     step = 2.0 * math.pi / TURN_SAMPLES
     # A link that starts clear is stopped by the first touch, one that overlaps at its hinge by the first deep overlap.
-    meets = blocked if touching(way, 0.0, shapes) else touching
+    meets = links_overlap if links_touch(way, 0.0, shapes) else links_touch
     ends = []
     for sign in (-1.0, 1.0):
         met = (k for k in range(1, TURN_SAMPLES) if meets(way, sign * k * step, shapes))

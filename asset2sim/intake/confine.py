@@ -7,7 +7,13 @@ from pathlib import Path, PurePosixPath
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.mesh_files import convert, is_there, library_problem, material_files, without_materials
+from asset2sim.assets.urdf.mesh_files import (
+    convert_to_obj,
+    is_there,
+    library_problem,
+    material_files,
+    without_materials,
+)
 from asset2sim.assets.urdf.references import AllowedFolders, Refused, find_mesh, find_within, lies_outside, path_in
 from asset2sim.storage.regular_files import file_problem
 from schemas.finding import Finding, remark, warning
@@ -80,7 +86,9 @@ def leave_materials(
     """Have a mesh replaced by a copy without its materials, and say so, where these or pictures of theirs lie outside,
     or are pipes, devices or the like, at which engines would read for ever."""
     looks = material_files(mesh, reach.allows, is_there)
-    path, code, problem = next((found for item in looks if (found := unfit(item, reach)) is not None), (mesh, "", ""))
+    path, code, problem = next(
+        (found for item in looks if (found := why_unfit(item, reach)) is not None), (mesh, "", "")
+    )
     if not problem:
         return
     place = work / "meshes" / str(len(confined.names)) / mesh.name
@@ -90,7 +98,7 @@ def leave_materials(
     else:
         try:
             # trimesh reads what a mesh names in the mesh's own folder alone.
-            place = work / convert(mesh, work, place.relative_to(work).as_posix())
+            place = work / convert_to_obj(mesh, work, place.relative_to(work).as_posix())
         except Exception:  # a loader raises whatever its format's parser raises: it does not do without what is outside
             confined.refuse(reference, f"needs '{path.name}', which {problem}")
             return
@@ -102,7 +110,7 @@ def leave_materials(
     confined.findings.append(warning(Stage.EXTRACT, code, message, link=link))
 
 
-def unfit(path: Path, reach: AllowedFolders) -> tuple[Path, str, str] | None:
+def why_unfit(path: Path, reach: AllowedFolders) -> tuple[Path, str, str] | None:
     """A material library or picture that must not be read, with a finding's code and why, in words that follow its
     name; None for one that may."""
     if not reach.allows(path):

@@ -5,7 +5,7 @@ from pathlib import Path
 from asset2sim.assets.urdf.references import outer_references
 from asset2sim.intake.locate import split_url
 from asset2sim.intake.url_files import BUCKET, AllowedUrls, choose_urdf_name, outer_objects, visible
-from asset2sim.storage.mirror import changed, fetch, remove_others
+from asset2sim.storage.mirror import changed_objects, fetch, remove_others
 from asset2sim.storage.objects import (
     Stored,
     StoreError,
@@ -77,4 +77,4 @@ def _bring(objects: dict[str, Stored]) -> None:
         root = data_root() / scheme
         named = {key_of(url): stored for url, stored in objects.items() if scheme_of(url) == scheme}
         # `s3:/` and `/bucket/key` make the URL again.
-        fetch(f"{scheme}:/", root, {name: named[name] for name in changed(root, named)})
+        fetch(f"{scheme}:/", root, {name: named[name] for name in changed_objects(root, named)})

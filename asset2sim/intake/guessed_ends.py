@@ -10,9 +10,9 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.mimic import with_followed_ends
 from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import mechanism
-from asset2sim.intake.blocked_joints import LinkShapes, blocked, moving_pair
+from asset2sim.intake.blocked_joints import LinkShapes, links_overlap, moving_pair
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, subtree, tree_of
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, moved_links, tree_of
 from schemas.features import Features, JointFeatures
 
 STEP_SHARE = 0.01
@@ -62,9 +62,12 @@ def is_guessed(joint: JointFeatures, features: Features, sure: float) -> bool:
 def likelier(
     joint: JointFeatures, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array], shapes: LinkShapes
 ) -> JointFeatures:
-    """The joint with its likelier closed end, in doubt the one that it has."""
+    """The joint with its likelier closed end: in doubt the one at which it is drawn, or else the one that it has. Of
+    parts whose shape tells, those that are drawn at an end are closed there."""
     assert joint.closed is not None and joint.open is not None, "movable joints have ends"
     has, other = joint.closed, joint.open
+    if other == 0.0 != has:
+        has, other = other, has
     odd_now = odd_if_closed(joint, (has, other), features, tree, points, shapes)
     odd_then = odd_if_closed(joint, (other, has), features, tree, points, shapes)
     if len(odd_then) < len(odd_now):
@@ -83,10 +86,10 @@ def odd_if_closed(
 ) -> tuple[str, ...]:
     """Oddities of a part that would be closed at the first of these ends and open at the second, as verbs."""
     node = next(item for item in tree if item.name == joint.name)
-    moved = set(subtree(tree, joint.name))
+    moved = set(moved_links(tree, joint.name))
     odd = []
     way = moving_pair(joint.name, features, tree, shapes)
-    if way is not None and blocked(way, ends[0], shapes) and not blocked(way, ends[1], shapes):
+    if way is not None and links_overlap(way, ends[0], shapes) and not links_overlap(way, ends[1], shapes):
         odd.append(f"overlap '{way.still}' there")
     if part_of(joint, features) in CAUGHT:
         return tuple(odd)

@@ -16,7 +16,7 @@ from asset2sim.assets.urdf.read import PARTNET_TURN, element_joint
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, allowed_folders, check_within
 from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
-from asset2sim.intake.formats.format import Converted, add, unconvertible
+from asset2sim.intake.formats.format import Converted, add_child, unconvertible_error
 from asset2sim.intake.locate import find_source
 from asset2sim.intake.robots import without_robots
 from asset2sim.intake.split import Part, cut_out, parts_of, passing
@@ -74,7 +74,7 @@ def open_origin(
     robot = converted.robot
     crossed = crossing(robot)
     for first, second in crossed:
-        add(robot, "disable_collisions", link1=first, link2=second, reason="Adjacent")
+        add_child(robot, "disable_collisions", link1=first, link2=second, reason="Adjacent")
     confined = confine(robot, file, replace(reach, work=(place.resolve(),)), place)
     as_it_is = not converted.notes and not confined.moved and is_utf8(robot) and part is None and not crossed
     if file.suffix == ".urdf" and up is UpAxis.Z and as_it_is:
@@ -117,13 +117,13 @@ def one_object(file: Path, converted: Converted, part: str | None) -> "etree._El
         loose = [str(end.get("link")) for end in robot.iterfind("joint[@type='floating']/child")]
         if converted.world and loose:
             problem = f"it has several objects that nothing holds ({', '.join(loose)}): cut it by --split, or keep one"
-            raise unconvertible(file, f"{FORMATS[file.suffix].name.lower()}_objects", problem)
+            raise unconvertible_error(file, f"{FORMATS[file.suffix].name.lower()}_objects", problem)
         for first, second in passing(parts_of(converted)) if converted.free else ():
-            add(robot, "disable_collisions", link1=first, link2=second, reason="Never")
+            add_child(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         return robot
     chosen = next((item for item in parts_of(converted) if item.name == part), None)
     if chosen is None:
-        raise unconvertible(file, "no_such_part", f"it has no part '{part}' any more; refine it again")
+        raise unconvertible_error(file, "no_such_part", f"it has no part '{part}' any more; refine it again")
     return cut_out(converted, chosen)
 
 

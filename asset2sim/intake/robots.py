@@ -11,7 +11,7 @@ from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.read import element_joint
 from asset2sim.intake.formats.format import Converted
-from asset2sim.physics.kinematics import TreeJoint, beyond
+from asset2sim.physics.kinematics import TreeJoint, parents_first, rigid_links
 
 WORDS = re.compile(
     r"(?<![a-z])(robots?|arm|gripper|finger|wrist|panda|franka|emika|ur(3|5|10|16|20)e?|iiwa|sawyer|baxter|jaco|kinova|gen3|"
@@ -38,7 +38,7 @@ def without_robots(converted: Converted) -> Converted:
     robot = converted.robot
     links = {str(link.get("name")): link for link in robot.findall("link")}
     try:
-        tree = tuple(element_joint(joint) for joint in robot.findall("joint"))
+        tree = parents_first([element_joint(joint) for joint in robot.findall("joint")])
         spans = {str(joint.get("name")): span_of(joint) for joint in robot.findall("joint")}
     except ValueError:
         return converted  # reading it says what is wrong
@@ -46,7 +46,7 @@ def without_robots(converted: Converted) -> Converted:
     if len(roots) != 1 or len(tree) < SHORT or roots[0] not in (converted.world, *(n for n in roots if bare(links[n]))):
         return converted
     hung = [joint for joint in tree if joint.parent == roots[0]]
-    held = {joint.child: beyond(tree, joint.name) for joint in hung}
+    held = {joint.child: rigid_links(tree, joint.name) for joint in hung}
     robots = [top for top in held if is_robot(tree, {*held[top]}, spans, converted.driven)]
     gone = {link for top in robots for link in held[top]}
     if not robots or all(bare(link) for name, link in links.items() if name not in gone):
@@ -76,7 +76,7 @@ def is_robot(
 ) -> bool:
     """Whether the links that hang together by these joints, of ranges in rad, are a robot."""
     moving = [joint for joint in tree if joint.child in held and joint.parent in held and joint.type != "fixed"]
-    below = {joint.child: [*beyond(tree, joint.name)] for joint in moving}
+    below = {joint.child: [*rigid_links(tree, joint.name)] for joint in moving}
     longest = max((sum(joint.child in links for links in below.values()) for joint in moving), default=0)
     with_motor = sum(joint.name in driven for joint in moving) >= DRIVEN_SHARE * len(moving)
     named = any(WORDS.search(text) for text in (*held, *(joint.name for joint in moving)))

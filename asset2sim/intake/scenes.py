@@ -6,7 +6,6 @@ from asset2sim.intake.asset_folders import safe_id
 from asset2sim.intake.origin import parts_in
 from asset2sim.intake.split import Part
 from schemas.asset import AssetRef
-from schemas.errors import AssetError
 from schemas.inputs import InputSettings
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis
@@ -23,8 +22,8 @@ def _split(ref: AssetRef, inputs: InputSettings) -> list[AssetRef]:
         return [ref]
     try:
         return [asset_of(ref, part) for part in parts_in(ref, ref.up or UpAxis.Z, inputs)] or [ref]
-    except AssetError:
-        return [ref]  # reading it says what is wrong
+    except Exception:  # any: one file that cannot be cut ends no run, and reading it in its own process says why
+        return [ref]
 
 
 def asset_of(scene: AssetRef, part: Part) -> AssetRef:

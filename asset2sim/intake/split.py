@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.base import WORLD
 from asset2sim.assets.urdf.document import strip_namespace, without_commas
-from asset2sim.assets.urdf.edit import turn_root, words
+from asset2sim.assets.urdf.edit import short_numbers, turn_root
 from asset2sim.assets.urdf.read import element_joint
-from asset2sim.intake.formats.format import Converted, add
+from asset2sim.intake.formats.format import Converted, add_child
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
 
@@ -101,8 +101,8 @@ def cut_out(converted: Converted, part: Part) -> Element:
             for end in joint.findall("parent"):
                 end.set("link", part.root)
             origin = joint.find("origin")
-            origin = add(joint, "origin") if origin is None else origin
-            origin.set("xyz", words(element_joint(joint).child_to_parent[:3, 3] - start))
+            origin = add_child(joint, "origin") if origin is None else origin
+            origin.set("xyz", short_numbers(element_joint(joint).child_to_parent[:3, 3] - start))
     robot.set("name", part.name)
     turn = Rotation.from_matrix(part.tilt)
     if turn.magnitude() > UPRIGHT_RAD:

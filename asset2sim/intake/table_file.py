@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from asset2sim.storage.regular_files import printable
-from schemas.errors import Mistakes, UsageError, listed, shortened
+from schemas.errors import Mistakes, UsageError, first_words, shortened
 
 MAX_TABLE_BYTES = 256 * 1024 * 1024
 """Largest table that is read: a million assets with a long prompt each."""
@@ -133,7 +133,7 @@ def _check_heading(heading: Sequence[str], name: str, columns: Columns) -> None:
     if wrong_ones:
         raise UsageError(*(f"{name}: {each}" for each in wrong_ones[:-1]), f"{name}: {wrong_ones[-1]}; {may_be}")
     if unknown:
-        said = listed([*map(_shown, unknown)], 10)
+        said = first_words([*map(_shown, unknown)], 10)
         logger.warning("%s: nothing reads column %s; columns may be %s", name, said, may_be.split("may be ")[1])
 
 

@@ -13,7 +13,7 @@ from pathlib import PurePosixPath
 from asset2sim.assets.urdf.references import PARENTS_SEARCHED, is_loose, mesh_candidates, outer_references, path_in
 from asset2sim.intake.locate import candidates, split_url
 from asset2sim.storage.objects import Stored, StoreError, key_of, list_objects, object_info, read_objects
-from asset2sim.storage.tree import Listing, cached_listing, covers, fetch_listing, listing_of, objects_below
+from asset2sim.storage.tree import Listing, cached_listing, fetch_listing, is_below, listing_of, objects_below
 from schemas.asset import AssetRef
 from schemas.inputs import InputSettings
 from schemas.location import Location
@@ -197,7 +197,7 @@ def _references(state: sqlite3.Connection, urdfs: dict[str, str]) -> dict[str, l
 
 
 def _find(listing: Listing, url: str) -> Stored | None:
-    if covers(listing, url):
+    if is_below(listing, url):
         return listing.objects.get(url.removeprefix(f"{listing.url}/"))
     try:
         return object_info(url)
@@ -208,6 +208,6 @@ def _find(listing: Listing, url: str) -> Stored | None:
 
 
 def _below(listing: Listing, url: str) -> dict[str, Stored]:
-    if url == listing.url or covers(listing, url):
+    if url == listing.url or is_below(listing, url):
         return objects_below(listing, url)
     return list_objects(url)

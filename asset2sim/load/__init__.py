@@ -42,7 +42,7 @@ from asset2sim.load.in_newton import NewtonObject
 from asset2sim.load.in_pybullet import PyBulletObject
 from asset2sim.load.in_sapien import SapienObject
 from asset2sim.load.loaded import Contact, Loaded, Root
-from asset2sim.load.shapes import LoadError, finite, mesh_points
+from asset2sim.load.shapes import LoadError, finite_numbers, mesh_points
 
 __all__ = [
     "ENGINES", "GAP_M", "Contact", "Description", "Joint", "LoadError", "Loaded", "describe", "load", "mesh_points",
@@ -98,8 +98,8 @@ def load(
     kind = ENGINES.get(str(engine).strip().lower())
     if kind is None:
         raise LoadError(f"no engine '{engine}'; choose one of {', '.join(ENGINES)}")
-    x, y, *given_z = finite("position", position, (2, 3))
-    (turned,), (step_s,) = finite("yaw", yaw, (1,)), finite("timestep_s", timestep_s, (1,))
+    x, y, *given_z = finite_numbers("position", position, (2, 3))
+    (turned,), (step_s,) = finite_numbers("yaw", yaw, (1,)), finite_numbers("timestep_s", timestep_s, (1,))
     if step_s <= 0.0:
         raise LoadError(f"timestep_s: {timestep_s} is no time step; it is over 0, in s")
     if name is not None and not (isinstance(name, str) and name.strip()):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from asset2sim.load.overlaps import TOUCH_M, Pieces
-from asset2sim.load.shapes import LoadError, end, finite, link_poses, points_of, vector
+from asset2sim.load.shapes import LoadError, finite_numbers, link_of_end, link_poses, points_of, vector_of
 
 Values = Mapping[str, float] | Sequence[float] | np.ndarray | float
 """Numbers of joints by name, or one for each in the order of ``joint_names``."""
@@ -96,7 +96,10 @@ class Description:
     @property
     def held_together(self) -> tuple[tuple[str, ...], ...]:
         """Links that fixed joints hold at their places, which pass through each other: those of one group each."""
-        fixed = {end(joint, "child"): end(joint, "parent") for joint in self.urdf.findall("joint[@type='fixed']")}
+        fixed = {
+            link_of_end(joint, "child"): link_of_end(joint, "parent")
+            for joint in self.urdf.findall("joint[@type='fixed']")
+        }
         groups: dict[str, list[str]] = {}
         for link in self.links:
             holder = link
@@ -129,7 +132,7 @@ class Description:
         for name in named:
             if name not in names:
                 raise LoadError(f"{what}: no joint '{name}'; choose of {', '.join(names) or 'none'}")
-        return {name: finite(f"{what}, joint '{name}'", number, (1,))[0] for name, number in named.items()}
+        return {name: finite_numbers(f"{what}, joint '{name}'", number, (1,))[0] for name, number in named.items()}
 
     def followed(self, positions: Mapping[str, float]) -> dict[str, float]:
         """These positions, and those of the joints that follow one of them."""
@@ -239,13 +242,13 @@ def describe(folder: str | Path) -> Description:
     elements = {str(element.get("name")): element for element in urdf.findall("joint")}
     links = {str(link.get("name")): link for link in urdf.findall("link")}
     clouds = {name: points_of(link, "collision") for name, link in links.items()}
-    root = next(name for name in clouds if name not in {end(element, "child") for element in elements.values()})
+    root = next(name for name in clouds if name not in {link_of_end(element, "child") for element in elements.values()})
     every = (*overlay["joints"], *overlay.get("followers", ()))
     terms = {item["name"]: item for item in every if item["name"] in elements}
     height_m = height_at(urdf, root, {name: item["initial_position"] for name, item in terms.items()}, clouds)
     support = overlay.get("support") or {"kind": "freestanding"}
     contact = (overlay["contact_friction"], overlay.get("rolling_friction_m", 0.0), height_m)
-    ends = {name: end(elements[name], "child") for name in terms}
+    ends = {name: link_of_end(elements[name], "child") for name in terms}
     joints = tuple(joint_of(links[ends[name]], elements[name], terms[name], clouds[ends[name]]) for name in terms)
     mass_kg, carried = sum(link["mass_kg"] for link in overlay["links"]), (support["kind"], support.get("mount"))
     judged = verdict_of(place)
@@ -278,7 +281,7 @@ def joint_of(link: ET.Element, element: ET.Element, terms: dict[str, Any], cloud
     """One joint from the link that it moves, its URDF element, its entry in the overlay, and the link's points."""
     lead, points, mimic = element.find("mimic"), points_of(link, "visual", HANDLES), None
     if not len(points) and len(cloud):
-        axis = vector(element.find("axis"), "xyz", "1 0 0")
+        axis = vector_of(element.find("axis"), "xyz", "1 0 0")
         axis = axis / np.linalg.norm(axis) * (-1.0 if terms["open"] < terms["closed"] else 1.0)
         reach = cloud @ axis if terms["type"] == "prismatic" else np.linalg.norm(np.cross(cloud, axis), axis=1)
         points = cloud[reach >= reach.max() - 0.02 * np.ptp(cloud, axis=0).max()]

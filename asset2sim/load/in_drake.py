@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 
 from asset2sim.load.description import Description
-from asset2sim.load.loaded import GRAVITY, STOP_DAMPING, UNSET, Contact, Loaded, Root, copied, free_name, module, point
+from asset2sim.load.loaded import (
+    GRAVITY,
+    STOP_DAMPING,
+    UNSET,
+    Contact,
+    Loaded,
+    Root,
+    copied_urdf,
+    engine_module,
+    free_name,
+    three_numbers,
+)
 from asset2sim.load.shapes import LoadError
 
 
@@ -22,7 +33,7 @@ class DrakeObject(Loaded):
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)
-        drake, mu, diagram, simulator = module("pydrake.all"), about.contact_friction, UNSET, UNSET
+        drake, mu, diagram, simulator = engine_module("pydrake.all"), about.contact_friction, UNSET, UNSET
         builder, plant = into or (drake.DiagramBuilder(), None)
         if plant is None:
             config = drake.MultibodyPlantConfig(time_step=timestep_s, discrete_contact_approximation="sap")
@@ -36,7 +47,7 @@ class DrakeObject(Loaded):
             plant.RegisterCollisionGeometry(plant.world_body(), below, floor, "floor", drake.CoulombFriction(mu, mu))
         self.name = free_name(root, about, plant.HasModelInstanceNamed)
         about.urdf.set("name", self.name)
-        with copied(drake_urdf(about.urdf, mu)) as path:
+        with copied_urdf(drake_urdf(about.urdf, mu)) as path:
             (instance,) = drake.Parser(plant).AddModels(path)
         base, turned = plant.GetBodyByName(about.root, instance), drake.Quaternion(root.wxyz)
         pose = drake.RigidTransform(turned, root.position)
@@ -138,7 +149,7 @@ class DrakeObject(Loaded):
         for bodies, where, force in pairs:
             for one, other in (bodies, reversed(bodies)):
                 if one.model_instance() == self.instance:
-                    found.append(Contact(one.name(), other.name(), point(where), float(np.linalg.norm(force))))
+                    found.append(Contact(one.name(), other.name(), three_numbers(where), float(np.linalg.norm(force))))
         return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.load.description import Description
 from asset2sim.load.in_mujoco import object_spec
-from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, module, point, transform
+from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, engine_module, pose_matrix, three_numbers
 
 
 class GenesisObject(Loaded):
@@ -22,7 +22,7 @@ class GenesisObject(Loaded):
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)
-        genesis, scene = module("genesis"), into
+        genesis, scene = engine_module("genesis"), into
         spec = object_spec(about, root._replace(position=(0.0, 0.0, 0.0), wxyz=(1.0, 0.0, 0.0, 0.0)), timestep_s)
         if scene is None:
             with suppress(genesis.GenesisException):  # it is initialised already
@@ -84,7 +84,9 @@ class GenesisObject(Loaded):
 
     def link_poses(self) -> dict[str, np.ndarray]:
         links = {name: self.entity.get_link(name) for name in self.about.links}
-        return {n: transform(k.get_pos().flatten().tolist(), k.get_quat().flatten().tolist()) for n, k in links.items()}
+        return {
+            n: pose_matrix(k.get_pos().flatten().tolist(), k.get_quat().flatten().tolist()) for n, k in links.items()
+        }
 
     def contacts(self) -> list[Contact]:
         touched, found, every = self.entity.get_contacts(), [], self.scene.rigid_solver.links
@@ -92,5 +94,5 @@ class GenesisObject(Loaded):
         for first, second, where, force in zip(*(column.tolist() for column in columns), strict=True):
             for one, other in ((every[first], every[second]), (every[second], every[first])):
                 if one.entity is self.entity:
-                    found.append(Contact(one.name, other.name, point(where), float(np.linalg.norm(force))))
+                    found.append(Contact(one.name, other.name, three_numbers(where), float(np.linalg.norm(force))))
         return found

@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 
 from asset2sim.load.description import Description
-from asset2sim.load.loaded import GRAVITY, UNSET, Contact, Loaded, Root, copied, free_name, module, point, transform
+from asset2sim.load.loaded import (
+    GRAVITY,
+    UNSET,
+    Contact,
+    Loaded,
+    Root,
+    copied_urdf,
+    engine_module,
+    free_name,
+    pose_matrix,
+    three_numbers,
+)
 from asset2sim.load.shapes import LoadError
 
 WORLD = ("timestep", "gravity", "integrator", "cone", "impratio", "iterations", "tolerance")
@@ -23,7 +34,7 @@ class MuJoCoObject(Loaded):
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)
-        self.mujoco, spec = module("mujoco"), object_spec(about, root, timestep_s)
+        self.mujoco, spec = engine_module("mujoco"), object_spec(about, root, timestep_s)
         self.spec, self.model, self.data, self.prefix = spec if into is None else into, UNSET, UNSET, ""
         if into is not None:
             self.name = free_name(root, about, lambda name: into.body(f"{name}/{about.root}") is not None)
@@ -82,13 +93,13 @@ class MuJoCoObject(Loaded):
     def link_poses(self) -> dict[str, np.ndarray]:
         self.mujoco.mj_kinematics(self.bound.model, self.data)  # else of the state before the step
         bodies = {str(name): self.data.body(self.prefix + str(name)) for name in self.about.links}
-        return {name: transform(body.xpos, body.xquat) for name, body in bodies.items()}
+        return {name: pose_matrix(body.xpos, body.xquat) for name, body in bodies.items()}
 
     def contacts(self) -> list[Contact]:
-        return touching(self.mujoco, self.bound.model, self.data, self.prefix, self.about)
+        return contacts_of(self.mujoco, self.bound.model, self.data, self.prefix, self.about)
 
 
-def touching(mujoco: Any, model: Any, data: Any, prefix: str, about: Description) -> list[Contact]:
+def contacts_of(mujoco: Any, model: Any, data: Any, prefix: str, about: Description) -> list[Contact]:
     """The contacts in MuJoCo's data that bear a force on links whose bodies' names begin so."""
     mine, found, force = {prefix + name for name in about.links}, [], np.zeros(6)
     for number, contact in enumerate(data.contact[: data.ncon]):
@@ -98,14 +109,16 @@ def touching(mujoco: Any, model: Any, data: Any, prefix: str, about: Description
             if bodies[one] in mine and force[0] > 0.0:
                 name = bodies[other].removeprefix(prefix) if bodies[other] in mine else bodies[other]
                 name = model.geom(int(contact.geom[other])).name or name if name == "world" else name
-                found.append(Contact(bodies[one].removeprefix(prefix), name, point(contact.pos), float(force[0])))
+                found.append(
+                    Contact(bodies[one].removeprefix(prefix), name, three_numbers(contact.pos), float(force[0]))
+                )
     return found
 
 
 def object_spec(about: Description, root: Root, timestep_s: float) -> Any:
     """The object as an ``MjSpec``, its root placed, held or free: the exported ``mobility.xml``, or where there is none
     the URDF without its looks, with the joints' terms and the options that the export has."""
-    mujoco, exported = module("mujoco"), about.folder / "mobility.xml"
+    mujoco, exported = engine_module("mujoco"), about.folder / "mobility.xml"
     if exported.is_file():
         spec = mujoco.MjSpec.from_file(str(exported))
         for file in (one for one in (*spec.meshes, *spec.textures) if one.file):
@@ -113,7 +126,7 @@ def object_spec(about: Description, root: Root, timestep_s: float) -> Any:
     else:
         settings = {"strippath": "false", "fusestatic": "false", "discardvisual": "false", "balanceinertia": "false"}
         ET.SubElement(ET.SubElement(about.urdf, "mujoco"), "compiler", settings)
-        with copied(about.urdf, visuals=False) as path:
+        with copied_urdf(about.urdf, visuals=False) as path:
             spec = mujoco.MjSpec.from_file(path)
         give_terms(mujoco, spec, about, timestep_s)
     spec.option.timestep = timestep_s

@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.load.description import Description
 from asset2sim.load.in_mujoco import object_spec
-from asset2sim.load.loaded import UNSET, Contact, Loaded, Root, module, transform
+from asset2sim.load.loaded import UNSET, Contact, Loaded, Root, engine_module, pose_matrix
 from asset2sim.load.shapes import LoadError
 
 
@@ -21,7 +21,11 @@ class NewtonObject(Loaded):
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)
-        self.newton, _, spec = module("newton"), module("mujoco_warp"), object_spec(about, root, timestep_s)
+        self.newton, _, spec = (
+            engine_module("newton"),
+            engine_module("mujoco_warp"),
+            object_spec(about, root, timestep_s),
+        )
         builder = self.newton.ModelBuilder() if into is None else into
         self.newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
         self.builder, self.model, self.solver, self.states, self.control = builder, UNSET, UNSET, UNSET, UNSET
@@ -90,7 +94,7 @@ class NewtonObject(Loaded):
 
     def link_poses(self) -> dict[str, np.ndarray]:
         poses = self.states[0].body_q.numpy()
-        return {name: transform(poses[k][:3], np.roll(poses[k][3:], 1)) for name, k in self.bodies.items()}
+        return {name: pose_matrix(poses[k][:3], np.roll(poses[k][3:], 1)) for name, k in self.bodies.items()}
 
     def contacts(self) -> list[Contact]:
         raise LoadError("contacts by link are not read from Newton; item.solver has them")

@@ -8,7 +8,17 @@ from typing import Any
 import numpy as np
 
 from asset2sim.load.description import Description
-from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, copied, free_name, module, point, transform
+from asset2sim.load.loaded import (
+    GRAVITY,
+    Contact,
+    Loaded,
+    Root,
+    copied_urdf,
+    engine_module,
+    free_name,
+    pose_matrix,
+    three_numbers,
+)
 from asset2sim.load.shapes import carried_inertia
 
 
@@ -25,7 +35,7 @@ class PyBulletObject(Loaded):
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)
-        bullet, mu = module("pybullet"), about.contact_friction
+        bullet, mu = engine_module("pybullet"), about.contact_friction
         self.bullet = bullet
         client = bullet.connect(bullet.DIRECT) if into is None else int(into)
         self.client, self.at = client, {"physicsClientId": client}
@@ -42,7 +52,7 @@ class PyBulletObject(Loaded):
         there = [bullet.getBodyInfo(bullet.getBodyUniqueId(i, **at), **at) for i in range(bullet.getNumBodies(**at))]
         self.name = free_name(root, about, {info[1].decode() for info in there}.__contains__)
         about.urdf.set("name", self.name)
-        with copied(about.urdf) as path:
+        with copied_urdf(about.urdf) as path:
             body = bullet.loadURDF(path, root.position, xyzw, useFixedBase=root.fixed, flags=flags, **at)
         infos = [bullet.getJointInfo(body, index, **at) for index in range(bullet.getNumJoints(body, **at))]
         numbers = {about.root: -1} | {info[12].decode(): info[0] for info in infos}
@@ -137,7 +147,7 @@ class PyBulletObject(Loaded):
         for name, index in self.links.items():
             state = self.bullet.getLinkState(self.body, index, computeForwardKinematics=1, **self.at)
             frames[name] = state[4:6]
-        return {name: transform(place, (turned[3], *turned[:3])) for name, (place, turned) in frames.items()}
+        return {name: pose_matrix(place, (turned[3], *turned[:3])) for name, (place, turned) in frames.items()}
 
     def contacts(self) -> list[Contact]:
         names, found = {-1: self.about.root} | {index: name for name, index in self.links.items()}, []
@@ -146,7 +156,7 @@ class PyBulletObject(Loaded):
         ):
             if force > 0.0:
                 other_name = names[its] if one == other else self.named(other, its)
-                found.append(Contact(names[mine], other_name, point(where), float(force)))
+                found.append(Contact(names[mine], other_name, three_numbers(where), float(force)))
         return found
 
     def named(self, body: int, link: int) -> str:

@@ -15,11 +15,11 @@ from asset2sim.load.loaded import (
     Contact,
     Loaded,
     Root,
-    copied,
+    copied_urdf,
+    engine_module,
     free_name,
-    module,
-    point,
-    transform,
+    pose_matrix,
+    three_numbers,
 )
 
 SERIALS = count()
@@ -36,7 +36,7 @@ class SapienObject(Loaded):
 
     def __init__(self, about: Description, root: Root, into: Any, timestep_s: float) -> None:
         super().__init__(about, root)
-        sapien, physx, scene, mu = module("sapien"), module("sapien.physx"), into, about.contact_friction
+        sapien, physx, scene, mu = engine_module("sapien"), engine_module("sapien.physx"), into, about.contact_friction
         if scene is None:
             before, config = physx.get_scene_config(), physx.PhysxSceneConfig()
             config.gravity, config.enable_tgs, config.enable_pcm = GRAVITY, False, False
@@ -50,7 +50,7 @@ class SapienObject(Loaded):
         loader.set_material(mu, mu, 0.0)
         with suppress(RuntimeError):  # SAPIEN's answer where there is none
             renders = scene.get_render_system() is not None
-        with copied(about.urdf, visuals=renders) as path:
+        with copied_urdf(about.urdf, visuals=renders) as path:
             body = loader.load(path)
         body.sleep_threshold, body.solver_position_iterations = 0.0, 50  # with SAPIEN's 10, held lids creep
         for link in body.links:
@@ -114,7 +114,7 @@ class SapienObject(Loaded):
         self.articulation.set_qf(np.array([efforts.get(name, 0.0) for name in self.order], np.float32))
 
     def link_poses(self) -> dict[str, np.ndarray]:
-        return {link.name: transform(link.entity_pose.p, link.entity_pose.q) for link in self.articulation.links}
+        return {link.name: pose_matrix(link.entity_pose.p, link.entity_pose.q) for link in self.articulation.links}
 
     def contacts(self) -> list[Contact]:
         mine, found = {link.entity.per_scene_id: link.name for link in self.articulation.links}, []
@@ -125,5 +125,5 @@ class SapienObject(Loaded):
                 for touched in contact.points if entities[one].per_scene_id in mine else ():
                     force = float(np.linalg.norm(touched.impulse)) / self.timestep_s
                     if force > 0.0:
-                        found.append(Contact(names[one], names[other], point(touched.position), force))
+                        found.append(Contact(names[one], names[other], three_numbers(touched.position), force))
         return found

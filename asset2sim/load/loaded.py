@@ -154,7 +154,7 @@ class Loaded(ABC):
         self.advance()
 
 
-def module(name: str) -> Any:
+def engine_module(name: str) -> Any:
     """An engine's module. Raises ImportError with the package to install (``PACKAGES``, where it has another name)."""
     try:
         return import_module(name)
@@ -175,7 +175,7 @@ def free_name(root: Root, about: Description, taken: Any) -> str:
     return next(name for name in names if not taken(name))
 
 
-def transform(position: Any, wxyz: Any) -> np.ndarray:
+def pose_matrix(position: Any, wxyz: Any) -> np.ndarray:
     """(4, 4) transform of a position and a unit quaternion."""
     (w, x, y, z), pose = (float(value) for value in wxyz), np.eye(4)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -184,14 +184,14 @@ def transform(position: Any, wxyz: Any) -> np.ndarray:
     return pose
 
 
-def point(values: Any) -> tuple[float, float, float]:
+def three_numbers(values: Any) -> tuple[float, float, float]:
     """Three numbers."""
     x, y, z = (float(value) for value in values)
     return x, y, z
 
 
 @contextmanager
-def copied(urdf: ET.Element, visuals: bool = True) -> Iterator[str]:
+def copied_urdf(urdf: ET.Element, visuals: bool = True) -> Iterator[str]:
     """Path of a file of the URDF's tree, without its visuals if so asked, until the block ends."""
     for link in () if visuals else urdf.findall("link"):
         link[:] = [element for element in link if element.tag != "visual"]

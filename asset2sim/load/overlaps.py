@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from asset2sim.load.shapes import end, link_poses, pose_of, shape_points
+from asset2sim.load.shapes import link_of_end, link_poses, pose_of, shape_points
 
 TOUCH_M = 0.002  # links may be so much deeper in each other than as asked for: what engines keep between meshes
 STARTS, TURNS = 12, 40  # directions that are turned, and how often, towards ones along which less is in the way
@@ -24,7 +24,10 @@ class Pieces:
         self.links = {str(link.get("name")): pieces_of(link) for link in urdf.findall("link")}
         group = rigid_groups(urdf)
         apart = {frozenset(pair) for pair in passing}
-        joined = {frozenset((group[end(one, "parent")], group[end(one, "child")])) for one in urdf.findall("joint")}
+        joined = {
+            frozenset((group[link_of_end(one, "parent")], group[link_of_end(one, "child")]))
+            for one in urdf.findall("joint")
+        }
         self.pairs = [
             (one, other)
             for one, other in combinations([name for name, pieces in self.links.items() if pieces], 2)
@@ -45,13 +48,13 @@ class Pieces:
         for pair in self.pairs:
             (first, low, high), (second, other_low, other_high) = placed[pair[0]], placed[pair[1]]
             near = ((low[:, None] < other_high[None]) & (other_low[None] < high[:, None])).all(axis=2)
-            deep = max((depth(first[i], second[j]) for i, j in np.argwhere(near)), default=0.0)
+            deep = max((overlap_depth(first[i], second[j]) for i, j in np.argwhere(near)), default=0.0)
             if deep > 0.0:
                 found[pair] = deep
         return found
 
 
-def depth(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
+def overlap_depth(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray]) -> float:
     """How far a convex piece has to be moved to be free of another, m, along the best direction found: a normal of
     theirs, turned towards one in which less is in the way. Never less than it is; 0 where a gap is found."""
     (at, along), (other_at, other_along) = one, other
@@ -75,7 +78,7 @@ def rigid_groups(urdf: ET.Element) -> dict[str, str]:
     group = {str(link.get("name")): str(link.get("name")) for link in urdf.findall("link")}
     for joint in urdf.findall("joint"):
         if joint.get("type") == "fixed":
-            kept, gone = group[end(joint, "parent")], group[end(joint, "child")]
+            kept, gone = group[link_of_end(joint, "parent")], group[link_of_end(joint, "child")]
             group = {name: kept if first == gone else first for name, first in group.items()}
     return group
 

@@ -13,7 +13,7 @@ class LoadError(RuntimeError):
     """The folder is no refined object, or holds or was given what cannot be used; says what to do."""
 
 
-def finite(what: str, values: Any, counts: tuple[int, ...]) -> list[float]:
+def finite_numbers(what: str, values: Any, counts: tuple[int, ...]) -> list[float]:
     """So many finite numbers. Raises LoadError."""
     try:
         found = np.atleast_1d(np.asarray(values, dtype=float)).ravel().tolist()
@@ -25,19 +25,19 @@ def finite(what: str, values: Any, counts: tuple[int, ...]) -> list[float]:
     return found
 
 
-def end(element: ET.Element, tag: str) -> str:
+def link_of_end(element: ET.Element, tag: str) -> str:
     """The link that a joint's ``<parent>`` or ``<child>`` names."""
     found = element.find(tag)
     return "" if found is None else str(found.get("link"))
 
 
-def vector(element: ET.Element | None, key: str, default: str = "0 0 0") -> np.ndarray:
+def vector_of(element: ET.Element | None, key: str, default: str = "0 0 0") -> np.ndarray:
     """(3,) numbers of an attribute."""
     numbers = str((element is not None and element.get(key)) or default).split()
     return np.array([float(number) for number in (numbers * 3)[:3]])
 
 
-def turn(axis: np.ndarray, angle: float) -> np.ndarray:
+def axis_rotation(axis: np.ndarray, angle: float) -> np.ndarray:
     """(3, 3) rotation about an axis, by Rodrigues' formula."""
     x, y, z = axis / np.linalg.norm(axis)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -47,9 +47,9 @@ def turn(axis: np.ndarray, angle: float) -> np.ndarray:
 def pose_of(element: ET.Element) -> np.ndarray:
     """(4, 4) transform of an element's ``<origin>``."""
     origin, pose, (x, y, z) = element.find("origin"), np.eye(4), np.eye(3)
-    roll, pitch, yaw = vector(origin, "rpy")
-    pose[:3, :3] = turn(z, yaw) @ turn(y, pitch) @ turn(x, roll)
-    pose[:3, 3] = vector(origin, "xyz")
+    roll, pitch, yaw = vector_of(origin, "rpy")
+    pose[:3, :3] = axis_rotation(z, yaw) @ axis_rotation(y, pitch) @ axis_rotation(x, roll)
+    pose[:3, 3] = vector_of(origin, "xyz")
     return pose
 
 
@@ -57,15 +57,15 @@ def link_poses(urdf: ET.Element, root: str, positions: Mapping[str, float]) -> d
     """Link → (4, 4) link-to-root transform at these joint positions."""
     poses, waiting = {root: np.eye(4)}, [root]
     for parent in waiting:
-        for element in (joint for joint in urdf.findall("joint") if end(joint, "parent") == parent):
-            motion, axis = np.eye(4), vector(element.find("axis"), "xyz", "1 0 0")
+        for element in (joint for joint in urdf.findall("joint") if link_of_end(joint, "parent") == parent):
+            motion, axis = np.eye(4), vector_of(element.find("axis"), "xyz", "1 0 0")
             position = positions.get(str(element.get("name")), 0.0)
             if element.get("type") == "prismatic":
                 motion[:3, 3] = position * axis / np.linalg.norm(axis)
             elif element.get("type") != "fixed":
-                motion[:3, :3] = turn(axis, position)
-            poses[end(element, "child")] = poses[parent] @ pose_of(element) @ motion
-            waiting.append(end(element, "child"))
+                motion[:3, :3] = axis_rotation(axis, position)
+            poses[link_of_end(element, "child")] = poses[parent] @ pose_of(element) @ motion
+            waiting.append(link_of_end(element, "child"))
     return poses
 
 
@@ -77,17 +77,17 @@ def carried_inertia(urdf: ET.Element, root: str, positions: Mapping[str, float])
         {str(link.get("name")): link.find("inertial") for link in urdf.iter("link")},
     )
     for joint in (one for one in joints if one.get("type") != "fixed"):
-        links, total = [end(joint, "child")], 0.0
+        links, total = [link_of_end(joint, "child")], 0.0
         at = poses[links[0]]
-        axis = vector(joint.find("axis"), "xyz", "1 0 0")
+        axis = vector_of(joint.find("axis"), "xyz", "1 0 0")
         along = at[:3, :3] @ axis / np.linalg.norm(axis)
         for link in links:
-            links.extend(end(one, "child") for one in joints if end(one, "parent") == link)
+            links.extend(link_of_end(one, "child") for one in joints if link_of_end(one, "parent") == link)
             inertial = inertials[link]
             if inertial is not None:
-                mass, frame = vector(inertial.find("mass"), "value", "0")[0], poses[link] @ pose_of(inertial)
+                mass, frame = vector_of(inertial.find("mass"), "value", "0")[0], poses[link] @ pose_of(inertial)
                 (xx,), (yy,), (zz,), (xy,), (xz,), (yz,) = (
-                    vector(inertial.find("inertia"), name, "0")[:1]
+                    vector_of(inertial.find("inertia"), name, "0")[:1]
                     for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
                 )
                 own = frame[:3, :3].T @ along
@@ -113,15 +113,15 @@ def shape_points(shape: ET.Element, needed: bool) -> np.ndarray:
     """(n, 3) points that span a shape of a ``<geometry>``, in its own frame, m; see ``mesh_points``."""
     half = np.array([0.0, 0.0, float(shape.get("length", 0.0)) / 2.0])
     if shape.tag == "mesh":
-        vertices: np.ndarray = mesh_points(Path(shape.get("filename", "")), needed) * vector(shape, "scale", "1")
+        vertices: np.ndarray = mesh_points(Path(shape.get("filename", "")), needed) * vector_of(shape, "scale", "1")
         return vertices
     if shape.tag == "box":
-        ends = [(-side / 2.0, side / 2.0) for side in vector(shape, "size")]
+        ends = [(-side / 2.0, side / 2.0) for side in vector_of(shape, "size")]
         return np.asarray(np.array(np.meshgrid(*ends)).reshape(3, -1).T)
     # Round: a cylinder along z by its rims, a sphere or capsule by circles about x.
     around = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
     circle = float(shape.get("radius", 0.0)) * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
-    tilts = [turn(np.eye(3)[0], tilt) for tilt in (around[:1] if shape.tag == "cylinder" else around)]
+    tilts = [axis_rotation(np.eye(3)[0], tilt) for tilt in (around[:1] if shape.tag == "cylinder" else around)]
     return np.vstack([circle @ tilt + side for tilt in tilts for side in (half, -half)])
 
 

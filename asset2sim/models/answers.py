@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from asset2sim.models.lenient_json import parse_json
 from schemas.base import Finite, Frozen
-from schemas.errors import InvalidAnswerError, choices, listed, shortened
+from schemas.errors import InvalidAnswerError, first_words, known_names, shortened
 from schemas.features import Features
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 
@@ -39,7 +39,7 @@ class InvalidFieldsError(InvalidAnswerError):
 
     def __init__(self, violations: Sequence[str]) -> None:
         self.violations = tuple(violations)
-        super().__init__(listed(self.violations, MAX_VIOLATIONS, "; "))
+        super().__init__(first_words(self.violations, MAX_VIOLATIONS, "; "))
 
     def __reduce__(self) -> tuple[object, ...]:
         return InvalidFieldsError, (self.violations,)
@@ -162,7 +162,7 @@ RULE_FIELDS = (
 )  # fmt: skip
 """Fields from which our rules derive numbers; methods that use a model's numbers unchanged do not ask for them."""
 
-OWN_FIELDS = ("mass_change",)
+OWN_FIELDS = ("mass_change", "effort_n", "effort_nm", "stiff")
 """Fields that only ``prior/household`` fills."""
 
 REASONED = ("appearance", "size_reason", "findings", "unclear")
@@ -208,4 +208,4 @@ def trimmed(value: object, without: frozenset[str]) -> Any:
 
 
 def _choices(names: Sequence[str]) -> str:
-    return choices(names, MAX_CHOICES) or "none"
+    return known_names(names, MAX_CHOICES) or "none"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, beyond, link_to_root, motion, tree_of
+from asset2sim.physics.kinematics import TreeJoint, apply, joint_motion, link_to_root, rigid_links, tree_of
 from asset2sim.physics.mass_matrix import Body, Pull, joint_space
 from schemas.features import Features, JointFeatures, LinkFeatures
 from schemas.settings import PhysicsSettings
@@ -43,7 +43,7 @@ def joint_motions(features: Features) -> dict[str, Motion]:
     tree = tree_of(features.joints)
     poses = link_to_root(tree, features.root, {})
     nodes = {node.name: node for node in tree}
-    solid, shell = (pulls(features, tree, bodies) for bodies in mass_models(features))
+    solid, shell = (gravity_pulls(features, tree, bodies) for bodies in mass_models(features))
     found = {}
     for joint in features.movable_joints:
         node = nodes[joint.name]
@@ -81,7 +81,7 @@ def axis_words(axis: Array) -> str:
     return "a slanting"
 
 
-def corners(links: Iterable[LinkFeatures], poses: Mapping[str, Array]) -> Array:
+def box_corners(links: Iterable[LinkFeatures], poses: Mapping[str, Array]) -> Array:
     """(n, 3) the corners of the links' boxes in the root frame, m."""
     found = [np.zeros((0, 3))]
     for link in links:
@@ -95,12 +95,12 @@ def opening_words(
     features: Features, tree: Sequence[TreeJoint], joint: JointFeatures, poses: Mapping[str, Array], frame: Array
 ) -> str:
     """Which way the part goes from its closed end to its open end. ``frame`` is the joint's (4, 4) frame at rest."""
-    moved = [features.link(name) for name in beyond(tree, joint.name)]
+    moved = [features.link(name) for name in rigid_links(tree, joint.name)]
     closed, opened = joint.closed or 0.0, joint.open or 0.0
     node = next(item for item in tree if item.name == joint.name)
     axis, origin = frame[:3, :3] @ node.axis, frame[:3, 3]
-    points = corners(moved, poses) @ frame[:3, :3] - origin @ frame[:3, :3]
-    at_closed = apply(frame @ motion(node, closed - node.position({})), points)
+    points = box_corners(moved, poses) @ frame[:3, :3] - origin @ frame[:3, :3]
+    at_closed = apply(frame @ joint_motion(node, closed - node.position({})), points)
     if not len(points):
         return "moves no shape"
     way = math.copysign(1.0, opened - closed)
@@ -124,7 +124,7 @@ def opening_words(
     edge = at_closed[reach >= FAR_EDGE * float(reach.max())] - origin
     start = (way * np.cross(axis, edge)).mean(axis=0)
     pivot = np.eye(4)
-    pivot[:3, :3] = motion(TreeJoint("", "revolute", "", "", np.eye(4), axis), opened - closed)[:3, :3]
+    pivot[:3, :3] = joint_motion(TreeJoint("", "revolute", "", "", np.eye(4), axis), opened - closed)[:3, :3]
     end = (apply(pivot, edge) - edge).mean(axis=0)
     begins, ends = direction_words(start, features.front, MOVES), direction_words(end, features.front, PLACES)
     return f"{sure}turns {turn} about {line} at its {side}; its far edge sets off {begins}, ends {ends}"
@@ -151,7 +151,9 @@ def mass_models(features: Features) -> tuple[dict[str, Body], dict[str, Body]]:
     return solid, shell
 
 
-def pulls(features: Features, tree: Sequence[TreeJoint], bodies: Mapping[str, Body]) -> dict[str, tuple[Pull, float]]:
+def gravity_pulls(
+    features: Features, tree: Sequence[TreeJoint], bodies: Mapping[str, Body]
+) -> dict[str, tuple[Pull, float]]:
     """Joint → gravity's pull on it, and the largest that it could be in any direction of gravity."""
     space = joint_space(tree, features.root, bodies, {})
     return dict(zip(space.names, zip(space.pulls, space.largest_gravity.tolist(), strict=True), strict=True))
@@ -159,7 +161,7 @@ def pulls(features: Features, tree: Sequence[TreeJoint], bodies: Mapping[str, Bo
 
 def carried_source(features: Features, tree: Sequence[TreeJoint], joint: JointFeatures) -> VolumeSource:
     """How the volume of the largest link that a joint moves was found."""
-    moved = [features.link(name) for name in beyond(tree, joint.name)]
+    moved = [features.link(name) for name in rigid_links(tree, joint.name)]
     return max(moved, key=lambda link: link.area_m2).volume_source if moved else VolumeSource.NONE
 
 
@@ -172,7 +174,7 @@ def gravity_words(joint: JointFeatures, pull: tuple[Pull, float], other: tuple[P
         wave = math.hypot(own.force, own.slope)
         if wave <= BALANCED * most:
             return "does not turn it"
-        return f"swings until it hangs at {hanging(own):.2f} rad"
+        return f"swings until it hangs at {hanging_angle(own):.2f} rad"
     closed, opened = joint.closed or 0.0, joint.open or 0.0
     span = opened - closed
     if span == 0.0 or most <= 0.0:
@@ -181,14 +183,14 @@ def gravity_words(joint: JointFeatures, pull: tuple[Pull, float], other: tuple[P
     low, high = sorted((closed, opened))
     if all(abs(at) > 0.05 * abs(span) for at in places.values()) and low < 0.0 < high:
         places["at position 0"] = 0.0
-    said = {name: fate(at, joint, pull, other) for name, at in places.items()}
+    said = {name: fate_of_part(at, joint, pull, other) for name, at in places.items()}
     if set(said.values()) == {"stays"}:
         return "stays wherever it is left"
     text = "; ".join(f"{name}: {word}" for name, word in said.items())
     return text + turning_words(own, most, closed, opened)
 
 
-def fate(at: float, joint: JointFeatures, pull: tuple[Pull, float], other: tuple[Pull, float]) -> str:
+def fate_of_part(at: float, joint: JointFeatures, pull: tuple[Pull, float], other: tuple[Pull, float]) -> str:
     """Fate of a part that is left at a position, rad or m."""
     closed, opened = joint.closed or 0.0, joint.open or 0.0
     way = math.copysign(1.0, opened - closed)
@@ -221,7 +223,7 @@ def turning_words(pull: Pull, most: float, closed: float, opened: float) -> str:
     return said
 
 
-def hanging(pull: Pull) -> float:
+def hanging_angle(pull: Pull) -> float:
     """The angle at which a part hangs that turns freely, rad, nearest to zero."""
     at = pull.position + math.atan2(-pull.force, pull.slope)
     if float(pull.at(at + 1e-3)) > 0.0:

@@ -29,7 +29,7 @@ def object_facts(features: Features) -> dict[str, object]:
 
 def rounded_object_info(features: Features) -> ObjectInfo:
     """The object as a prompt tells it, with rounded numbers."""
-    return ObjectInfo.from_json({key: rounded(value) for key, value in object_facts(features).items()})
+    return ObjectInfo.from_json({key: rounded_floats(value) for key, value in object_facts(features).items()})
 
 
 def object_info(features: Features) -> ObjectInfo:
@@ -37,14 +37,14 @@ def object_info(features: Features) -> ObjectInfo:
     return ObjectInfo.from_json(object_facts(features))
 
 
-def rounded(value: object, digits: int = SIGNIFICANT_DIGITS) -> object:
+def rounded_floats(value: object, digits: int = SIGNIFICANT_DIGITS) -> object:
     """The value with every float in it rounded to this many significant digits."""
     if isinstance(value, float):
         return float(f"{value:.{digits}g}") + 0.0  # and no negative zero
     if isinstance(value, Mapping):
-        return {key: rounded(item, digits) for key, item in value.items()}
+        return {key: rounded_floats(item, digits) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [rounded(item, digits) for item in value]
+        return [rounded_floats(item, digits) for item in value]
     return value
 
 

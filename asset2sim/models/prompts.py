@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from asset2sim.models.answers import overlay_schema
-from asset2sim.models.object_facts import rounded
+from asset2sim.models.object_facts import rounded_floats
 from asset2sim.models.synthesis_facts import synthesis_facts
 from schemas.features import Features, RestOverlap
 from schemas.request import LabelledImage, ModelRequest
@@ -64,7 +64,7 @@ def with_consequences(
 def data_block(tag: str, value: object) -> str:
     """A value as compact JSON between tags, which nothing inside it can close. Angle brackets and ampersands are
     written as JSON escapes, so that the block still parses to the same value."""
-    text = json.dumps(rounded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(rounded_floats(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     # A lone surrogate, as from a badly decoded file, cannot be encoded.
     return f"<{tag}>\n{text.translate(_ESCAPES).encode('utf-8', 'replace').decode('utf-8')}\n</{tag}>"
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from asset2sim.guidance.link_colors import OTHERS, mark_names
 from asset2sim.models.motion_facts import joint_motions
-from asset2sim.models.object_facts import object_facts, rounded
-from asset2sim.physics.arrays import Array, vector
+from asset2sim.models.object_facts import object_facts, rounded_floats
+from asset2sim.physics.arrays import Array, floats_of
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.features import Features, LinkFeatures, RestOverlap
 from schemas.vocabulary import VolumeSource
@@ -31,11 +31,11 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
     colors, motions = mark_names(features), joint_motions(features)
     poses = link_to_root(tree_of(features.joints), features.root, {})
     longest = max(features.closed_size)
-    told: dict[str, object] = {"directions": directions(features)}
+    told: dict[str, object] = {"directions": axis_names(features)}
     for key, value in facts.items():
         told[key] = value
         if key == "size_closed_m":
-            told["sizes"] = sizes(features)
+            told["sizes"] = candidate_sizes(features)
     told["links"] = [
         without_empty(told_link | further_link_facts(link, colors.get(link.name), poses[link.name], longest))
         for told_link, link in zip(copied_mappings(facts["links"]), features.links, strict=True)
@@ -47,7 +47,7 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
             words = (found.opens, found.gravity)
             same = known.setdefault(words, str(item["name"]))
             said = dict(zip(ALIKE, words, strict=True)) if same == item["name"] else {"moves_like": same}
-            item |= {"origin_m": rounded(np.round(found.origin, 6).tolist(), 3)} | said
+            item |= {"origin_m": rounded_floats(np.round(found.origin, 6).tolist(), 3)} | said
         joints.append(without_empty(item))
     told["joints"] = joints
     told["overlaps_at_rest"] = [
@@ -60,20 +60,23 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
     return told
 
 
-def directions(features: Features) -> str:
+def axis_names(features: Features) -> str:
     """Which axes of the root frame are up, to the front and to the left."""
     front, left = ("+x", "-y") if features.front[0] > 0.0 else ("-x", "+y")
     return f"up is +z, front is {front}, left (to someone who stands before it) is {left}"
 
 
-def sizes(features: Features) -> list[dict[str, object]]:
+def candidate_sizes(features: Features) -> list[dict[str, object]]:
     """Candidate scales with the edges that they give to the closed object, cm."""
     longest = max(features.closed_size)
     if longest <= 0.0:
         return []
     edges = np.asarray(features.closed_size) / longest
     return [
-        {"scale": rounded(edge / 100.0 / longest, 3), "depth_width_height_cm": rounded((edges * edge).tolist(), 3)}
+        {
+            "scale": rounded_floats(edge / 100.0 / longest, 3),
+            "depth_width_height_cm": rounded_floats((edges * edge).tolist(), 3),
+        }
         for edge in LONGEST_CM
     ]
 
@@ -88,10 +91,10 @@ def further_link_facts(link: LinkFeatures, color: str | None, pose: Array, longe
         return told
     return told | {
         "color": color,
-        "com_m": rounded(vector(apply(pose, np.asarray([center]))[0]), 3),
+        "com_m": rounded_floats(floats_of(apply(pose, np.asarray([center]))[0]), 3),
         "kg_at_longest_1m": {
-            "solid": rounded(WATER_KG_M3 * link.volume_m3 / longest_m**3, 3),
-            "per_mm_of_wall": rounded(WATER_KG_M3 * 1e-3 * link.outer_m2 / longest_m**2, 3),
+            "solid": rounded_floats(WATER_KG_M3 * link.volume_m3 / longest_m**3, 3),
+            "per_mm_of_wall": rounded_floats(WATER_KG_M3 * 1e-3 * link.outer_m2 / longest_m**2, 3),
         },
     }
 

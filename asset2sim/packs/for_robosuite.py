@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from asset2sim.assets.exports.refined_object import MJCF_NAME, read_object
-from asset2sim.assets.urdf.edit import child, serialised, words
+from asset2sim.assets.urdf.edit import ensure_child, serialised, short_numbers
 from asset2sim.packs.declared_pack import Pack, PackedObject
 from asset2sim.physics.kinematics import apply
 from schemas.vocabulary import Export
@@ -22,8 +22,8 @@ def write_objects(target: Path, objects: Sequence[PackedObject], given: Mapping[
     robosuite places it. The root's free joint is robosuite's own; the state is set by ``reset``."""
     for item in objects:
         root = etree.parse(str(item.folder / MJCF_NAME)).getroot()
-        world = child(root, "worldbody")
-        body = child(world, "body")
+        world = ensure_child(root, "worldbody")
+        body = ensure_child(world, "body")
         for free in body.findall("freejoint"):
             body.remove(free)
         renamed(root, str(body.get("name")))
@@ -31,11 +31,11 @@ def write_objects(target: Path, objects: Sequence[PackedObject], given: Mapping[
         body.set("pos", "0 0 0")
         outer = etree.SubElement(world, "body")
         outer.append(body)
-        low, high = corners(item)
+        low, high = object_corners(item)
         radius = float(np.linalg.norm(np.maximum(np.abs(low[:2]), np.abs(high[:2]))))
         for name, place in (("bottom", (0.0, 0.0, low[2])), ("top", (0.0, 0.0, high[2])),
                             ("horizontal_radius", (radius, 0.0, 0.0))):  # fmt: skip
-            etree.SubElement(outer, "site", name=f"{name}_site", pos=words(place), size="0.005", rgba="0 0 0 0")
+            etree.SubElement(outer, "site", name=f"{name}_site", pos=short_numbers(place), size="0.005", rgba="0 0 0 0")
         for tag in ("keyframe", "option", "statistic", "visual"):
             for old in root.findall(tag):
                 root.remove(old)
@@ -50,7 +50,7 @@ def renamed(root: "etree._Element", old: str) -> None:
                 element.set(key, "object")
 
 
-def corners(item: PackedObject) -> tuple[np.ndarray, np.ndarray]:
+def object_corners(item: PackedObject) -> tuple[np.ndarray, np.ndarray]:
     """(3,) lowest and highest corners of an object's shapes in its initial state, in its root's frame, m."""
     read = read_object(item.folder, item.overlay)
     poses = read.poses(read.initial)

@@ -35,10 +35,10 @@ def grip_on(points: Array, axis: Array, origin: Array, *, slides: bool, opens: f
     if slides:
         along = opens * (points @ axis)
         front = along >= along.max() - (1.0 - EDGE_SHARE) * np.ptp(along)
-        return Grip(middle(points[front]), axis, 1.0)
+        return Grip(box_middle(points[front]), axis, 1.0)
     levers = np.linalg.norm(np.cross(axis, points - origin), axis=1)
     furthest = float(levers.max())
-    point = middle(points[levers >= EDGE_SHARE * furthest])
+    point = box_middle(points[levers >= EDGE_SHARE * furthest])
     arm = np.cross(axis, point - origin)
     if np.linalg.norm(arm) < max(LEAST_LEVER_M, EDGE_SHARE**2 * furthest):
         # A knob's edge is all around its axis: the middle of it is not on it.
@@ -61,7 +61,7 @@ def round_about(points: Array, axis: Array, origin: Array) -> bool:
     return bool(np.min(edges) >= ROUND_SHARE * reach)
 
 
-def middle(points: Array) -> Array:
+def box_middle(points: Array) -> Array:
     """(3,) middle of the box about (n, 3) points."""
     center: Array = (points.min(axis=0) + points.max(axis=0)) / 2.0
     return center

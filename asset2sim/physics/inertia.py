@@ -76,7 +76,7 @@ def plate_volume(outer_m2: float, diagonal_m: float) -> float:
     return face_m2 * PLATE_SHARE * face_m2 / diagonal_m if diagonal_m > 0.0 else 0.0
 
 
-def between(solid: Array, shell: Array, filled: float) -> Array:
+def solid_to_shell(solid: Array, shell: Array, filled: float) -> Array:
     """Mean of a solid's and a shell's tensor or centre, per unit of mass: ``filled`` is the share of the volume that is
     material, 1 for solid."""
     share = min(max(filled, 0.0), 1.0)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from asset2sim.physics.arrays import Array, vector
+from asset2sim.physics.arrays import Array, floats_of
 from schemas.features import Features, JointFeatures, Mimic
 from schemas.overlay import PhysicsOverlay
 
@@ -35,7 +35,7 @@ class TreeJoint:
         return positions.get(self.name, 0.0)
 
 
-def transform(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
+def origin_transform(xyz: Sequence[float], rpy: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
     """(4, 4) transform of a URDF origin: translation in metres, fixed-axis roll, pitch and yaw in radians."""
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_euler("xyz", rpy).as_matrix()
@@ -56,7 +56,7 @@ def tree_of(joints: Sequence[JointFeatures], scale: float = 1.0) -> tuple[TreeJo
     found = []
     sliders = {joint.name for joint in joints if joint.prismatic}
     for joint in joints:
-        pose = transform([scale * v for v in joint.origin_xyz], joint.origin_rpy)
+        pose = origin_transform([scale * v for v in joint.origin_xyz], joint.origin_rpy)
         axis = np.asarray(joint.axis, dtype=float)
         mimic = None if joint.mimic is None else scaled_mimic(joint.mimic, joint.name, sliders, scale)
         found.append(TreeJoint(joint.name, joint.type, joint.parent, joint.child, pose, axis, mimic))
@@ -69,7 +69,7 @@ def scaled_mimic(mimic: Mimic, name: str, sliders: Collection[str], scale: float
     return mimic.model_copy(update={"multiplier": mimic.multiplier * own / leader, "offset": mimic.offset * own})
 
 
-def followed(mimics: Mapping[str, Mimic], positions: Mapping[str, float]) -> dict[str, float]:
+def follower_positions(mimics: Mapping[str, Mimic], positions: Mapping[str, float]) -> dict[str, float]:
     """The joint positions with those of the followers (joint → what it follows) as their leaders' have them."""
     return {**positions, **{name: mimic.at(positions.get(mimic.joint, 0.0)) for name, mimic in mimics.items()}}
 
@@ -100,7 +100,7 @@ def parents_first(joints: Sequence[TreeJoint]) -> tuple[TreeJoint, ...]:
     return tuple(ordered)
 
 
-def motion(joint: TreeJoint, position: float) -> Array:
+def joint_motion(joint: TreeJoint, position: float) -> Array:
     """(4, 4) transform of the joint's own motion at ``position`` (radians or metres), in the joint's frame."""
     matrix = np.eye(4)
     if joint.type in ("revolute", "continuous"):
@@ -110,10 +110,10 @@ def motion(joint: TreeJoint, position: float) -> Array:
     return matrix
 
 
-def locked(joint: JointFeatures) -> JointFeatures:
+def locked_joint(joint: JointFeatures) -> JointFeatures:
     """A fixed joint in place of one whose limits leave no range, its child at the lower limit."""
-    pose = transform(joint.origin_xyz, joint.origin_rpy) @ motion(tree_of([joint])[0], joint.lower or 0.0)
-    place = {"origin_xyz": vector(pose[:3, 3]), "origin_rpy": vector(rpy_of(pose[:3, :3]))}
+    pose = origin_transform(joint.origin_xyz, joint.origin_rpy) @ joint_motion(tree_of([joint])[0], joint.lower or 0.0)
+    place = {"origin_xyz": floats_of(pose[:3, 3]), "origin_rpy": floats_of(rpy_of(pose[:3, :3]))}
     return joint.model_copy(update={"type": "fixed", "mimic": None, **place})
 
 
@@ -129,12 +129,12 @@ def link_to_root(
     poses: dict[str, Array] = {root: np.eye(4), **known}
     for joint in tree:
         position = 0.0 if joint.type == "fixed" else joint.position(positions)
-        step = joint.child_to_parent if position == 0.0 else joint.child_to_parent @ motion(joint, position)
+        step = joint.child_to_parent if position == 0.0 else joint.child_to_parent @ joint_motion(joint, position)
         poses[joint.child] = poses[joint.parent] @ step
     return poses
 
 
-def beyond(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
+def rigid_links(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
     """The links that turn or slide with the named joint as one: its child and everything beyond."""
     moved: dict[str, None] = {}  # in order, and found at once in a chain of a thousand links
     for item in tree:
@@ -160,10 +160,10 @@ def in_chains(tree: Sequence[TreeJoint]) -> tuple[str, ...]:
     return tuple(chained)
 
 
-def subtree(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
+def moved_links(tree: Sequence[TreeJoint], joint: str) -> tuple[str, ...]:
     """The links that the named joint moves: those beyond it, and beyond the joints that follow it."""
     names = [joint, *(item.name for item in tree if item.mimic is not None and item.mimic.joint == joint)]
-    return tuple(dict.fromkeys(link for name in names for link in beyond(tree, name)))
+    return tuple(dict.fromkeys(link for name in names for link in rigid_links(tree, name)))
 
 
 def apply(matrix: Array, points: Array) -> Array:
@@ -175,7 +175,7 @@ def apply(matrix: Array, points: Array) -> Array:
 def written_joints(features: Features, overlay: PhysicsOverlay) -> list[JointFeatures]:
     """Joints as in the written URDF: those locked by validation are fixed."""
     kept = {joint.name for joint in (*overlay.joints, *overlay.followers)}
-    return [joint if joint.name in kept or not joint.movable else locked(joint) for joint in features.joints]
+    return [joint if joint.name in kept or not joint.movable else locked_joint(joint) for joint in features.joints]
 
 
 def pose_of(position: Sequence[float] | Array, xyzw: Sequence[float] | Array) -> Array:

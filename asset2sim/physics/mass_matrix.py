@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, rigid_links
 
 GRAVITY_M_S2 = 9.81
 """Along -z of the root frame, and of every engine's world."""
@@ -99,7 +99,7 @@ def joint_space(
     poses = link_to_root(tree, root, positions)
     count, size = len(movable), 6 + len(movable)
     names = list(bodies)
-    moved = [set(beyond(tree, joint.name)) for joint in movable]
+    moved = [set(rigid_links(tree, joint.name)) for joint in movable]
     carried = np.array([[name in links for name in names] for links in moved], dtype=float)
     carried = carried.reshape(count, len(names))
     frames = [poses[joint.parent] @ joint.child_to_parent for joint in movable]

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, beyond, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import STANDING_M, standing_on
 
@@ -58,7 +58,7 @@ class StandingParts:
 
     def moved(self, joint: str) -> tuple[str, ...]:
         """The links that the joint moves as one."""
-        return beyond(self.tree, joint)
+        return rigid_links(self.tree, joint)
 
     def heights(self, joint: str, positions: Sequence[float]) -> Array:
         """(k,) height over the floor of the lowest point that the joint moves as one, m, at its k ``positions``;

@@ -31,7 +31,7 @@ class Span:
         }[word]
 
 
-def middle(low: float, high: float) -> Span:
+def geometric_range(low: float, high: float) -> Span:
     """A range for which the paper names no usual value: its geometric mean stands for it."""
     return Span(low, high, math.sqrt(low * high))
 
@@ -46,9 +46,11 @@ class Ranges:
     sprung_damping: Span
 
 
-HINGE = Ranges(Span(0.05, 0.5, 0.15), middle(0.005, 0.05), middle(0.05, 2.0), middle(0.01, 0.2))
+HINGE = Ranges(
+    Span(0.05, 0.5, 0.15), geometric_range(0.005, 0.05), geometric_range(0.05, 2.0), geometric_range(0.01, 0.2)
+)
 """N·m·s/rad, N·m, N·m/rad, and N·m·s/rad where there is a spring."""
-SLIDER = Ranges(Span(0.5, 5.0, 1.5), middle(0.1, 2.0), middle(50.0, 500.0), middle(0.2, 5.0))
+SLIDER = Ranges(Span(0.5, 5.0, 1.5), geometric_range(0.1, 2.0), geometric_range(50.0, 500.0), geometric_range(0.2, 5.0))
 """N·s/m, N, N/m, and N·s/m where there is a spring."""
 SOFT_HZ, STIFF_HZ = 1.0, 5.0
 """Frequencies that the prompt calls a soft and a stiff spring, Hz: the ends of the stiffness range."""

@@ -12,8 +12,6 @@ from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 
 DOWNWARD = 0.5
 """Share of a press that goes down from which the table or floor takes it: no hand holds the object against it."""
-HOUSNER_RAD = 0.7
-"""Margin up to which a body rocks, rad: beyond, the first impact takes nearly all of its energy."""
 STANDING_M = 3e-3
 """Height over the lowest point within which points stand on the floor, m: engines' margins, and uneven feet."""
 LEANING_RAD = math.radians(5.0)
@@ -65,24 +63,6 @@ class SupportPolygon:
     def margin_rad(self) -> float:
         """The angle by which the object is turned about its nearest edge when it tips over, rad."""
         return math.atan2(self.nearest, max(self.height, 0.0))
-
-    def rocking_s(self, tilt_rad: float, slow_m_s: float) -> float:
-        """How long a body of even density rocks from edge to edge, s, let go tilted by ``tilt_rad`` over its nearest
-        edge, until its centre of mass passes at less than ``slow_m_s``; 0 where it stands on no edge, or tips over.
-
-        Each half swing takes 2/p · acosh(1 / (1 − φ)), φ being the tilt over the margin to tip and p² = 3 g / 4 R; each
-        impact keeps r = (1 − 3/2 sin² margin)² of the energy (Housner 1963, equations 4, 6 and 9).
-        """
-        margin, radius = self.margin_rad, math.hypot(self.nearest, self.height)
-        if not 0.0 < tilt_rad < margin < HOUSNER_RAD:
-            return 0.0
-        rate, kept = math.sqrt(0.75 * GRAVITY_M_S2 / radius), (1.0 - 1.5 * math.sin(margin) ** 2) ** 2
-        # Energy over that at the point of tipping: 1 − (1 − φ)².
-        energy, seconds = 1.0 - (1.0 - tilt_rad / margin) ** 2, 0.0
-        while radius * rate * margin * math.sqrt(energy) > slow_m_s:
-            seconds += 2.0 / rate * math.acosh(1.0 / math.sqrt(1.0 - energy))
-            energy *= kept
-        return seconds
 
     def tips_at(self, point: Array, direction: Array) -> float | None:
         """The least force (N) along the unit ``direction`` at ``point`` that tips the object over an edge, both (3,) in

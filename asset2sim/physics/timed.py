@@ -13,7 +13,7 @@ from asset2sim.physics.timing import (
     brake_to_arrive,
     distance_left,
     solve_increasing,
-    stopping,
+    stopping_dynamics,
 )
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
@@ -79,7 +79,7 @@ def gliding_brake(proposal: JointProposal, moved: JointLoad, holds: bool, settin
     least = moved.hold_friction
     stated = None if proposal.friction is None else max(proposal.friction, least)
     distance = proposal.stops_within or 0.0
-    return stopping(moved.held, speed, distance, largest_damping(moved, settings), stated, least)
+    return stopping_dynamics(moved.held, speed, distance, largest_damping(moved, settings), stated, least)
 
 
 def relaxed_position(moved: JointLoad, stiffness: Array | float, margin: float) -> Array:

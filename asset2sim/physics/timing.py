@@ -37,7 +37,7 @@ class Brake:
     achieved: float
 
 
-def glide(speed: float, decay_s: float, deceleration: float) -> float:
+def glide_distance(speed: float, decay_s: float, deceleration: float) -> float:
     """How far (m or rad) a part with this speed goes: τ v₀ - a τ² ln(1 + v₀ / (a τ)); v₀ τ without friction.
     ``decay_s`` is τ = I / c, ``deceleration`` a = f / I; v₀² / (2 a) without damping."""
     if deceleration <= 0.0:
@@ -48,7 +48,7 @@ def glide(speed: float, decay_s: float, deceleration: float) -> float:
     return decay_s * speed - deceleration * decay_s**2 * math.log1p(ratio)
 
 
-def stopping(
+def stopping_dynamics(
     inertia: float, speed: float, distance: float, largest_damping: float, friction: float | None, least_friction: float
 ) -> Brake:
     """Damping and friction that stop ``inertia`` from ``speed`` within ``distance`` on a level path.
@@ -63,7 +63,7 @@ def stopping(
         low, high = 0.0, speed**2 / (2.0 * distance)
         for _ in range(60):
             middle = (low + high) / 2.0
-            far = glide(speed, shortest, middle) > distance
+            far = glide_distance(speed, shortest, middle) > distance
             low, high = (middle, high) if far else (low, middle)
         wanted = max(least_friction, high * inertia)
     deceleration = wanted / inertia
@@ -74,9 +74,9 @@ def stopping(
         low, high = shortest, max(shortest, decay) * 1e3
         for _ in range(80):
             middle = math.sqrt(low * high)
-            low, high = (middle, high) if glide(speed, middle, deceleration) < distance else (low, middle)
+            low, high = (middle, high) if glide_distance(speed, middle, deceleration) < distance else (low, middle)
         damping = inertia / low
-    return Brake(damping, wanted, glide(speed, inertia / damping, deceleration))
+    return Brake(damping, wanted, glide_distance(speed, inertia / damping, deceleration))
 
 
 def distance_left(

@@ -145,7 +145,7 @@ def propose_pose(
     """The model's proposal for the focus joints. ``shown`` is the pose to render, by default the present one."""
     present = situation.positions
     reach = {name: (scene.reach[name].low, scene.reach[name].high) for name in focus}
-    views = pictures(scene, shown or present)
+    views = model_views(scene, shown or present)
     request = refinement_request(scene.features, scene.overlay, situation, focus, reach, views, scene.guidance)
     step = scene.questions.answer(request, focus)
     if isinstance(step, str):
@@ -159,7 +159,7 @@ def propose_pose(
     return ProposedPose(None, "the step leads beyond the requested state" if kept else "the model proposes no step")
 
 
-def pictures(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
+def model_views(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
     """Four labelled views of a pose; none for a model of tables or files, or where no model call is left."""
     if is_local(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()

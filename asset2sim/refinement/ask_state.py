@@ -62,11 +62,11 @@ def ask_lasting_state(
     rest, and ``names`` the joints that did not hold."""
     settings, present, phi = scene.settings, overlay.initial_positions, measured.penetration_m
     allowed = max(settings.search.target_phi_m, phi)
-    shown = {**present, **resting(measured, present)}
+    shown = {**present, **rest_positions(measured, present)}
     steps: list[TraceStep] = []
     tried: list[TriedProposal] = []
     for _ in range(settings.search.max_model_calls):
-        rest = resting(measured, names)
+        rest = rest_positions(measured, names)
         situation = StateProblem("fell", present, phi, measured.pairs, settled=rest, tried=tuple(tried))
         pose = next_pose(scene, situation, names, shown)
         if pose is None:
@@ -82,11 +82,11 @@ def ask_lasting_state(
         steps.append(model_step(phi, found.penetration_m, present, pose, accepted, why))
         if accepted:
             return LastingState(pose, tuple(steps))
-        tried.append(TriedProposal(pose, found.penetration_m, resting(found, names)))
+        tried.append(TriedProposal(pose, found.penetration_m, rest_positions(found, names)))
     return LastingState(None, tuple(steps))
 
 
-def resting(measured: Measurement, names: Mapping[str, object] | Sequence[str]) -> Pose:
+def rest_positions(measured: Measurement, names: Mapping[str, object] | Sequence[str]) -> Pose:
     """Rest positions of these joints, rad or m."""
     return {motion.name: motion.final_position for motion in measured.joints if motion.name in names}
 

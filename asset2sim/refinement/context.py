@@ -82,7 +82,7 @@ class RefinementContext:
         return made
 
 
-def refused(step: TraceStep) -> TraceStep:
+def as_refused(step: TraceStep) -> TraceStep:
     """The step marked as refused: after all checks it was no better."""
     if not step.accepted:
         return step

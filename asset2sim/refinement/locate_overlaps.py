@@ -11,7 +11,7 @@ from asset2sim.engines.contacts import LocatedContact, by_pair
 from asset2sim.engines.static_object import static_object
 from asset2sim.models.refinement_prompt import OverlapPlace
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, tree_of, written_joints
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, rigid_links, tree_of, written_joints
 from asset2sim.refinement.position_bands import Pose
 from schemas.features import Features
 from schemas.interaction import ContactPair
@@ -48,9 +48,13 @@ def locate_overlaps(
     spans = {joint.name: span_of(joint) for joint in overlay.joints}
     pairs, places = by_pair(contacts), {}
     for pair in pairs:
-        own = [turned(point, pair) for point in contacts if {point.link_a, point.link_b} == {pair.link_a, pair.link_b}]
+        own = [
+            contact_in_order(point, pair)
+            for point in contacts
+            if {point.link_a, point.link_b} == {pair.link_a, pair.link_b}
+        ]
         deep = [point for point in own if point.separation_m < 0.0]
-        middle, normal = weighted(deep)
+        middle, normal = mean_contact(deep)
         places[pair.link_a, pair.link_b] = OverlapPlace(
             at_a=side_of(middle, boxes[pair.link_a], sides),
             at_b=side_of(middle, boxes[pair.link_b], sides),
@@ -65,7 +69,7 @@ def span_of(joint: JointPhysics) -> float:
     return 2.0 * math.pi if joint.lower is None or joint.upper is None else joint.upper - joint.lower
 
 
-def turned(point: LocatedContact, pair: ContactPair) -> LocatedContact:
+def contact_in_order(point: LocatedContact, pair: ContactPair) -> LocatedContact:
     """The contact with its links in the pair's order."""
     if point.link_a == pair.link_a:
         return point
@@ -73,7 +77,7 @@ def turned(point: LocatedContact, pair: ContactPair) -> LocatedContact:
     return LocatedContact(point.link_b, point.link_a, point.separation_m, point.place, (-x, -y, -z))
 
 
-def weighted(points: Sequence[LocatedContact]) -> tuple[Array, Array]:
+def mean_contact(points: Sequence[LocatedContact]) -> tuple[Array, Array]:
     """(3,) mean place, m, and (3,) mean normal of contacts, by their depths."""
     depths = np.array([-point.separation_m for point in points])
     share = depths / depths.sum()
@@ -94,7 +98,7 @@ def parting_changes(
     places, normals = np.array([p.place for p in points]), np.array([p.normal for p in points])
     found: dict[str, float] = {}
     for joint in tree:
-        moved = beyond(tree, joint.name)
+        moved = rigid_links(tree, joint.name)
         moves_a, moves_b = pair.link_a in moved, pair.link_b in moved
         if joint.name not in spans or moves_a == moves_b:
             continue

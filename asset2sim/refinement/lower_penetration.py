@@ -13,7 +13,7 @@ from asset2sim.refinement.collision.trim import cuts_of
 from asset2sim.refinement.context import RefinementContext, trace_step
 from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_cuts
-from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reaches
+from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reachable_bands
 from asset2sim.refinement.search_state import refine_state
 from schemas.finding import Finding, TraceStep
 from schemas.overlay import PhysicsOverlay
@@ -38,7 +38,7 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
     step (paper, "Refine the state").
     """
     overlay, settings = loop.overlay, loop.settings
-    requested, reach = overlay.initial_positions, reaches(overlay, settings.search)
+    requested, reach = overlay.initial_positions, reachable_bands(overlay, settings.search)
     features = loop.extraction.features
     scene = QuestionContext(features, overlay, settings, folder.urdf, reach, questions, loop.guidance)
     if settings.search.proposer is Proposer.MODEL:
@@ -103,7 +103,7 @@ def search_state(
     with static_object(folder.urdf, engine) as item:
         evaluator = Evaluator(lambda pose: contact_points(item, pose), search.max_evaluations)
         found, _, trace = refine_state(
-            overlay.asset_id, joints, requested, bands, alternatives(overlay), evaluator, search, acceptable, ask
+            overlay.asset_id, joints, requested, bands, other_starts(overlay), evaluator, search, acceptable, ask
         )
     for step in trace:
         loop.log.step(step)
@@ -133,7 +133,7 @@ def lower_in_fresh_world(loop: RefinementContext, folder: Folder, found: Pose) -
     return found if after < before else requested
 
 
-def alternatives(overlay: PhysicsOverlay) -> Pose:
+def other_starts(overlay: PhysicsOverlay) -> Pose:
     """Joint → 0.0 for joints without a requested state that start elsewhere, where the limits contain zero."""
     return {
         joint.name: 0.0
@@ -148,9 +148,15 @@ def at_positions(loop: RefinementContext, found: Pose, moved: Mapping[str, float
     """The overlay validated again at these positions, with where each comes from."""
     overlay = loop.overlay
     again = loop.validated_at(overlay, found)
-    sources = {joint.name: joint.position_source for joint in overlay.joints} | dict.fromkeys(moved, Source.SEARCH)
+    before = {joint.name: joint for joint in overlay.joints}
     joints = (
-        joint.model_copy(update={"initial_position": found[joint.name], "position_source": sources[joint.name]})
+        joint.model_copy(
+            update={
+                "initial_position": found[joint.name],
+                "position_source": Source.SEARCH if joint.name in moved else before[joint.name].position_source,
+                "asked_position": before[joint.name].asked_position,
+            }
+        )
         for joint in again.joints
     )
     return again.model_copy(update={"joints": tuple(joints)})

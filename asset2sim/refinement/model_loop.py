@@ -9,7 +9,7 @@ from asset2sim.refinement.ask_model import ProposedPose, QuestionContext, propos
 from asset2sim.refinement.context import info, warning
 from asset2sim.refinement.position_bands import Evaluator, Pose, objective
 from asset2sim.refinement.search_state import Search, seed_of
-from asset2sim.refinement.state_proposals import MOST, along, around, focus_joints, grid
+from asset2sim.refinement.state_proposals import MOST, focus_joints, pose_grid, poses_along, poses_around
 from schemas.features import JointFeatures
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import ContactPair
@@ -77,7 +77,7 @@ def refine_by_model(scene: QuestionContext, evaluator: Evaluator) -> ModelWalk:
             if not proposed.answered or (proposed.pose is None and not moved):
                 ended = proposed.reason
                 break
-        solved = parted(pairs, search.pairs()) if tried and tried[-1].accepted else ()
+        solved = parted_pairs(pairs, search.pairs()) if tried and tried[-1].accepted else ()
     if not ended and search.phi <= settings.target_phi_m:
         ended = "that is as low as wanted"
     elif not ended and search.evaluator.spent:
@@ -104,12 +104,12 @@ def take_if_lower(search: Search, pose: Pose) -> TriedProposal:
 
 def unstick(search: Search, focus: Sequence[str]) -> bool:
     """Perturb the best pose, then search its focus joints, alone and in pairs, until Φ falls; whether it did."""
-    if search.consider("perturbation", around(search.best, focus, search.bands, search.seed)):
+    if search.consider("perturbation", poses_around(search.best, focus, search.bands, search.seed)):
         return True
     for name in focus:
-        if not search.done and search.consider("line", along(search.best, name, search.bands[name])):
+        if not search.done and search.consider("line", poses_along(search.best, name, search.bands[name])):
             return True
-    return len(focus) > 1 and not search.done and search.consider("grid", grid(search.best, focus, search.bands))
+    return len(focus) > 1 and not search.done and search.consider("grid", pose_grid(search.best, focus, search.bands))
 
 
 def colliding_joints(
@@ -120,7 +120,7 @@ def colliding_joints(
     return tuple(dict.fromkeys(found))[:MOST]
 
 
-def parted(before: Sequence[ContactPair], after: Sequence[ContactPair]) -> tuple[tuple[str, str], ...]:
+def parted_pairs(before: Sequence[ContactPair], after: Sequence[ContactPair]) -> tuple[tuple[str, str], ...]:
     """The pairs of links that overlapped before and no longer do."""
     left = {(pair.link_a, pair.link_b) for pair in after}
     return tuple((pair.link_a, pair.link_b) for pair in before if (pair.link_a, pair.link_b) not in left)

@@ -7,7 +7,7 @@ from functools import partial
 from asset2sim.refinement.collision.trim import Cut
 from asset2sim.refinement.context import Log, info, warning
 from asset2sim.refinement.position_bands import Pose
-from schemas.errors import listed
+from schemas.errors import first_words
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 
@@ -26,7 +26,7 @@ def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
     for link in sorted({cut.link for cut in cuts}):
         own = [cut for cut in cuts if cut.link == link]
         deepest = max(own, key=lambda cut: cut.depth_m)
-        others = listed([f"'{cut.other}'" for cut in own], 4)
+        others = first_words([f"'{cut.other}'" for cut in own], 4)
         text = (
             f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm ({deepest.share:.0%} of a hull) "
             f"{where} {others} {when}; its looks are unchanged"
@@ -40,7 +40,7 @@ mended = partial(info, code="mended")
 """A finding for one number that mending changed: ``value`` from ``limit``."""
 
 
-def changes(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator[Finding]:
+def changed_numbers(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator[Finding]:
     """A finding for every number that differs; ``why`` names the check that failed before."""
     was, now = before.contact_friction, after.contact_friction
     if was != now:

@@ -98,7 +98,7 @@ def model_band(joint: JointPhysics, settings: SearchSettings) -> Band:
     return Band(near.requested, joint.lower, joint.upper, near.span)
 
 
-def reaches(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band]:
+def reachable_bands(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band]:
     """Joint name → band in which a model may place it."""
     return {joint.name: model_band(joint, settings) for joint in overlay.joints}
 

@@ -1,6 +1,7 @@
 """Refine one asset (paper, "Refine"): lower Φ, verify, mend; convex pieces where they pass the checks, else hulls."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,16 +12,18 @@ from asset2sim.checks.deaths import corners_of, fatal_parts
 from asset2sim.checks.known_reports import KnownReports, verify_known
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import engines_of
+from asset2sim.physics.support_polygon import LEANING_RAD
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.collision.shapes import collision_shapes
-from asset2sim.refinement.context import Log, RefinementContext, refused, warning
-from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend
-from asset2sim.refinement.dynamics.remedies import mendable
+from asset2sim.refinement.context import Log, RefinementContext, as_refused, warning
+from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend_failures
+from asset2sim.refinement.dynamics.remedies import has_remedies
 from asset2sim.refinement.dynamics.supply import with_supplied_terms
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
-from asset2sim.refinement.notes import changes, move_findings
-from asset2sim.refinement.position_bands import moved_joints, reaches
+from asset2sim.refinement.notes import changed_numbers, move_findings
+from asset2sim.refinement.position_bands import moved_joints, reachable_bands
+from asset2sim.validation.lying import AS_AUTHORED_RAD
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
 from schemas.overlay import Overlay, PhysicsOverlay
@@ -36,6 +39,10 @@ DECOMPOSED = "collision_decomposed"
 RESHAPED = frozenset(("collision_cut", FATAL))
 """Codes of findings for a link whose collision shapes were changed after they were made."""
 
+PULLED_OVER = (FailureMode.STANDS, FailureMode.EFFORT, FailureMode.RESET)
+"""Failures of what tips over with its parts open."""
+OPENINGS = (0.85, 0.7, 0.55, 0.4)
+"""Shares of how far parts are open in use at which an object is tried that tips over with them open."""
 GOOD_PHI_M = 5e-4
 """Φ above which plain hulls are tried, m: our goal for the paper's nine objects."""
 
@@ -55,6 +62,8 @@ class RefinementJob:
     """The user's words, for questions to a model."""
     known: KnownReports = field(default_factory=KnownReports)
     """Engine reports on the asset so far, for all shapes and states tried."""
+    opened: tuple[str, ...] = ()
+    """The joints that the user's words ask to be open, and not how far."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +112,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     search = job.settings.search
     questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
-    best = without_fatal_shapes(chosen, with_lasting_state(chosen, best, questions))
+    best = opened_less(chosen, without_fatal_shapes(chosen, with_lasting_state(chosen, best, questions)), questions)
     told = (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings)
     job.known.keep()
     return RefinementResult(
@@ -153,7 +162,7 @@ def attempt_pieces_then_hulls(
 def unmendable(tried: RefinedAttempt, settings: Settings) -> tuple[FailureMode, ...]:
     """Failures that no change of dynamics can mend, such as a jam: other collision shapes must avoid them."""
     failed = all_failures(tried.mended.overlay, tried.mended.reports, settings)
-    modes = dict.fromkeys(failure.mode for failure in failed if not mendable(failure.mode))
+    modes = dict.fromkeys(failure.mode for failure in failed if not has_remedies(failure.mode))
     return tuple(mode for mode in modes if mode not in NOT_MEASURED)
 
 
@@ -164,7 +173,7 @@ def with_lasting_state(job: RefinementJob, tried: RefinedAttempt, questions: Ask
     names = joints_not_holding(job.overlay, measured, job.settings) if measured is not None else ()
     if measured is None or not names:
         return tried
-    urdf, reach = tried.state.folder.urdf, reaches(job.overlay, job.settings.search)
+    urdf, reach = tried.state.folder.urdf, reachable_bands(job.overlay, job.settings.search)
     scene = QuestionContext(job.extraction.features, job.overlay, job.settings, urdf, reach, questions, job.guidance)
     found = ask_lasting_state(scene, tried.mended.overlay, measured, names)
     if found.pose is None:
@@ -180,7 +189,40 @@ def with_lasting_state(job: RefinementJob, tried: RefinedAttempt, questions: Ask
         return with_steps(replace(again, notes=(*tried.notes, *told)), found.steps)
     # The folder must be as it was; what engines said of it is known.
     before = replace(attempt_again(job, questions), notes=tried.notes)
-    return with_steps(before, tuple(refused(step) for step in found.steps))
+    return with_steps(before, tuple(as_refused(step) for step in found.steps))
+
+
+def opened_less(job: RefinementJob, tried: RefinedAttempt, questions: AskedSoFar) -> RefinedAttempt:
+    """The attempt, or, where it tips over with its parts open and nobody says how far, one with all of them less open,
+    as far as it stands, without leaning on them, and a hand can close them."""
+    requested, joints = job.overlay.initial_positions, {joint.name: joint for joint in job.overlay.joints}
+    opened = [name for name in job.opened if name in joints and joints[name].closed != requested[name]]
+    leans = is_leaning(tried)
+    if not opened or not (leans or tried.verdict.mode in PULLED_OVER):
+        return tried
+    for share in OPENINGS:
+        closed = {name: joints[name].closed for name in opened}
+        moved = {name: at + share * (requested[name] - at) for name, at in closed.items()}
+        placed = at_positions(context_of(job, {}), {**requested, **moved}, moved)
+        again = attempt_again(replace(job, overlay=asked_there(placed, moved)), questions)
+        if again.verdict.passed and not is_leaning(again):
+            said = "it leans on what is open" if leans else tried.verdict.reason
+            why = f"as far as it stands: all the way open, {said}"
+            return replace(again, notes=(*again.notes, *move_findings(requested, moved, why)))
+    # The folder must be as it was; what engines said of it is known.
+    return replace(attempt_again(job, questions), notes=tried.notes)
+
+
+def is_leaning(tried: RefinedAttempt) -> bool:
+    """Whether the object is written leaning, as it came to rest, and not lying."""
+    return LEANING_RAD < math.hypot(*tried.mended.overlay.turned_rad) <= AS_AUTHORED_RAD
+
+
+def asked_there(overlay: PhysicsOverlay, positions: Mapping[str, float]) -> PhysicsOverlay:
+    """The overlay with these positions (rad or m) as what is asked of their joints."""
+    update = {name: {"asked_position": at} for name, at in positions.items()}
+    joints = (joint.model_copy(update=update.get(joint.name, {})) for joint in overlay.joints)
+    return overlay.model_copy(update={"joints": tuple(joints)})
 
 
 def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAttempt:
@@ -281,7 +323,7 @@ def verify_and_mend(
         verdict = overall_verdict(reports, overlay, settings)
         if verdict.mode is doubt:
             return Mended(overlay, reports, (), ()), verdict
-    mended = mend(extraction.features, overlay, again(overlay, engines), settings, again)
+    mended = mend_failures(extraction.features, overlay, again(overlay, engines), settings, again)
     verdict = overall_verdict(mended.reports, mended.overlay, settings)
     supplied = (
         None
@@ -290,10 +332,10 @@ def verify_and_mend(
     )
     if supplied is None:
         return mended, verdict
-    other = mend(extraction.features, supplied, again(supplied, engines), settings, again)
+    other = mend_failures(extraction.features, supplied, again(supplied, engines), settings, again)
     passed = overall_verdict(other.reports, other.overlay, settings)
     if not passed.passed:
         again(mended.overlay, engines)
         return mended, verdict
-    told = changes(overlay, supplied, f"as its file has it, {verdict.mode.value} fails ({verdict.reason})")
+    told = changed_numbers(overlay, supplied, f"as its file has it, {verdict.mode.value} fails ({verdict.reason})")
     return replace(other, findings=(*told, *other.findings)), passed

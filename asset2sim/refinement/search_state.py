@@ -8,7 +8,7 @@ from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.refinement_prompt import TriedProposal
 from asset2sim.refinement.context import Log, trace_step
 from asset2sim.refinement.position_bands import Band, Evaluator, Pose, moved_joints, objective
-from asset2sim.refinement.state_proposals import along, around, focus_joints, grid, in_groups
+from asset2sim.refinement.state_proposals import focus_joints, in_groups, pose_grid, poses_along, poses_around
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.interaction import ContactPair
@@ -132,12 +132,12 @@ def search_focus(search: Search) -> None:
             break
         lowered = False
         for name in focus:
-            lowered |= not search.done and search.consider("line", along(search.best, name, search.bands[name]))
+            lowered |= not search.done and search.consider("line", poses_along(search.best, name, search.bands[name]))
         if search.done or lowered:
             continue
-        if search.consider("perturbation", around(search.best, focus, search.bands, search.seed)):
+        if search.consider("perturbation", poses_around(search.best, focus, search.bands, search.seed)):
             continue
-        if search.consider("grid", grid(search.best, focus, search.bands)):
+        if search.consider("grid", pose_grid(search.best, focus, search.bands)):
             continue
         together = list(in_groups(search.best, focus, search.bands, search.joints))
         if not together or not search.consider("groups", iter(together)):

@@ -17,7 +17,7 @@ GRID = 13
 """Positions per joint of the systematic search over pairs of focus joints."""
 
 
-def along(best: Pose, joint: str, band: Band) -> Iterator[Pose]:
+def poses_along(best: Pose, joint: str, band: Band) -> Iterator[Pose]:
     """Poses that move one joint through its band, nearest to the requested position first."""
     offsets = np.linspace(0.0, 1.0, LINE + 1)[1:]
     yield {**best, joint: band.requested}
@@ -27,7 +27,7 @@ def along(best: Pose, joint: str, band: Band) -> Iterator[Pose]:
                 yield {**best, joint: band.requested + float(share) * (end - band.requested)}
 
 
-def around(best: Pose, focus: Sequence[str], bands: Mapping[str, Band], seed: int) -> Iterator[Pose]:
+def poses_around(best: Pose, focus: Sequence[str], bands: Mapping[str, Band], seed: int) -> Iterator[Pose]:
     """Seeded perturbations of the best pose over the focus joints: small ones first, up to the whole band."""
     random = np.random.default_rng(seed)
     for index in range(PERTURBATIONS):
@@ -38,7 +38,7 @@ def around(best: Pose, focus: Sequence[str], bands: Mapping[str, Band], seed: in
         yield moved
 
 
-def grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterator[Pose]:
+def pose_grid(best: Pose, focus: Sequence[str], bands: Mapping[str, Band]) -> Iterator[Pose]:
     """Every combination over each pair of focus joints' bands."""
     for first, second in itertools.combinations(focus, 2):
         for a in np.linspace(bands[first].low, bands[first].high, GRID):
@@ -51,7 +51,7 @@ def in_groups(
 ) -> Iterator[Pose]:
     """Every combination of two groups of joints, each at one share of its bands: those that hang from one link by axes
     parallel to a focus joint's. The flaps of a carton cannot all stand at one angle: one pair has to be lower."""
-    groups = [alike(joints, name, bands) for name in focus[:2]]
+    groups = [alike_joints(joints, name, bands) for name in focus[:2]]
     if len(groups) < 2 or groups[0] == groups[1] or len(groups[0]) + len(groups[1]) < 3:
         return
     for shares in itertools.product(np.linspace(0.0, 1.0, GRID), repeat=2):
@@ -63,7 +63,7 @@ def in_groups(
         yield moved
 
 
-def alike(joints: Sequence[JointFeatures], name: str, bands: Mapping[str, Band]) -> frozenset[str]:
+def alike_joints(joints: Sequence[JointFeatures], name: str, bands: Mapping[str, Band]) -> frozenset[str]:
     """The joints with a band that hang from the same link as this one, by an axis parallel to its own; itself too."""
     own = next(joint for joint in joints if joint.name == name)
     return frozenset(

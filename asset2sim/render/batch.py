@@ -15,7 +15,7 @@ from asset2sim.assets.surfaces.surface import (
     Surface,
     compact,
     face_normals,
-    unit,
+    unit_vectors,
 )
 from asset2sim.physics.arrays import box_of
 
@@ -71,13 +71,13 @@ def sorted_faces(batch: Batch, center: Floats) -> tuple[Batch, float]:
     corner = batch.vertices[batch.faces]
     normal = face_normals(corner)
     area = np.linalg.norm(normal, axis=1)
-    out = np.einsum("ij,ij->i", corner.mean(axis=1) - center, unit(normal))
+    out = np.einsum("ij,ij->i", corner.mean(axis=1) - center, unit_vectors(normal))
     rank = float(np.average(out, weights=area)) if area.sum() > 0.0 else 0.0
     order = np.argsort(-out, kind="stable")
     return Batch(batch.vertices, batch.normals, batch.uv, batch.faces[order], batch.paint), rank
 
 
-def facing(batches: Sequence[Batch], eye: Floats) -> tuple[Batch, ...]:
+def faces_towards(batches: Sequence[Batch], eye: Floats) -> tuple[Batch, ...]:
     """The batches without the faces that are turned away from (3,) ``eye``, none of which the renderer draws: half."""
     found = []
     for batch in batches:
@@ -112,8 +112,8 @@ def batches_of(surfaces: Sequence[Surface]) -> tuple[Batch, ...]:
         if len(batch.faces):
             grouped.setdefault(paint, []).append(replace(batch, vertices=batch.vertices + lift * batch.normals))
         start = stop
-    whole = [merged(parts) for parts in grouped.values()]
-    return tuple(piece for batch in outside_first(whole) for piece in split(batch))
+    whole = [merged_batches(parts) for parts in grouped.values()]
+    return tuple(piece for batch in outside_first(whole) for piece in split_batch(batch))
 
 
 def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
@@ -122,7 +122,7 @@ def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
     low, high = box_of(corners.reshape(-1, 3))
     size = float((high - low).max()) or 1.0
     grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)
-    points = mixed(mixed(mixed(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
+    points = mixed_hashes(mixed_hashes(mixed_hashes(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
     triangles = points.sum(axis=1)  # the same for every order of the corners
     _, first, group = np.unique(triangles, return_index=True, return_inverse=True)
     normals = face_normals(corners)
@@ -136,7 +136,7 @@ def faces_to_draw(surfaces: Sequence[Surface]) -> tuple[Bools, Bools]:
     return keep & has_area, ~present[sided ^ 1]
 
 
-def mixed(values: Ints) -> Ints:
+def mixed_hashes(values: Ints) -> Ints:
     """Hashed integers, so that sums of them do not collide by accident."""
     stirred = values.view(np.uint64) + np.uint64(0x9E3779B97F4A7C15)
     for shift, factor in ((33, 0xFF51AFD7ED558CCD), (33, 0xC4CEB9FE1A85EC53), (33, 1)):
@@ -150,7 +150,7 @@ def two_sided(surface: Surface, paint: Paint, keep: Bools, alone: Bools) -> Batc
     alone = alone[keep]
     vertices, uv = surface.vertices, surface.uv if paint.texture is not None else None
     corner = vertices[faces]
-    flat = unit(face_normals(corner))
+    flat = unit_vectors(face_normals(corner))
     if surface.normals is not None:
         normals = surface.normals
         agreement = np.einsum("fkj,fj->fk", normals[faces], flat)
@@ -180,7 +180,7 @@ def two_sided(surface: Surface, paint: Paint, keep: Bools, alone: Bools) -> Batc
     return compact(Batch(vertices, normals, uv, faces, paint))
 
 
-def merged(parts: Sequence[Batch]) -> Batch:
+def merged_batches(parts: Sequence[Batch]) -> Batch:
     """Batches of the same paint as one."""
     offsets = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     uvs = [part.uv for part in parts if part.uv is not None]
@@ -193,7 +193,7 @@ def merged(parts: Sequence[Batch]) -> Batch:
     )
 
 
-def split(batch: Batch) -> list[Batch]:
+def split_batch(batch: Batch) -> list[Batch]:
     """The batch in pieces that PyBullet takes: all faces are kept."""
     if len(batch.vertices) <= MAX_VERTICES and len(batch.faces) <= MAX_FACES:
         return [batch]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.assets.surfaces.surface import Floats, unit
+from asset2sim.assets.surfaces.surface import Floats, unit_vectors
 
 FILL = 0.85
 """Share of the frame that the object fills along the tighter direction."""
@@ -30,7 +30,7 @@ class Camera:
     far: float
 
 
-def directions(front: Floats) -> dict[str, Floats]:
+def view_directions(front: Floats) -> dict[str, Floats]:
     """View name → (3,) unit vector from the object to the camera, its front facing ``front``, z up. Left and right are
     those of a viewer who faces the front. The perspective view is from front and right, 30° up; the top view has the
     front at its lower edge."""
@@ -42,21 +42,21 @@ def directions(front: Floats) -> dict[str, Floats]:
         "back": -front,
         "left": left,
         "right": -left,
-        "top": unit((UP + BESIDE_UP * front)[None])[0],
+        "top": unit_vectors((UP + BESIDE_UP * front)[None])[0],
         "perspective": np.cos(elevation) * level + np.sin(elevation) * UP,
     }
 
 
-def axes(towards: Floats) -> Floats:
+def camera_axes(towards: Floats) -> Floats:
     """(3, 3) rows right, up and backwards (to the viewer) of a camera that stands in the direction ``towards``."""
-    right = unit(np.cross(UP, towards)[None])[0]
+    right = unit_vectors(np.cross(UP, towards)[None])[0]
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def fit(points: Floats, towards: Floats, fov: float, aspect: float) -> Camera:
+def fitted_camera(points: Floats, towards: Floats, fov: float, aspect: float) -> Camera:
     """A camera in direction ``towards`` that centres (n, 3) ``points`` and shows them at FILL of its frame. ``aspect``
     is width over height."""
-    frame = axes(towards)
+    frame = camera_axes(towards)
     # A row an axis: NumPy takes three times as long for rows of three.
     seen = frame @ points.T
     low, high = seen.min(axis=1), seen.max(axis=1)

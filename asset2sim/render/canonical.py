@@ -9,8 +9,8 @@ from PIL import Image
 
 from asset2sim.assets.surfaces.scene import load_scene, nothing_to_draw
 from asset2sim.assets.surfaces.surface import Surface
-from asset2sim.render.batch import batches_of, facing
-from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, directions, fit
+from asset2sim.render.batch import batches_of, faces_towards
+from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, fitted_camera, view_directions
 from asset2sim.render.raster import Pixels
 from asset2sim.render.renderer import RenderedPicture, render
 from asset2sim.storage.regular_files import write_whole
@@ -46,17 +46,17 @@ def render_views(
     points = np.concatenate([batch.vertices for batch in batches])
     aspect = settings.width / settings.height
     cameras = {
-        name: fit(points, towards, WIDE_FOV if name == "perspective" else NARROW_FOV, aspect)
-        for name, towards in directions(scene.front).items()
+        name: fitted_camera(points, towards, WIDE_FOV if name == "perspective" else NARROW_FOV, aspect)
+        for name, towards in view_directions(scene.front).items()
         if name in names
     }
     if len(cameras) == 1:
-        batches = facing(batches, next(iter(cameras.values())).eye)
+        batches = faces_towards(batches, next(iter(cameras.values())).eye)
     frames = render(batches, cameras, settings.width, settings.height)
-    return {name: smoothed(finish(frames[name], settings.width, settings.height)) for name in names}
+    return {name: smoothed_edges(over_background(frames[name], settings.width, settings.height)) for name in names}
 
 
-def smoothed(image: Image.Image) -> Image.Image:
+def smoothed_edges(image: Image.Image) -> Image.Image:
     """The picture with the steps of its edges blurred."""
     color = np.asarray(image, dtype=np.float32)
     grey, edge = color.mean(axis=2), np.zeros(color.shape[:2], dtype=bool)
@@ -70,7 +70,7 @@ def smoothed(image: Image.Image) -> Image.Image:
     return Image.fromarray((softer + 0.5).astype(np.uint8), "RGB")
 
 
-def finish(frame: RenderedPicture, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:
+def over_background(frame: RenderedPicture, width: int, height: int, outlines: Pixels | None = None) -> Image.Image:
     """The frame over the background, averaged down to ``width`` by ``height`` pixels. ``outlines``: (h, w), 0 to 1, how
     strongly each pixel is drawn as an edge: darker, and lighter where it is dark itself."""
     rows = np.linspace(0.0, 1.0, frame.color.shape[0], dtype=np.float32)[:, None, None]

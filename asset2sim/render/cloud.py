@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.assets.surfaces.surface import Floats, Ints
-from asset2sim.render.faces import Faces, at, painted, smooth_normals
-from asset2sim.render.raster import spread
+from asset2sim.render.faces import Faces, painted_points, smooth_normals, values_at
+from asset2sim.render.raster import expanded_counts
 from asset2sim.render.renderer import INVISIBLE, SHEEN
 from asset2sim.render.zbuffer import Bools, Lens, Singles, Words, seen_in
 
@@ -96,10 +96,10 @@ def cells_of(corners: Floats, edge: float) -> Cells:
         # Most triangles are far smaller than a pixel then: as many as their area asks for are enough.
         due = np.floor(np.cumsum(double_area / edge**2))
         rows[(rows == 1) & (length < edge) & (np.diff(due, prepend=0.0) == 0.0)] = 0
-    face, row = spread(rows)
+    face, row = expanded_counts(rows)
     wide = length[face] * (1.0 - row / rows[face])
     columns = np.maximum(1, np.ceil(wide / edge)).astype(np.int64)
-    line, column = spread(columns)
+    line, column = expanded_counts(columns)
     face = face[line]
     sizes = (wide / columns)[line], (height[face] / rows[face])
     return Cells(face, base[face], row[line], rows[face], column, columns[line], *sizes)
@@ -120,7 +120,7 @@ def cloud_of(
     edge = max(COARSE * spacing, (area / MOST_CELLS) ** 0.5)
     cells = cells_of(faces.corners, edge)
     middle = np.full(len(cells.face), 0.5)
-    centers = at(cells.weights(middle, middle), faces.corners.astype(np.float32), cells.face).T
+    centers = values_at(cells.weights(middle, middle), faces.corners.astype(np.float32), cells.face).T
     starts = starts_of(faces.link[cells.face], faces.links)
     slack = SLACK * edge / faces.size_m
     seen = np.zeros(len(cells.face), dtype=bool)
@@ -129,20 +129,19 @@ def cloud_of(
     cells = cells.pick(seen)
     spacing = edge / COARSE
     sides = [
-        side * share
-        for side, share in zip((cells.width, cells.height), foreshortened(faces, cells, views), strict=True)
+        side * share for side, share in zip((cells.width, cells.height), seen_shares(faces, cells, views), strict=True)
     ]
-    across, upwards = counts(sides, spacing)
+    across, upwards = point_counts(sides, spacing)
     for _ in range(2):  # rounding up leaves too many the first time
         spacing *= max(1.0, float(across @ upwards) / most_points) ** 0.5
-        across, upwards = counts(sides, spacing)
-    cell, place = spread(across * upwards)
+        across, upwards = point_counts(sides, spacing)
+    cell, place = expanded_counts(across * upwards)
     fine = cells.pick(cell)
     weights = fine.weights((place % across[cell] + 0.5) / across[cell], (place // across[cell] + 0.5) / upwards[cell])
     face = fine.face
-    points = at(weights, faces.corners.astype(np.float32), face)
+    points = values_at(weights, faces.corners.astype(np.float32), face)
     points += (spacing * (THICKER + LIFT_POINTS * faces.lift[face]))[:, None].astype(np.float32) * faces.flat[face]
-    colors = painted(faces, face, weights)
+    colors = painted_points(faces, face, weights)
     seen = colors[:, 3] >= INVISIBLE
     # An exporter that writes an opacity of zero everywhere did not mean an invisible object.
     if not seen.any():
@@ -161,13 +160,13 @@ def cloud_of(
     return part(seen & opaque, part(translucent, None) if translucent.any() else None)
 
 
-def counts(sides: Sequence[Floats], spacing: float) -> tuple[Ints, Ints]:
+def point_counts(sides: Sequence[Floats], spacing: float) -> tuple[Ints, Ints]:
     """How many points each cell has along its width and its height."""
     across, upwards = (np.maximum(1, np.ceil(side / spacing - STRETCH)).astype(np.int64) for side in sides)
     return across, upwards
 
 
-def foreshortened(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Lens]]) -> tuple[Singles, Singles]:
+def seen_shares(faces: Faces, cells: Cells, views: Sequence[tuple[Singles, Lens]]) -> tuple[Singles, Singles]:
     """Of each cell's width and height, the share that is seen at most in any of the views: what is seen at a slant
     needs fewer points."""
     number = np.arange(len(faces.corners))
@@ -212,7 +211,7 @@ STEPS = 48
 DIRECTIONS = octahedron()
 
 
-def merged(clouds: Sequence[Cloud]) -> Cloud:
+def merged_clouds(clouds: Sequence[Cloud]) -> Cloud:
     """Several clouds as one, whose links are those of all, in their order; ``spacing_m`` is that of the coarsest."""
     links: tuple[str, ...] = ()
     starts: tuple[int, ...] = (0,)
@@ -225,7 +224,7 @@ def merged(clouds: Sequence[Cloud]) -> Cloud:
     colors, spacing = np.concatenate([cloud.colors for cloud in clouds]), max(cloud.spacing_m for cloud in clouds)
     glass = None
     if any(cloud.glass is not None for cloud in clouds):
-        glass = merged([cloud.glass or empty_like(cloud) for cloud in clouds])
+        glass = merged_clouds([cloud.glass or empty_like(cloud) for cloud in clouds])
     return Cloud(points, np.concatenate(facing), colors, spacing, links, starts, glass)
 
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFilter
 from scipy.ndimage import uniform_filter
 
-from asset2sim.render.camera import axes
+from asset2sim.render.camera import camera_axes
 from asset2sim.render.cloud import DIRECTIONS, Cloud
 from asset2sim.render.renderer import AMBIENT, DIFFUSE, LAMP
-from asset2sim.render.zbuffer import ALIKE, FAR, Layers, Lens, Singles, splat, together
+from asset2sim.render.zbuffer import ALIKE, FAR, Layers, Lens, Singles, ranges_moving_together, splat
 
 Picture = NDArray[np.uint8]
 
@@ -39,7 +39,7 @@ def pictures(
     motions, drawn = motions.astype(np.float32), [] if drawn is None else drawn
     still = np.abs(motions - motions[:1]).max(axis=(0, 2, 3)) < ALIKE
     base = Layers.empty(lens)
-    for link, first, last in together(cloud.starts, motions[0], still):
+    for link, first, last in ranges_moving_together(cloud.starts, motions[0], still):
         splat(base, cloud.points, first, last, motions[0][link], lens)
     # An object all of glass has no other points.
     casting = shadow_points(cloud if cloud.starts[-1] or cloud.glass is None else cloud.glass)
@@ -47,20 +47,22 @@ def pictures(
         picture = next((known for at, known in drawn if np.abs(motion - at).max() <= ALIKE), None)
         if picture is None:
             layers = base.copy()
-            for link, first, last in together(cloud.starts, motion, ~still):
+            for link, first, last in ranges_moving_together(cloud.starts, motion, ~still):
                 splat(layers, cloud.points, first, last, motion[link], lens)
-            light = lit(motion, lens)
+            light = brightness(motion, lens)
             picture = shaded(cloud, layers, light, lens, shadowed(ground, casting, motion, lens))
             if cloud.glass is not None:
-                picture = glazed(cloud.glass, layers, motion, light, lens, picture)
+                picture = with_translucent(cloud.glass, layers, motion, light, lens, picture)
             drawn.append((motion, picture))
         yield picture
 
 
-def glazed(glass: Cloud, behind: Layers, motion: Singles, light: Singles, lens: Lens, picture: Picture) -> Picture:
+def with_translucent(
+    glass: Cloud, behind: Layers, motion: Singles, light: Singles, lens: Lens, picture: Picture
+) -> Picture:
     """The picture with translucent points blended over it where they are nearer than what it shows, one layer deep."""
     layers = Layers.empty(lens)
-    for link, first, last in together(glass.starts, motion, np.ones(len(glass.links), dtype=bool)):
+    for link, first, last in ranges_moving_together(glass.starts, motion, np.ones(len(glass.links), dtype=bool)):
         splat(layers, glass.points, first, last, motion[link], lens)
     front = np.where(layers.depth < behind.depth, layers.point, np.int32(-1))
     return shaded(glass, Layers(layers.depth, front), light, lens, picture)
@@ -87,10 +89,10 @@ def shaded(cloud: Cloud, layers: Layers, brightness: Singles, lens: Lens, ground
     return ground
 
 
-def lit(motion: Singles, lens: Lens) -> Singles:
+def brightness(motion: Singles, lens: Lens) -> Singles:
     """How brightly a surface of each link is lit that faces either way along each of ``DIRECTIONS``, flat."""
     turn = motion[:, :, :3] / np.maximum(np.linalg.norm(motion[:, :, :1], axis=1, keepdims=True), 1e-9)
-    lamp = np.array(LAMP) @ axes(lens.towards.astype(float))
+    lamp = np.array(LAMP) @ camera_axes(lens.towards.astype(float))
     both = np.stack([lamp / np.linalg.norm(lamp), lens.towards]).astype(np.float32)
     lamps = (both @ turn).reshape(-1, 6)
     # Most links are turned as others are.
@@ -146,7 +148,7 @@ def shadowed(ground: Picture, casting: tuple[Singles, tuple[int, ...]], motion: 
     place = np.concatenate(
         [
             motion[link, :, :3] @ points[:, first:last] + motion[link, :, 3:]
-            for link, first, last in together(starts, motion, everything)
+            for link, first, last in ranges_moving_together(starts, motion, everything)
         ],
         axis=1,
     )

@@ -10,7 +10,7 @@ from PIL import Image
 from asset2sim.assets.surfaces.scene import Scene
 from asset2sim.assets.surfaces.surface import PLAIN, Floats, Ints, Paint, Surface, Texture, decode_texture, face_normals
 from asset2sim.physics.arrays import Array
-from asset2sim.render.batch import LIFT, QUANTUM, mixed, with_lifts
+from asset2sim.render.batch import LIFT, QUANTUM, mixed_hashes, with_lifts
 from asset2sim.render.zbuffer import Singles
 
 DIAGONALS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)][14:], dtype=float)
@@ -70,7 +70,7 @@ def faces_of(scene: Scene) -> Faces:
     index = np.repeat(np.arange(len(surfaces)), [len(item.faces) for item in surfaces])
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max()) or 1.0
     grid = np.rint(corners / (QUANTUM * size)).astype(np.int64)
-    points = mixed(mixed(mixed(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
+    points = mixed_hashes(mixed_hashes(mixed_hashes(grid[..., 0]) + grid[..., 1]) + grid[..., 2])
     _, first = np.unique(points.sum(axis=1), return_index=True)
     link = np.array([number[link_of[id(surface)]] for surface in surfaces])[index]
     kept = first[np.lexsort((first, link[first]))]
@@ -81,7 +81,7 @@ def faces_of(scene: Scene) -> Faces:
     return Faces(corners, normals[kept], uv[kept], flat, index, lift, link[kept], surfaces, links)
 
 
-def at(weights: Singles, corners: Singles, face: Ints) -> Singles:
+def values_at(weights: Singles, corners: Singles, face: Ints) -> Singles:
     """(n, k) values at points of these faces, of (m, 3, k) values at the faces' corners."""
     # Taken from each corner's own rows: a third of the time of indices in two axes.
     first, second, third = (np.ascontiguousarray(corners[:, corner]).take(face, axis=0) for corner in range(3))
@@ -96,13 +96,13 @@ def smooth_normals(faces: Faces, face: Ints, weights: Singles) -> Singles:
     flat = faces.flat.astype(np.float32)[face]
     if not faces.normals.any():
         return flat
-    own = at(weights, faces.normals.astype(np.float32), face)
+    own = values_at(weights, faces.normals.astype(np.float32), face)
     length = np.maximum(np.sqrt(np.einsum("nj,nj->n", own, own)), np.float32(1e-9))
     stray = np.abs(np.einsum("nj,nj->n", own, flat)) < np.float32(0.2) * length
     return np.where(stray[:, None], flat, own / length[:, None])
 
 
-def painted(faces: Faces, face: Ints, weights: Singles) -> Singles:
+def painted_points(faces: Faces, face: Ints, weights: Singles) -> Singles:
     """(n, 4) colours and opacities, 0 to 1, of points on these faces."""
     paints = [item.paint or Paint(PLAIN) for item in faces.surfaces]
     surface = faces.surface.take(face)
@@ -117,7 +117,7 @@ def painted(faces: Faces, face: Ints, weights: Singles) -> Singles:
         if picture is not None:
             chosen = np.flatnonzero(surface == index)
             height, width = picture.shape[:2]
-            u, v = at(weights[chosen], faces.uv.astype(np.float32), face[chosen]).T % 1.0
+            u, v = values_at(weights[chosen], faces.uv.astype(np.float32), face[chosen]).T % 1.0
             colors[chosen] *= picture[((1.0 - v) * height).astype(int) % height, (u * width).astype(int) % width]
     return colors
 

@@ -15,8 +15,8 @@ from asset2sim.assets.surfaces.surface import Batch, Floats, Paint, Surface
 from asset2sim.guidance.link_colors import GREY, PALETTE, mark_names
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render.batch import batches_of
-from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, directions, fit
-from asset2sim.render.canonical import finish, png_bytes
+from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, fitted_camera, view_directions
+from asset2sim.render.canonical import over_background, png_bytes
 from asset2sim.render.name_tags import with_names
 from asset2sim.render.raster import Pixels
 from asset2sim.render.renderer import RenderedPicture, render, render_bodies
@@ -63,10 +63,10 @@ def question_pictures(
     side = settings.model.image_side_px
     loaded: dict[Path, tuple[Surface, ...]] = {}
     scene = load_scene(extraction.urdf, {}, loaded)
-    pictures = looks(scene, extraction, side, views)
+    pictures = plain_pictures(scene, extraction, side, views)
     names = {link: link for link in mark_names(extraction.features)} if names is None else names
-    parts = marked(scene, extraction.features, side)
-    behind = marked(scene, extraction.features, side, behind=True)
+    parts = marked_pictures(scene, extraction.features, side)
+    behind = marked_pictures(scene, extraction.features, side, behind=True)
     pictures["parts"] = with_names(parts.image, parts.shown, shown_names(parts, extraction.features, names))
     colors = mark_names(extraction.features)
     hidden = [
@@ -79,27 +79,28 @@ def question_pictures(
             behind.image, behind.shown, shown_names(behind, extraction.features, names)
         )
     for label, positions in end_poses(extraction.features).items():
-        posed = marked(load_scene(extraction.urdf, positions, loaded), extraction.features, side)
+        posed = marked_pictures(load_scene(extraction.urdf, positions, loaded), extraction.features, side)
         pictures[label] = with_names(posed.image, posed.shown, shown_names(posed, extraction.features, names))
     return tuple(LabelledImage(label=label, png=png_bytes(image)) for label, image in pictures.items())
 
 
-def looks(scene: Scene, extraction: Extraction, side: int, views: Sequence[str]) -> dict[str, Image.Image]:
+def plain_pictures(scene: Scene, extraction: Extraction, side: int, views: Sequence[str]) -> dict[str, Image.Image]:
     """View → picture of the asset as it looks, with its edges."""
     batches = batches_of(scene.surfaces)
     if not batches:
         raise nothing_to_draw(extraction.urdf)
     points = np.concatenate([batch.vertices for batch in batches])
-    towards = directions(scene.front)
+    towards = view_directions(scene.front)
     cameras = {
-        name: fit(points, towards[name], WIDE_FOV if name == "perspective" else NARROW_FOV, 1.0) for name in views
+        name: fitted_camera(points, towards[name], WIDE_FOV if name == "perspective" else NARROW_FOV, 1.0)
+        for name in views
     }
     pixels = round(OVERSAMPLING * side)
     frames = render(batches, cameras, pixels, pixels)
-    return {name: finish(frame, side, side, outlines(frame, cameras[name])) for name, frame in frames.items()}
+    return {name: over_background(frame, side, side, outlines(frame, cameras[name])) for name, frame in frames.items()}
 
 
-def marked(scene: Scene, features: Features, side: int, *, behind: bool = False) -> Marked:
+def marked_pictures(scene: Scene, features: Features, side: int, *, behind: bool = False) -> Marked:
     """The links in their colours, seen from the front right and above, or from behind on the left."""
     colors = mark_names(features)
     links = tuple(colors)
@@ -115,16 +116,16 @@ def marked(scene: Scene, features: Features, side: int, *, behind: bool = False)
         found = batches_of(own) if own else ()
         batches.extend(found)
         owners.extend(index for _ in found)
-    towards = directions(scene.front)["perspective"]
+    towards = view_directions(scene.front)["perspective"]
     if behind:
         towards = towards * np.array([-1.0, -1.0, 1.0])
     points = np.concatenate([batch.vertices for batch in batches])
-    camera = fit(points, towards, WIDE_FOV, 1.0)
+    camera = fitted_camera(points, towards, WIDE_FOV, 1.0)
     pixels = round(OVERSAMPLING * side)
     frame, bodies = render_bodies(batches, camera, pixels, pixels)
     shown = np.append(np.asarray(owners, dtype=np.int64), -1)[bodies]
     edges = np.maximum(outlines(frame, camera), borders(shown))
-    image = finish(frame, side, side, edges)
+    image = over_background(frame, side, side, edges)
     steps = np.minimum((np.arange(side) + 0.5) * OVERSAMPLING, pixels - 1).astype(np.int64)
     return Marked(image, shown[steps][:, steps], links)
 
@@ -164,7 +165,9 @@ def end_poses(features: Features) -> dict[str, dict[str, float]]:
     """Label → joint positions of the pictures at the ends of travel, each only where it differs from position 0. Of
     parts that hang from a part that opens, only the outer one is opened."""
     closed = {joint.name: joint.closed or 0.0 for joint in features.movable_joints if joint.mimic is None}
-    opening = [joint for joint in features.movable_joints if joint.mimic is None and sweeps(features, joint, closed)]
+    opening = [
+        joint for joint in features.movable_joints if joint.mimic is None and moves_visibly(features, joint, closed)
+    ]
     children = {joint.child for joint in opening}
     parents = {joint.child: joint.parent for joint in features.joints}
 
@@ -177,19 +180,19 @@ def end_poses(features: Features) -> dict[str, dict[str, float]]:
 
     outer = {joint.name: joint.open or 0.0 for joint in opening if not hangs(joint.parent)}
     found = {}
-    if shift(features, {}, closed) > MOVED:
+    if visible_shift(features, {}, closed) > MOVED:
         found["parts_closed"] = closed
-    if outer and shift(features, {}, closed | outer) > MOVED:
+    if outer and visible_shift(features, {}, closed | outer) > MOVED:
         found["parts_open"] = closed | outer
     return found
 
 
-def sweeps(features: Features, joint: JointFeatures, closed: Mapping[str, float]) -> bool:
+def moves_visibly(features: Features, joint: JointFeatures, closed: Mapping[str, float]) -> bool:
     """Whether a joint moves its part far enough to be seen."""
-    return shift(features, closed, {**closed, joint.name: joint.open or 0.0}) > 2.0 * MOVED
+    return visible_shift(features, closed, {**closed, joint.name: joint.open or 0.0}) > 2.0 * MOVED
 
 
-def shift(features: Features, before: Mapping[str, float], after: Mapping[str, float]) -> float:
+def visible_shift(features: Features, before: Mapping[str, float], after: Mapping[str, float]) -> float:
     """How far the corners of the links' boxes move between two states, at most, as a share of the longest edge."""
     tree = tree_of(features.joints)
     poses = [link_to_root(tree, features.root, positions) for positions in (before, after)]

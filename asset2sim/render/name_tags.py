@@ -43,7 +43,7 @@ def with_names(image: Image.Image, shown: Links, names: Mapping[int, tuple[str, 
         y, x = (int(v) for v in np.unravel_index(int(inside.argmax()), inside.shape))
         left, _, right, bottom = (int(v) for v in draw.textbbox((0, 0), name, font=font))
         size = (right - left + 2 * MARGIN, bottom + 2 * MARGIN)
-        box = place((x, y), size, weight, placed)
+        box = tag_box((x, y), size, weight, placed)
         if box is None:
             continue
         placed.append(box)
@@ -61,7 +61,7 @@ def with_names(image: Image.Image, shown: Links, names: Mapping[int, tuple[str, 
     return canvas
 
 
-def place(at: tuple[int, int], size: tuple[int, int], weight: Floats, placed: list[Box]) -> Box | None:
+def tag_box(at: tuple[int, int], size: tuple[int, int], weight: Floats, placed: list[Box]) -> Box | None:
     """The box (left, top, right, bottom) of a tag of this ``size`` near a point, px: on no other tag, where it hides
     least; None where there is no room. ``weight`` is what hiding each pixel costs."""
     height, width = weight.shape

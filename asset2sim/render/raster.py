@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, Floats, Ints, Texture, unit
-from asset2sim.render.camera import Camera, axes
+from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, Floats, Ints, Texture, unit_vectors
+from asset2sim.render.camera import Camera, camera_axes
 
 Pixels = NDArray[np.float32]
 Bodies = NDArray[np.int64]
@@ -19,7 +19,7 @@ INSIDE = -1e-9
 """Share of a triangle by which a pixel may lie outside it: edges that two share leave no gap."""
 
 
-def spread(counts: Ints) -> tuple[Ints, Ints]:
+def expanded_counts(counts: Ints) -> tuple[Ints, Ints]:
     """For counts 2, 0, 3: the entry of each unit, 0 0 2 2 2, and its number within that, 0 1 0 1 2."""
     entry = np.repeat(np.arange(len(counts)), counts)
     return entry, np.arange(len(entry)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -30,9 +30,9 @@ def rasterize(
 ) -> tuple[Bodies, Ints, Floats, NDArray[np.float32]]:
     """Of each pixel, flat: the index of the batch that is seen there, -1 for none, the number of its face in that, the
     (3,) weights of the face's corners, and its nearness, one over the distance along the view, 1/m."""
-    towards = unit((camera.eye - camera.target)[None])[0]
+    towards = unit_vectors((camera.eye - camera.target)[None])[0]
     seen = np.concatenate([batch.vertices[batch.faces].reshape(-1, 3) for batch in batches])
-    seen = (seen - camera.eye) @ axes(towards).T
+    seen = (seen - camera.eye) @ camera_axes(towards).T
     depth = np.maximum(-seen[:, 2], camera.near)
     focal = 0.5 * height / np.tan(0.5 * camera.fov)
     x = (0.5 * width + focal * seen[:, 0] / depth).reshape(-1, 3)
@@ -51,7 +51,7 @@ def rasterize(
     first = 0
     while first < len(counts):
         last = max(first + 1, int(np.searchsorted(ends, ends[first] - counts[first] + MOST, side="right")))
-        face, place = spread(counts[first:last])
+        face, place = expanded_counts(counts[first:last])
         face += first
         wide = right[face] - left[face]
         column, row = left[face] + place % wide, top[face] + place // wide
@@ -90,7 +90,7 @@ def shade(
     for index in np.unique(bodies[bodies >= 0]):
         batch, here = batches[index], np.flatnonzero(bodies == index)
         corners, share = batch.faces[faces[here]], weights[here]
-        normal = unit(np.einsum("nc,nck->nk", share, batch.normals[corners]))
+        normal = unit_vectors(np.einsum("nc,nck->nk", share, batch.normals[corners]))
         light = ambient + diffuse * np.clip(normal @ lamp, 0.0, 1.0)
         own = np.tile(255.0 * (sheen + (1.0 - sheen) * np.array(batch.paint.color[:3])), (len(here), 1))
         opacity[here] = batch.paint.color[3]

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, Texture, decode_textures, unit
-from asset2sim.render.camera import Camera, axes
+from asset2sim.assets.surfaces.surface import Batch, DecodedTexture, Texture, decode_textures, unit_vectors
+from asset2sim.render.camera import Camera, camera_axes
 from asset2sim.render.raster import Bodies, Pixels, rasterize, shade
 
 try:
@@ -71,12 +71,14 @@ def render(
             glass: dict[int, TranslucentBody] = {}
             for batch in drawn:
                 skin = None if batch.paint.texture is None else skins.get(batch.paint.texture)
-                body = add(batch, skin, client, folder, numbers)
+                body = add_batch(batch, skin, client, folder, numbers)
                 opacity = batch.paint.color[3] if visible else 1.0
                 mask = None if skin is None or batch.uv is None else skin.opacity
                 if opacity < 1.0 or mask is not None:
-                    glass[body] = TranslucentBody(opacity, -1 if mask is None else load(mask, client, folder, numbers))
-            shots = {key: take(camera, client, width, height) for key, camera in cameras.items()}
+                    glass[body] = TranslucentBody(
+                        opacity, -1 if mask is None else load_texture(mask, client, folder, numbers)
+                    )
+            shots = {key: take_picture(camera, client, width, height) for key, camera in cameras.items()}
             return blend_translucent(shots, cameras, glass, client)
     finally:
         pybullet.disconnect(client)
@@ -89,8 +91,8 @@ def render_bodies(batches: Sequence[Batch], camera: Camera, width: int, height: 
         return drawn_by_numpy(batches, {}, camera, width, height, opaque=True)
     client = pybullet.connect(pybullet.DIRECT)
     try:
-        numbers = {add(batch, None, client, Path(), {}): index for index, batch in enumerate(batches)}
-        frame, bodies = take(camera, client, width, height)
+        numbers = {add_batch(batch, None, client, Path(), {}): index for index, batch in enumerate(batches)}
+        frame, bodies = take_picture(camera, client, width, height)
     finally:
         pybullet.disconnect(client)
     index = np.full(max(numbers, default=0) + 2, -1, dtype=np.int64)
@@ -110,7 +112,7 @@ def drawn_by_numpy(
 ) -> tuple[RenderedPicture, Bodies]:
     """One picture, translucent surfaces one layer deep unless all count as ``opaque``, and the (h, w) index of the
     batch in each pixel, -1 for none."""
-    lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
+    lamp = unit_vectors((np.array(LAMP) @ camera_axes(unit_vectors((camera.eye - camera.target)[None])[0]))[None])[0]
     seen = rasterize(batches, camera, width, height)
     color, opacity = shade(batches, skins, (SHEEN, AMBIENT, DIFFUSE), lamp, seen)
     shape = (height, width)
@@ -122,7 +124,7 @@ def drawn_by_numpy(
     clear = [batch for batch in batches if not see_through(batch, skins)]
     empty = RenderedPicture(np.zeros_like(front.color), np.zeros(shape, dtype=bool), np.zeros(shape, np.float32))
     behind = drawn_by_numpy(clear, skins, camera, width, height, opaque=True)[0] if clear else empty
-    return mix(behind, front, opacity.reshape(shape)), bodies
+    return blend_pictures(behind, front, opacity.reshape(shape)), bodies
 
 
 def see_through(batch: Batch, skins: Mapping[Texture, DecodedTexture]) -> bool:
@@ -131,7 +133,7 @@ def see_through(batch: Batch, skins: Mapping[Texture, DecodedTexture]) -> bool:
     return batch.paint.color[3] < 1.0 or (batch.uv is not None and skin is not None and skin.opacity is not None)
 
 
-def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
+def add_batch(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, numbers: dict[int, int]) -> int:
     """Add a batch to the scene; PyBullet's number of its body."""
     color = [*(SHEEN + (1.0 - SHEEN) * level for level in batch.paint.color[:3]), 1.0]
     options: dict[str, object] = {"rgbaColor": color, "physicsClientId": client}
@@ -143,7 +145,7 @@ def add(batch: Batch, skin: DecodedTexture | None, client: int, folder: Path, nu
     shape = pybullet.createVisualShape(pybullet.GEOM_MESH, **mesh, **options)
     body = int(pybullet.createMultiBody(0, -1, shape, physicsClientId=client))
     if skin is not None and "uvs" in options:
-        set_texture(body, load(skin.color, client, folder, numbers), color, client)
+        set_texture(body, load_texture(skin.color, client, folder, numbers), color, client)
     return body
 
 
@@ -152,7 +154,7 @@ def set_texture(body: int, texture: int, color: Sequence[float], client: int) ->
     pybullet.changeVisualShape(body, -1, textureUniqueId=texture, rgbaColor=list(color), physicsClientId=client)
 
 
-def load(image: Image.Image, client: int, folder: Path, numbers: dict[int, int]) -> int:
+def load_texture(image: Image.Image, client: int, folder: Path, numbers: dict[int, int]) -> int:
     """PyBullet's number of a picture, loaded once."""
     if id(image) not in numbers:
         path = folder / f"{len(numbers)}.bmp"
@@ -161,11 +163,11 @@ def load(image: Image.Image, client: int, folder: Path, numbers: dict[int, int])
     return numbers[id(image)]
 
 
-def take(
+def take_picture(
     camera: Camera, client: int, width: int, height: int, ambient: float = AMBIENT
 ) -> tuple[RenderedPicture, Bodies]:
     """One picture, and the (h, w) number of the body in each pixel, -1 for none. At ``ambient`` 1 there is no lamp."""
-    lamp = unit((np.array(LAMP) @ axes(unit((camera.eye - camera.target)[None])[0]))[None])[0]
+    lamp = unit_vectors((np.array(LAMP) @ camera_axes(unit_vectors((camera.eye - camera.target)[None])[0]))[None])[0]
     view = pybullet.computeViewMatrix(camera.eye.tolist(), camera.target.tolist(), [0.0, 0.0, 1.0])
     lens = pybullet.computeProjectionMatrixFOV(np.degrees(camera.fov), width / height, camera.near, camera.far)
     light = {"lightDirection": lamp.tolist(), "lightColor": [1.0, 1.0, 1.0], "lightAmbientCoeff": ambient}
@@ -199,18 +201,18 @@ def blend_translucent(
         bodies = shots[name][1]
         seen = np.isin(bodies, masked)
         if seen.any():
-            mask, _ = take(cameras[name], client, bodies.shape[1], bodies.shape[0], ambient=1.0)
+            mask, _ = take_picture(cameras[name], client, bodies.shape[1], bodies.shape[0], ambient=1.0)
             share[seen] *= mask.color[..., 0][seen] / 255.0
     for body in glass:
         pybullet.changeVisualShape(body, -1, rgbaColor=(1.0, 1.0, 1.0, 0.0), physicsClientId=client)
     frames = {name: frame for name, (frame, _) in shots.items()}
     for name, share in shares.items():
-        behind, _ = take(cameras[name], client, share.shape[1], share.shape[0])
-        frames[name] = mix(behind, frames[name], share)
+        behind, _ = take_picture(cameras[name], client, share.shape[1], share.shape[0])
+        frames[name] = blend_pictures(behind, frames[name], share)
     return frames
 
 
-def mix(behind: RenderedPicture, front: RenderedPicture, share: Pixels) -> RenderedPicture:
+def blend_pictures(behind: RenderedPicture, front: RenderedPicture, share: Pixels) -> RenderedPicture:
     """``share`` (h, w), 0 to 1, of the front picture over the other; over empty background glass keeps its colour."""
     share = np.where(front.drawn & ~behind.drawn & (share > INVISIBLE), 1.0, share)
     color = share[..., None] * front.color + (1.0 - share[..., None]) * behind.color

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from asset2sim.assets.surfaces.surface import Ints
-from asset2sim.render.camera import axes, fit
+from asset2sim.render.camera import camera_axes, fitted_camera
 
 Singles = NDArray[np.float32]
 Words = NDArray[np.int32]
@@ -51,8 +51,8 @@ class Lens:
 
 def lens_for(points: Singles, towards: Singles, width: int, height: int) -> Lens:
     """A lens that shows (n, 3) points from this direction, in perspective."""
-    camera = fit(points.astype(float), towards.astype(float), FOV, width / height)
-    right, up, back = axes(towards.astype(float))
+    camera = fitted_camera(points.astype(float), towards.astype(float), FOV, width / height)
+    right, up, back = camera_axes(towards.astype(float))
     focal = 0.5 * height / np.tan(0.5 * FOV)
     rows = np.stack([focal * right - 0.5 * width * back, -focal * up - 0.5 * height * back, -back])
     matrix = np.concatenate([rows, -(rows @ camera.eye)[:, None]], axis=1)
@@ -103,7 +103,7 @@ def splat(
     return pixel, depth
 
 
-def together(starts: Sequence[int], motion: Singles, links: Bools) -> Iterator[tuple[int, int, int]]:
+def ranges_moving_together(starts: Sequence[int], motion: Singles, links: Bools) -> Iterator[tuple[int, int, int]]:
     """(link, first point, last point) of the chosen links, neighbours that move as one together."""
     start = 0
     while start < len(links):
@@ -129,7 +129,7 @@ def seen_in(points: Singles, starts: Sequence[int], motion: Singles, lens: Lens,
     return found
 
 
-def changes(motions: Singles) -> list[int]:
+def changing_frames(motions: Singles) -> list[int]:
     """The frames of (frames, links, 3, 4) transforms that show another picture than the one before."""
     chosen = [0]
     for frame in range(1, len(motions)):

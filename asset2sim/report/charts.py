@@ -12,7 +12,7 @@ from leather.scales import Ordinal, Scale
 from leather.series import Series
 from leather.shapes import Columns, Dots, Line
 
-from asset2sim.catalog.text import number
+from asset2sim.catalog.text import significant
 
 WIDTH, HEIGHT = 420, 190
 """Size of a chart's coordinates; the page scales it."""
@@ -73,7 +73,7 @@ def histogram(values: Sequence[float | None], unit: str, title: str, what: str =
         counts[_bin_of(value) - low] += 1
     names = [f"{edge:g}" for edge in edges[:-1]]
     told = [
-        f"{name} to {after:g} {unit}: {counted(count, what)}"
+        f"{name} to {after:g} {unit}: {count_in_words(count, what)}"
         for name, after, count in zip(names, edges[1:], counts, strict=True)
     ]
     every = max(1, math.ceil(len(names) / 9))
@@ -93,7 +93,7 @@ def columns(
     chart.set_x_scale(Ordinal(list(names)))
     chart.set_y_scale(Straight(0.0, ticks[-1]))
     chart.set_x_axis(Axis(list(names), lambda name, index, _: label(name, index), unit or None))
-    chart.set_y_axis(Axis(ticks, lambda value, *_: number(value)))
+    chart.set_y_axis(Axis(ticks, lambda value, *_: significant(value)))
     chart.add_series(Series(list(zip(names, counts, strict=True))), Columns("var(--bar)"))
     return _svg(chart, title, told)
 
@@ -134,7 +134,7 @@ def _bin_of(value: float) -> int:
     return 3 * decade + sum(value >= 10.0**decade * step * (1.0 - 1e-12) for step in DECADE) - 1
 
 
-def counted(count: int, what: str) -> str:
+def count_in_words(count: int, what: str) -> str:
     """A count of things: "1 object", "2 objects"."""
     return f"1 {what}" if count == 1 else f"{count} {what}s"
 

@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 
 from asset2sim.catalog.read import FrameRow
-from asset2sim.catalog.text import number
-from asset2sim.physics.timing import glide
+from asset2sim.catalog.text import significant
+from asset2sim.physics.timing import glide_distance
 from schemas.settings import PhysicsSettings
 
 ENDLESS_S = 600.0
@@ -40,7 +40,7 @@ def stopping_time_s(speed: float, inertia: float, damping: float, friction: floa
     return decay * math.log1p(speed / (deceleration * decay))
 
 
-def felt(joint: FrameRow, checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
+def sensations(joint: FrameRow, checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
     """Sensations at a joint, as (what, words): its coasting, its opening force, its hold, its return.
     ``checks`` are the joint's rows of the table ``interactions``."""
     opened = _opening(joint, checks)
@@ -54,15 +54,15 @@ def _coasting(joint: FrameRow) -> str:
     inertia, damping, friction = (float(joint[name]) for name in ("effective_inertia", "damping", "friction"))
     inertia += float(joint.get("armature") or 0.0)
     seconds = stopping_time_s(speed, inertia, damping, friction)
-    given = f"from {number(speed)} m/s" if slides else f"from {number(math.degrees(speed), digits=2)}°/s"
-    way = glide(speed, inertia / damping, friction / inertia) if damping > 0.0 and inertia > 0.0 else None
+    given = f"from {significant(speed)} m/s" if slides else f"from {significant(math.degrees(speed), digits=2)}°/s"
+    way = glide_distance(speed, inertia / damping, friction / inertia) if damping > 0.0 and inertia > 0.0 else None
     lower, upper = joint.get("lower"), joint.get("upper")
     if way is not None and lower is not None and upper is not None and way >= upper - lower:
-        return f"{given} on the level it runs through its whole range, {position(upper - lower, slides)}"
+        return f"{given} on the level it runs through its whole range, {position_in_words(upper - lower, slides)}"
     if seconds > ENDLESS_S:
         return f"{given} it coasts on: nothing brakes it"
-    far = "" if way is None else f", after {position(way, slides)}"
-    when = "at once" if seconds < AT_ONCE_S else f"in {number(seconds, 's', 2)}"
+    far = "" if way is None else f", after {position_in_words(way, slides)}"
+    when = "at once" if seconds < AT_ONCE_S else f"in {significant(seconds, 's', 2)}"
     return f"{given} on the level it stops {when}{far}"
 
 
@@ -74,11 +74,11 @@ def _opening(joint: FrameRow, checks: Sequence[FrameRow]) -> list[tuple[str, str
             low, high = (least(row["value"] for row in rows) for least in (min, max))
             # Engines agree within a few per cent: one number where they do.
             value = (
-                number(high, "N", 2)
+                significant(high, "N", 2)
                 if high - low <= 0.1 * high
-                else f"{number(low, digits=2)} to {number(high, 'N', 2)}"
+                else f"{significant(low, digits=2)} to {significant(high, 'N', 2)}"
             )
-            value = f"less than {number(UNFELT_N, 'N')}, which no hand feels," if high < UNFELT_N else value
+            value = f"less than {significant(UNFELT_N, 'N')}, which no hand feels," if high < UNFELT_N else value
             found.append((f"{way} takes", f"{value} at its edge{_usual(joint) if way == 'opening' else ''}"))
     return found
 
@@ -87,7 +87,11 @@ def _usual(joint: FrameRow) -> str:
     kind, least, most = (joint.get(name) for name in ("effort_kind", "effort_least_n", "effort_most_n"))
     if kind is None or most is None:
         return ""
-    span = f"up to {number(most, 'N', 3)}" if not least else f"{number(least, digits=3)} to {number(most, 'N', 3)}"
+    span = (
+        f"up to {significant(most, 'N', 3)}"
+        if not least
+        else f"{significant(least, digits=3)} to {significant(most, 'N', 3)}"
+    )
     return f"; a {kind} takes {span}"
 
 
@@ -106,24 +110,31 @@ def _hold(joint: FrameRow) -> list[tuple[str, str]]:
     load, friction, spring = abs(float(joint["gravity_load"])), float(joint["friction"]), float(joint["stiffness"])
     if joint.get("mechanism_effort"):
         kind = str(joint["mechanism"])
-        said = f"{MECHANISMS.get(kind, f'{kind}, up to')} {number(float(joint['mechanism_effort']), unit)}"
-        return [("mechanism", f"{said}; its friction is {number(friction, unit)}")]
+        said = f"{MECHANISMS.get(kind, f'{kind}, up to')} {significant(float(joint['mechanism_effort']), unit)}"
+        return [("mechanism", f"{said}; its friction is {significant(friction, unit)}")]
     if joint["holds"]:
         if load < 1e-9 * max(friction, 1e-9) or load == 0.0:
-            return [("holds", f"stays where it is put: gravity does not pull it, friction is {number(friction, unit)}")]
+            return [
+                ("holds", f"stays where it is put: gravity does not pull it, friction is {significant(friction, unit)}")
+            ]
         ends = [end for end in (joint.get("lower"), joint.get("upper")) if end is not None]
         start = joint.get("initial_position")
         if load > friction and start is not None and any(abs(start - end) < AT_END for end in ends):
-            return [("holds", f"rests at the end of its way, where gravity presses it by {number(load, unit)}")]
+            return [("holds", f"rests at the end of its way, where gravity presses it by {significant(load, unit)}")]
         return [
-            ("holds", f"stays where it is put: friction {number(friction, unit)} bears gravity's {number(load, unit)}, "
-             f"{number(friction / load, digits=2)} times over")
+            ("holds", f"stays where it is put: friction {significant(friction, unit)} bears gravity's "
+             f"{significant(load, unit)}, {significant(friction / load, digits=2)} times over")
         ]  # fmt: skip
     if spring > 0.0:
         return [("does not hold", "its spring brings it back")]
     if load > friction:
-        return [("does not hold", f"gravity moves it: {number(load, unit)} against friction {number(friction, unit)}")]
-    return [("moves freely", f"friction {number(friction, unit)} is all that stops it")]
+        return [
+            (
+                "does not hold",
+                f"gravity moves it: {significant(load, unit)} against friction {significant(friction, unit)}",
+            )
+        ]
+    return [("moves freely", f"friction {significant(friction, unit)} is all that stops it")]
 
 
 def _return(checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
@@ -131,13 +142,13 @@ def _return(checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
     return [("let go away from rest", str(rows[0]["reason"]))] if rows else []
 
 
-def position(value: float | None, slides: bool) -> str:
+def position_in_words(value: float | None, slides: bool) -> str:
     """A joint position for people: mm for a slider, m for a long one, degrees for a hinge, turns for many."""
     if value is None:
         return "–"
     value = 0.0 if abs(value) < NO_MOTION else value
     if slides:
-        return number(value, "m", 3) if abs(value) >= LONG_M else number(1e3 * value, "mm", 3)
+        return significant(value, "m", 3) if abs(value) >= LONG_M else significant(1e3 * value, "mm", 3)
     if abs(value) > MANY_TURNS * math.tau:
-        return f"{number(value / math.tau)} turns"
-    return f"{number(math.degrees(value), digits=3)}°"
+        return f"{significant(value / math.tau)} turns"
+    return f"{significant(math.degrees(value), digits=3)}°"

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from asset2sim.catalog.read import FrameRow
-from asset2sim.catalog.text import NOTHING, duration, number, percent
+from asset2sim.catalog.text import NOTHING, duration, percent, significant
 from asset2sim.report.charts import histogram, line
 from asset2sim.report.snapshot import Snapshot
 from schemas.errors import shortened
@@ -183,7 +183,7 @@ def history(runs: Sequence[FrameRow]) -> Chart | None:
     form = "%H:%M" if same_day else "%m-%d" if points[-1][0] - points[0][0] < 330.0 else "%Y-%m"
     svg = line(
         points, told, "share of objects that pass, by run", lambda day: f"{pd.Timestamp(day * DAY_S, unit='s'):{form}}",
-        lambda value: f"{number(value)} %", (min(lowest, 99.0), 100.0),
+        lambda value: f"{significant(value)} %", (min(lowest, 99.0), 100.0),
     )  # fmt: skip
     return Chart("History", svg, f"share of objects that pass, over {len(shown)} runs of the same selection")
 
@@ -194,7 +194,7 @@ def distributions(found: Snapshot, assets: Sequence[FrameRow], efforts: Mapping[
     sliders = joints["position_unit"] == "m"
     charts = (
         ("Mass", "kg", [row["mass_kg"] for row in assets], "object", "of whole objects"),
-        ("Size", "m", [longest(row) for row in assets], "object", "longest edge of an object"),
+        ("Size", "m", [longest_edge(row) for row in assets], "object", "longest edge of an object"),
         ("Damping of hinges", "N·m·s/rad", joints.loc[~sliders, "damping"].tolist(), "hinge", "of every hinge"),
         ("Damping of sliders", "N·s/m", joints.loc[sliders, "damping"].tolist(), "slider", "drawers, keys, buttons"),
         ("Opening effort", "N", list(efforts.values()), "object", "the hardest joint of an object, at its part's edge"),
@@ -208,7 +208,7 @@ def distributions(found: Snapshot, assets: Sequence[FrameRow], efforts: Mapping[
     return [chart for chart in made if chart.svg]
 
 
-def longest(row: FrameRow) -> float | None:
+def longest_edge(row: FrameRow) -> float | None:
     """The longest edge of an object's box, m."""
     sizes = [row[f"size_{axis}_m"] for axis in "xyz"]
     return None if None in sizes else max(sizes)
@@ -242,7 +242,7 @@ def columns(
         "support": coded("support", [row["support"] or "not known" for row in assets]),
         "method": coded("method", [method_of(row) for row in assets]),
         "change": [{"new": 1, "mended": 2}.get(changes.get(key, ""), 0) for key in keys],
-        "size": [_short(longest(row)) for row in assets],
+        "size": [_short(longest_edge(row)) for row in assets],
         "mass": [_short(row["mass_kg"]) for row in assets],
         "effort": [_short(efforts.get(key)) for key in keys],
         "phi": [_short(row["penetration_mm"]) for row in assets],

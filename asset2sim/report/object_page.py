@@ -9,14 +9,14 @@ from typing import Any
 
 from asset2sim.catalog.kept import WAYS
 from asset2sim.catalog.read import FrameRow
-from asset2sim.catalog.text import NOTHING, further_lines, number
+from asset2sim.catalog.text import NOTHING, further_lines, significant
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
 from asset2sim.report.exchanges import Exchange
-from asset2sim.report.hand_feel import felt, position
-from asset2sim.report.index_page import longest, method_of
+from asset2sim.report.hand_feel import position_in_words, sensations
+from asset2sim.report.index_page import longest_edge, method_of
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, SIZE
-from schemas.errors import listed
+from schemas.errors import first_words
 from schemas.vocabulary import Source, Stage
 
 Rows = Mapping[str, Sequence[FrameRow]]
@@ -93,10 +93,10 @@ def object_page(
         "draw": shlex.join(["asset2sim", "report", "--out", beside.out]),
         "method": method_of(asset),
         "facts": facts(asset),
-        "kept": kept(asset),
+        "kept": kept_rows(asset),
         "pictures": pictures(asset, files),
         "loops": loops(asset, files),
-        "asked": asked(own),
+        "asked": asked_rows(own),
         "links": in_order(own["links"], "link"),
         "joints": [joint_words(joint, checks) for joint in in_order(own["joints"], "joint")],
         "findings": sorted(own["findings"], key=lambda item: SEVERITIES.index(item["severity"])),
@@ -114,9 +114,9 @@ def object_page(
     }
 
 
-def visible(value: float | None, unit: str) -> str:
+def shown_number(value: float | None, unit: str) -> str:
     """A number with its unit; what is too small to matter as less than a thousandth."""
-    return f"< 0.001 {unit}" if value is not None and 0.0 < value < 1e-3 else number(value, unit)
+    return f"< 0.001 {unit}" if value is not None and 0.0 < value < 1e-3 else significant(value, unit)
 
 
 def in_order(items: Sequence[FrameRow], name: str) -> list[FrameRow]:
@@ -128,43 +128,43 @@ def facts(asset: FrameRow) -> list[tuple[str, str, str]]:
     """The object in figures: (what, value, where it came from)."""
     if asset["scale"] is None:
         return []
-    sizes = " × ".join(number(asset[f"size_{axis}_m"]) for axis in "xyz")
+    sizes = " × ".join(significant(asset[f"size_{axis}_m"]) for axis in "xyz")
     mount = f" ({asset['support_mount']})" if asset["support_mount"] else ""
     found = [
         ("size", f"{sizes} m", ""),
-        ("scale", number(asset["scale"]), asset["scale_source"]),
-        ("mass", number(asset["mass_kg"], "kg"), ""),
+        ("scale", significant(asset["scale"]), asset["scale_source"]),
+        ("mass", significant(asset["mass_kg"], "kg"), ""),
         ("support", f"{asset['support'] or NOTHING}{mount}", asset["support_source"]),
-        ("contact friction", number(asset["contact_friction"]), ""),
-        ("overlap Φ", number(asset["penetration_mm"], "mm"), ""),
-        ("drift", visible(None if asset["drift_m"] is None else 1e3 * asset["drift_m"], "mm"), ""),
+        ("contact friction", significant(asset["contact_friction"]), ""),
+        ("overlap Φ", significant(asset["penetration_mm"], "mm"), ""),
+        ("drift", shown_number(None if asset["drift_m"] is None else 1e3 * asset["drift_m"], "mm"), ""),
         ("links, joints", f"{asset['n_links']}, {asset['n_joints']}", ""),
     ]
     return [(what, value, source or "") for what, value, source in found]
 
 
-def kept(asset: FrameRow) -> list[tuple[str, str, str]]:
+def kept_rows(asset: FrameRow) -> list[tuple[str, str, str]]:
     """The numbers of a file in metres and what became of them: (quantity, how many are kept, supplied and mended, how
     far they are believed and why); none for other files."""
     found = []
     for row in json.loads(asset["authored_json"] or "[]"):
         counts = [f"{row[how]} {how}" for how in WAYS if row[how]]
-        said = [f"{item['trust']}{named(item['of'])}: {item['reason']}" for item in row["said"]]
+        said = [f"{item['trust']}{first_names(item['of'])}: {item['reason']}" for item in row["said"]]
         if counts or said:
             found.append((row["quantity"], ", ".join(counts), "; ".join(said)))
     return found
 
 
-def named(names: Sequence[str]) -> str:
+def first_names(names: Sequence[str]) -> str:
     """The first few names in brackets, and how many more; "" for none."""
-    return f" ({listed(names, MOST_NAMED)})" if names else ""
+    return f" ({first_words(names, MOST_NAMED)})" if names else ""
 
 
 def pictures(asset: FrameRow, files: Collection[str]) -> list[Picture]:
     """Before and after from the same view, both at their true size, and the joints, as far as they are there."""
-    what, size, scale = asset["category"] or "object", longest(asset), asset["scale"]
-    raw = "" if size is None or not scale else f", {number(size / scale, 'm')} long as it is written"
-    now = "" if size is None else f", {number(size, 'm')} long"
+    what, size, scale = asset["category"] or "object", longest_edge(asset), asset["scale"]
+    raw = "" if size is None or not scale else f", {significant(size / scale, 'm')} long as it is written"
+    now = "" if size is None else f", {significant(size, 'm')} long"
     state = "in the state that it starts in"
     shown = (
         Picture(BEFORE, f"{what} {asset['asset_id']} before: as it came, every joint at zero", f"as it came{raw}"),
@@ -187,7 +187,7 @@ def loops(asset: FrameRow, files: Collection[str]) -> list[Picture]:
     ]
 
 
-def asked(own: Rows) -> list[tuple[str, str, float | None]]:
+def asked_rows(own: Rows) -> list[tuple[str, str, float | None]]:
     """Requests and expectations of the object, what came of it, and how far that meets it, 0 to 1: the catalog's
     score. None where that is told elsewhere, or by another."""
     found: list[tuple[str, str, float | None]] = []
@@ -195,21 +195,21 @@ def asked(own: Rows) -> list[tuple[str, str, float | None]]:
         if joint["asked_position"] is None:
             continue
         slides = joint["position_unit"] == "m"
-        words = [f"asked at {position(joint['asked_position'], slides)}"]
-        words += [f"starts at {position(joint['initial_position'], slides)}"]
+        words = [f"asked at {position_in_words(joint['asked_position'], slides)}"]
+        words += [f"starts at {position_in_words(joint['initial_position'], slides)}"]
         if joint["final_position"] is not None:
-            words += [f"rests at {position(joint['final_position'], slides)}"]
+            words += [f"rests at {position_in_words(joint['final_position'], slides)}"]
         found.append((f"{joint['label'] or 'joint'} ({joint['joint']})", ", ".join(words), None))
     for row in own["alignment"]:
         found.append(("scale", row["scale_reason"], row["scale_score"]))
         found.append(("state", row["state_reason"], row["state_score"]))
         if row["judged"] is not None:
-            found.append(("judged by a model", f"{number(row['judged'])}: {row['judged_reason']}", None))
+            found.append(("judged by a model", f"{significant(row['judged'])}: {row['judged_reason']}", None))
     for row in own["expectations"]:
         spans = " or ".join(f"{low:g} to {high:g}" for low, high in zip(row["lows"], row["highs"], strict=True))
         met = row["met_at_start"] if row["met_at_rest"] is None else row["met_at_rest"]
-        rest = "" if row["rest"] is None else f", {number(row['rest'])} at rest"
-        words_of = f"{spans} {row['unit']}; is {number(row['start'])}{rest}. {row['why']}" if spans else row["why"]
+        rest = "" if row["rest"] is None else f", {significant(row['rest'])} at rest"
+        words_of = f"{spans} {row['unit']}; is {significant(row['start'])}{rest}. {row['why']}" if spans else row["why"]
         found.append((f"a reader expects: {row['what']}", row["reason"] or words_of, met))
     return found
 
@@ -220,23 +220,23 @@ def joint_words(joint: FrameRow, checks: Sequence[FrameRow]) -> dict[str, Any]:
     limits = (
         "turns for ever"
         if joint["lower"] is None
-        else f"{position(joint['lower'], slides)} to {position(joint['upper'], slides)}"
+        else f"{position_in_words(joint['lower'], slides)} to {position_in_words(joint['upper'], slides)}"
     )
     return {
         "joint": joint["joint"],
         "type": joint["type"],
         "label": joint["label"],
         "terms": [
-            (name, number(joint[name], units[name]), joint[f"{name}_source"])
+            (name, significant(joint[name], units[name]), joint[f"{name}_source"])
             for name in ("damping", "friction", "stiffness")
         ],
-        "start": position(joint["initial_position"], slides),
+        "start": position_in_words(joint["initial_position"], slides),
         "start_source": joint["position_source"],
         "limits": limits,
         "open": ""
         if joint["closed"] == joint["open"]
-        else f"{position(joint['closed'], slides)} → {position(joint['open'], slides)}",
-        "felt": felt(joint, [row for row in checks if row["subject"] == joint["joint"]]),
+        else f"{position_in_words(joint['closed'], slides)} → {position_in_words(joint['open'], slides)}",
+        "felt": sensations(joint, [row for row in checks if row["subject"] == joint["joint"]]),
     }
 
 
@@ -247,13 +247,13 @@ def phi_plot(trace: Sequence[FrameRow]) -> str:
         return ""
     kept = [row["phi_after_mm"] if row["accepted"] else row["phi_before_mm"] for row in steps]
     told = [
-        f"step {row['step']}, {row['proposer']}: {number(value, 'mm')}, "
+        f"step {row['step']}, {row['proposer']}: {significant(value, 'mm')}, "
         f"{'kept' if row['accepted'] else 'refused'}: {row['reason']}"
         for row, value in zip(steps, kept, strict=True)
     ]
     points = [(float(index), float(value)) for index, value in enumerate(kept)]
-    title = f"Φ from {number(kept[0], 'mm')} to {number(kept[-1], 'mm')} over {len(points)} steps"
-    return line(points, told, title, lambda x: f"{x:.0f}", lambda y: number(y), (0.0, max(kept)), "step")
+    title = f"Φ from {significant(kept[0], 'mm')} to {significant(kept[-1], 'mm')} over {len(points)} steps"
+    return line(points, told, title, lambda x: f"{x:.0f}", lambda y: significant(y), (0.0, max(kept)), "step")
 
 
 def engines(own: Rows) -> dict[str, Any]:
@@ -268,14 +268,14 @@ def engines(own: Rows) -> dict[str, Any]:
     ):  # fmt: skip
         values = [None if row[column] is None else factor * row[column] for row in measured]
         if any(value is not None for value in values):
-            lines.append((what, [(visible(value, unit), None) for value in values]))
+            lines.append((what, [(shown_number(value, unit), None) for value in values]))
     for test, words in CHECKS.items():
         mine = [row for row in own["interactions"] if row["test"] == test and row["passed"] is not None]
         if mine:
             lines.append(
                 (words, [_passed([item for item in mine if item["engine"] == row["engine"]]) for row in measured])
             )
-    lines.append(("time to verify", [(number(row["seconds"], "s"), None) for row in measured]))
+    lines.append(("time to verify", [(significant(row["seconds"], "s"), None) for row in measured]))
     return {
         "names": [f"{row['engine']} {row['engine_version']}" for row in measured],
         "lines": lines if measured else [],

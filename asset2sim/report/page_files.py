@@ -10,8 +10,8 @@ from urllib.parse import quote
 from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from asset2sim.catalog.text import duration, number
-from asset2sim.report.charts import counted
+from asset2sim.catalog.text import duration, significant
+from asset2sim.report.charts import count_in_words
 from asset2sim.storage.objects import cache_root
 from asset2sim.storage.regular_files import write_whole
 from schemas.errors import printable
@@ -66,8 +66,8 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters |= {
-        "number": number,
-        "counted": counted,
+        "number": significant,
+        "counted": count_in_words,
         "place": _place,
         "duration": duration,
         "page": page_path,

@@ -25,7 +25,7 @@ from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import Beside, object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
-from asset2sim.report.snapshot import Snapshot, newest, read_snapshot, rows_of
+from asset2sim.report.snapshot import Snapshot, newest_rows, read_snapshot, rows_of
 from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull, push
 from asset2sim.storage.objects import (
@@ -98,7 +98,7 @@ def write_site(
         if url is not None:
             pull(url, out, (f"{FOLDER}/{STATE}",))
         state = {} if anew else _read_state(folder)
-        assets = newest(found)
+        assets = newest_rows(found)
         drawn = _draw(found, assets, out, url, state, workers, before, loops)
         ids = sorted(assets)
         near = dict(zip(ids, zip([None, *ids[:-1]], [*ids[1:], None], strict=True), strict=True))

@@ -66,7 +66,7 @@ def read_snapshot(out: Path | str) -> Snapshot:
     return Snapshot(tables, tuple(rows(assets)), tuple(runs), modes)
 
 
-def newest(found: Snapshot) -> dict[str, FrameRow]:
+def newest_rows(found: Snapshot) -> dict[str, FrameRow]:
     """Asset id → its row that was written last, whichever its method and model: the one whose folder OUT has."""
     runs = found.tables["runs"].sort_values("started_at", kind="stable")["run_id"]
     at = {run_id: place for place, run_id in enumerate(runs)}

@@ -41,7 +41,7 @@ def check_request(
     """The assets to refine, as ``load_dataset`` has them. Raises ``UsageError`` for what cannot be done as asked."""
     found, mistakes = FoundAssets([]), Mistakes()
     with mistakes:
-        refs = load_dataset(data, subset, asset_ids, limit, partial(cut, inputs=settings.inputs))
+        refs = load_dataset(data, subset, asset_ids, limit, partial(cut_scenes, inputs=settings.inputs))
         found = FoundAssets(with_prompt(refs, settings.prompt))
     with mistakes:
         check_run(found, data, out, settings)
@@ -49,7 +49,7 @@ def check_request(
     return found
 
 
-def cut(refs: list[AssetRef], inputs: InputSettings) -> list[AssetRef]:
+def cut_scenes(refs: list[AssetRef], inputs: InputSettings) -> list[AssetRef]:
     """The assets, scenes among them cut where ``inputs`` ask for it, each in a child process: one that dies of a file
     leaves that as it is, to fail as an asset."""
     if not inputs.split:

@@ -57,7 +57,7 @@ class DoctorCheck:
     needed: bool = True
 
 
-def examine(out: Path | str, model: ModelSettings) -> list[DoctorCheck]:
+def run_all_checks(out: Path | str, model: ModelSettings) -> list[DoctorCheck]:
     """Results of all checks, in the order in which a run would meet the problems; no file is left behind."""
     quiet_environment()
     place = Location(out)

@@ -34,10 +34,10 @@ def _mistake(found: ErrorDetails, model: type[BaseModel]) -> str:
     if found["type"] in ("missing", "too_short", "too_long"):
         whole = schema_at(model, [part for part in place if isinstance(part, str)])
         return f"expected {whole.get('minItems', 1)} arguments"
-    return f"'{value}' is not {described(schema)}"
+    return f"'{value}' is not {condition_in_words(schema)}"
 
 
-def described(schema: Schema) -> str:
+def condition_in_words(schema: Schema) -> str:
     """Condition of a value, in words: "a number above 0"."""
     kinds = {"integer": "a whole number", "number": "a number", "boolean": "true or false", "string": "a text"}
     kind = kinds.get(schema.get("type", ""))

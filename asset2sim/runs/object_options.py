@@ -19,7 +19,7 @@ class CheckOptions(FileOptions):
     pass, 1 where one fails, 2 for a mistake in the command."""
 
     folders: CliPositionalArg[typed.FOLDERS] = Field(description="assets' folders or files, or folders of those")
-    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
+    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
         None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
     )
     interaction: CliDualFlag[bool] = Field(

@@ -32,7 +32,7 @@ from schemas.vocabulary import (
 )
 
 
-def split(text: object) -> object:
+def comma_separated(text: object) -> object:
     """The names in a comma-separated list, in its order. Raises ValueError for an option without a value."""
     if text == []:
         raise ValueError("expected at least one argument")
@@ -46,14 +46,14 @@ def viewed(engine: Engine) -> Engine:
     return engine
 
 
-def once(names: object) -> object:
+def each_once(names: object) -> object:
     """The names of a list, each once."""
     return tuple(dict.fromkeys(names)) if isinstance(names, tuple) else names
 
 
-def some(text: object) -> object:
+def at_least_one(text: object) -> object:
     """The text of a list. Raises ValueError where it has no name: that would choose all."""
-    if isinstance(text, str) and not split(text):
+    if isinstance(text, str) and not comma_separated(text):
         raise ValueError("it names nothing; leave it out for all of them")
     return text
 
@@ -68,10 +68,10 @@ def utc(text: object) -> object:
 
 
 Kind = TypeVar("Kind")
-Words = Annotated[Kind, NoDecode, BeforeValidator(split)]
+Words = Annotated[Kind, NoDecode, BeforeValidator(comma_separated)]
 """The type of an option that takes several names: with commas between them, or each a word of its own."""
-Listed = Words[Annotated[Kind, BeforeValidator(once)]]
-Chosen = Annotated[Listed[Kind], BeforeValidator(some)]
+Listed = Words[Annotated[Kind, BeforeValidator(each_once)]]
+Chosen = Annotated[Listed[Kind], BeforeValidator(at_least_one)]
 """The type of an option that chooses some of all."""
 
 FILE = TypeAliasType("FILE", Path)
@@ -115,7 +115,7 @@ VIEWS = TypeAliasType("VIEWS", Literal["now", "later"])
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 
-def nothing(value: Kind) -> Kind | None:
+def none_if_empty(value: Kind) -> Kind | None:
     """The value, or None for an empty list or text."""
     return value or None
 

@@ -25,7 +25,7 @@ from asset2sim.runs.option_groups import (
 )
 from schemas.authored import KEEP_WORDS
 from schemas.errors import UsageError
-from schemas.extensions import commands, missing, named
+from schemas.extensions import commands, missing, object_at
 from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (
@@ -71,10 +71,10 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
         description="a folder, or its URL, with manifest.csv, of asset folders, or of one asset; or an asset's file"
     )
     out: typed.OUT = Field(description="the output folder, or its URL")
-    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
+    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
         None, description=f"engines to verify in: {', '.join(Engine)} (default: all installed)"
     )
-    verify: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.nothing)] = Field(
+    verify: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
         None, description="those of them whose verdicts decide; the others are recorded (default: all)"
     )
     collision: typed.MODE = Field(
@@ -160,7 +160,7 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     gate: typed.GATE = Field(
         Gate.ERROR, description=f"{', '.join(Gate)}: a run that misses a gate says so, and with error exits with 3"
     )
-    hook: Annotated[typed.SHELL | None, AfterValidator(typed.nothing)] = Field(
+    hook: Annotated[typed.SHELL | None, AfterValidator(typed.none_if_empty)] = Field(
         None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
     )
 
@@ -267,7 +267,7 @@ def parse(words: Sequence[str]) -> Options:
     subcommand: Any = CliSubCommand
     for item in commands():
         field = Field(alias=item.name, description=item.description)
-        added[item.name.replace("-", "_")] = subcommand[named(item.options)], field
+        added[item.name.replace("-", "_")] = subcommand[object_at(item.options)], field
     if words and words[0] not in [item.name for item in commands()] and missing(words[0]):
         raise UsageError(missing(words[0]))
     whole = create_model("Command", __base__=Command, __doc__=Command.__doc__, **added)

@@ -70,9 +70,9 @@ def write_parts(scene: AssetRef, folder: Path, out: Path, settings: Settings) ->
         source = out / "assets" / ref.asset_id
         try:
             if (source / "overlay.json").is_file():
-                overlay, made = copied(source, place, part), "refined"
+                overlay, made = copied_part(source, place, part), "refined"
             else:
-                overlay, made = authored(ref, place, up, settings), "authored"
+                overlay, made = authored_part(ref, place, up, settings), "authored"
                 told.append(f"scene {scene.asset_id}: part {part.name} is not refined; its geometry stands there")
         except AssetError as error:
             told.append(f"scene {scene.asset_id}: part {part.name} is left out: {error}")
@@ -107,7 +107,7 @@ def overlapping(
     }
 
 
-def copied(source: Path, place: Path, part: Part) -> PhysicsOverlay:
+def copied_part(source: Path, place: Path, part: Part) -> PhysicsOverlay:
     """The overlay of a refined part, its folder copied without pictures, its root its own."""
     shutil.copytree(source, place, ignore=shutil.ignore_patterns("views", "SHA256SUMS"))
     urdf = place / URDF_NAME
@@ -115,7 +115,7 @@ def copied(source: Path, place: Path, part: Part) -> PhysicsOverlay:
     return PhysicsOverlay.model_validate_json((place / "overlay.json").read_text(encoding="utf-8"))
 
 
-def authored(ref: AssetRef, place: Path, up: UpAxis, settings: Settings) -> PhysicsOverlay:
+def authored_part(ref: AssetRef, place: Path, up: UpAxis, settings: Settings) -> PhysicsOverlay:
     """The overlay of a part whose shapes are written as authored, its joints held. Raises AssetError."""
     reach = allowed_folders(ref, settings.inputs)
     opened = open_origin(Path(ref.path), up, reach, ref.part)

@@ -121,12 +121,12 @@ def stated_settings(options: Options) -> dict[str, Any]:
     """The settings that the options given on a command line state, nested as in a settings file."""
     found: dict[str, Any] = {}
     for name in SETS.keys() & options.model_fields_set:
-        found = merged(found, _nested(SETS[name], getattr(options, name)))
+        found = merged_mappings(found, _nested(SETS[name], getattr(options, name)))
     if isinstance(options, RefineOptions) and (options.force or options.retry_failed):
-        found = merged(found, _nested("run.redo", Redo.ALL if options.force else Redo.FAILED))
+        found = merged_mappings(found, _nested("run.redo", Redo.ALL if options.force else Redo.FAILED))
     if isinstance(options, RefineOptions) and {"views", "no_views"} & options.model_fields_set:
         views = {"write": not options.no_views, "later": options.views == "later"}
-        found = merged(found, {"views": views})
+        found = merged_mappings(found, {"views": views})
     return found
 
 
@@ -140,12 +140,12 @@ def settings_for_run(file: Path | None, stated: Mapping[str, Any], below: Mappin
     """The settings of a run on this machine: as stated, else as in the file, else as ``below``, else built in, with a
     worker a core. Raises UsageError for a file that cannot be read or that states something else than settings, and for
     a method of a distribution that is not installed."""
-    found = merged({"run": {"workers": usable_cores()}}, below or {})
+    found = merged_mappings({"run": {"workers": usable_cores()}}, below or {})
     if file is not None:
         from asset2sim.runs.settings_file import read_settings
 
-        found = merged(found, read_settings(file))
-    settings = Settings.model_validate(merged(found, stated))
+        found = merged_mappings(found, read_settings(file))
+    settings = Settings.model_validate(merged_mappings(found, stated))
     if settings.method is not Method.ASSET2SIM:
         from asset2sim.baselines.declared_method import require_method  # late: methods take half a second to import
 
@@ -153,12 +153,12 @@ def settings_for_run(file: Path | None, stated: Mapping[str, Any], below: Mappin
     return settings
 
 
-def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+def merged_mappings(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
     """Two nested mappings as one; where both state a field, ``above`` has it."""
     found = dict(below)
     for name, value in above.items():
         both = isinstance(value, Mapping) and isinstance(found.get(name), Mapping)
-        found[name] = merged(found[name], value) if both else value
+        found[name] = merged_mappings(found[name], value) if both else value
     return found
 
 

@@ -48,7 +48,7 @@ class Copy:
     mtime_ns: int
 
 
-def changed(folder: Path, objects: Mapping[str, Stored]) -> list[str]:
+def changed_objects(folder: Path, objects: Mapping[str, Stored]) -> list[str]:
     """Names of the objects whose local copy ``folder / name`` is missing or out of date."""
     known = _known(folder, objects)
     return [
@@ -65,7 +65,7 @@ def changed_on_disk(folder: Path, names: Iterable[str]) -> list[str]:
     return [name for name in chosen if (mark := known.get(name)) is None or mark != _copy(folder / name, mark.version)]
 
 
-def note(folder: Path, objects: Mapping[str, Stored]) -> None:
+def note_copies(folder: Path, objects: Mapping[str, Stored]) -> None:
     """Record that ``folder / name`` is now a copy of the object, for each of these."""
     copies = [(name, _copy(folder / name, stored.version)) for name, stored in objects.items()]
     rows = [(name, *astuple(copy)) for name, copy in copies if copy is not None]
@@ -117,7 +117,7 @@ class ObjectsChangedError(StoreError):
     """The objects kept changing while they were being read."""
 
 
-def look(url: str, parts: Iterable[str]) -> dict[str, Stored]:
+def look_below(url: str, parts: Iterable[str]) -> dict[str, Stored]:
     """Name → object, of these folders and files below a URL. A part that ends with a slash is a folder."""
     found: dict[str, Stored] = {}
     for part in parts:
@@ -132,9 +132,9 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> None:
     """Make these parts of a local folder equal to those below the URL. The copy is consistent: objects are listed again
     after each download, until nothing changed meanwhile. Local files without an object are removed. Raises
     ObjectsChangedError where the objects keep changing."""
-    there = look(url, parts)
+    there = look_below(url, parts)
     for _ in range(ATTEMPTS):
-        names = changed(folder, there)
+        names = changed_objects(folder, there)
         if not names:
             break
         try:
@@ -143,7 +143,7 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> None:
             # Removed since it was listed, most likely.
             if not error.missing:
                 raise
-        there = look(url, parts)
+        there = look_below(url, parts)
     else:
         raise ObjectsChangedError(f"{url} is being written to all the time; try again later")
     remove_others(folder, parts, there)
@@ -171,14 +171,14 @@ def fetch(url: str, folder: Path, objects: Mapping[str, Stored]) -> None:
             place = folder / name
             place.parent.mkdir(parents=True, exist_ok=True)
             os.replace(path, place)
-    note(folder, objects)
+    note_copies(folder, objects)
 
 
 def push(url: str, folder: Path, names: Iterable[str]) -> None:
     """Upload those of these local files that changed since they last equalled their objects."""
     going = changed_on_disk(folder, names)
     send_objects({f"{url}/{name}": folder / name for name in going})
-    note(folder, _look_for(url, going))
+    note_copies(folder, _look_for(url, going))
 
 
 def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
@@ -188,7 +188,7 @@ def _look_for(url: str, names: Iterable[str]) -> dict[str, Stored]:
         groups[name.rpartition("/")[0]].append(name)
     found: dict[str, Stored] = {}
     for folder, inside in groups.items():
-        there = look(url, inside if len(inside) < LIST_FOLDER_FROM or not folder else [f"{folder}/"])
+        there = look_below(url, inside if len(inside) < LIST_FOLDER_FROM or not folder else [f"{folder}/"])
         found |= {name: there[name] for name in inside if name in there}
     return found
 

@@ -52,7 +52,7 @@ def fetch_listing(url: str) -> Listing:
 
 def cached_listing(url: str) -> Listing | None:
     """A cached listing that covers a URL and is at most ``LISTING_MAX_AGE_S`` old; None if there is none."""
-    return next((found for found in _fresh() if url == found.url or covers(found, url)), None)
+    return next((found for found in _fresh() if url == found.url or is_below(found, url)), None)
 
 
 def objects_below(listing: Listing, url: str) -> dict[str, Stored]:
@@ -67,7 +67,7 @@ def objects_below(listing: Listing, url: str) -> dict[str, Stored]:
     return found
 
 
-def covers(listing: Listing, url: str) -> bool:
+def is_below(listing: Listing, url: str) -> bool:
     """Whether a URL is below the listing's folder."""
     return url.startswith(f"{listing.url}/")
 

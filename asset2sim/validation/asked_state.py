@@ -27,7 +27,7 @@ UPRIGHT = 0.9
 class RequestedState:
     """The state that the words ask of a joint: ``share`` from closed (0) to open (1), and the position, rad or m at the
     authored scale. ``by_name``: the words name the part, not only the whole object ("an open box"). ``words`` says the
-    state ("slightly open"), ``travel`` how far the part is opened in use."""
+    state ("slightly open"), ``travel`` how far the part is opened in use, ``or_more`` that it may be further open."""
 
     joint: JointInfo
     share: float
@@ -35,6 +35,11 @@ class RequestedState:
     by_name: bool
     words: str
     travel: float
+    or_more: bool = False
+
+    def met_by(self, share: float) -> bool:
+        """Whether a part that may be further open is so, up to its open end."""
+        return self.or_more and self.share <= share <= 1.0 + BEYOND
 
 
 def with_asked_state(
@@ -96,7 +101,7 @@ def requested_states(
     parts = {part.joint.name: part for part in parts_of(info, guidance.category)}
     clear = {name: wish for name, wish in guidance.of_joints.items() if is_clear(parts[name].joint, wish, settings)}
     unnamed = {wish.joint for wish in guidance.states if not wish.by_name}
-    return {name: requested(parts[name], wish, scale, name not in unnamed) for name, wish in clear.items()}
+    return {name: requested_state(parts[name], wish, scale, name not in unnamed) for name, wish in clear.items()}
 
 
 def is_clear(joint: JointInfo, wish: AskedState, settings: PhysicsSettings) -> bool:
@@ -108,11 +113,12 @@ def is_clear(joint: JointInfo, wish: AskedState, settings: PhysicsSettings) -> b
     return wish.state.kind == "open" and joint.open_confidence >= settings.sure_of_closed
 
 
-def requested(part: MovablePart, wish: AskedState, scale: float, by_name: bool) -> RequestedState:
+def requested_state(part: MovablePart, wish: AskedState, scale: float, by_name: bool) -> RequestedState:
     """The state that a wish asks of a part's joint; ``scale`` is the final one."""
     position = asked_position(part, wish, scale)
     share = share_of(part.joint, position)
-    return RequestedState(part.joint, share, position, by_name, wish.state.describe(), useful_travel(part))
+    state, travel = wish.state, useful_travel(part)
+    return RequestedState(part.joint, share, position, by_name, state.describe(), travel, state.in_use)
 
 
 def missing_position(want: RequestedState, stray: tuple[JointInfo, float] | None, notes: Notes) -> float:
@@ -139,9 +145,12 @@ def missing_position(want: RequestedState, stray: tuple[JointInfo, float] | None
 def mirrored_if_wrong_end(want: RequestedState, at: float, notes: Notes) -> float:
     """The position, mirrored in the range where it lies near the end opposite to what the words say."""
     share = share_of(want.joint, at)
-    wrong = (want.share <= NEAR_END and 1.0 - NEAR_END <= share <= 1.0 + BEYOND) or (
-        want.share >= 1.0 - NEAR_END and -BEYOND <= share <= NEAR_END
-    )
+    if want.or_more:
+        wrong = -BEYOND <= share <= min(NEAR_END, 0.5 * want.share)
+    else:
+        wrong = (want.share <= NEAR_END and 1.0 - NEAR_END <= share <= 1.0 + BEYOND) or (
+            want.share >= 1.0 - NEAR_END and -BEYOND <= share <= NEAR_END
+        )
     if not wrong:
         return at
     mirrored = want.joint.closed + want.joint.open - at

@@ -9,7 +9,7 @@ import numpy as np
 from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import materials, part_material, sizes
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.inertia import between, box_inertia, tensor_of, wall_volume
+from asset2sim.physics.inertia import box_inertia, solid_to_shell, tensor_of, wall_volume
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Notes
 from schemas.overlay import Content, LinkProposal
@@ -72,8 +72,8 @@ def built_link(
     solid, sheet = tensor_of(link.unit_inertia) * scale**2, tensor_of(link.shell_inertia) * scale**2
     com, inertia = np.asarray(link.center) * scale, solid
     if outer > 0.0:
-        com = between(com, np.asarray(link.shell_center) * scale, filled)
-        inertia = between(solid, sheet, filled)
+        com = solid_to_shell(com, np.asarray(link.shell_center) * scale, filled)
+        inertia = solid_to_shell(solid, sheet, filled)
     mass = material_m3 * density
     mass, com, inertia = with_contents(mass, com, inertia, contents, link, scale, to_root)
     rule = MassRule.SHELL if shell else MassRule.SOLID

@@ -63,11 +63,11 @@ class ObjectQuestion:
     stated: Collection[str] = ()
 
 
-def outcome(question: ObjectQuestion, answer: Overlay) -> AnswerOutcome:
+def consequences(question: ObjectQuestion, answer: Overlay) -> AnswerOutcome:
     """The consequences of an answer, its units corrected, with every doubt of it."""
     features, settings = question.extraction.features, question.settings
     info = rounded_object_info(features)
-    made = completed(question, answer)
+    made = completed_physics(question, answer)
     found = size_doubts(info, question.guidance, answer, features, made, settings.doubt)
     wanted = requested_states(info, question.guidance, answer.scale, settings.physics)
     found += [doubt for want in wanted.values() for doubt in state_doubts(want, answer, features, settings.doubt)]
@@ -76,13 +76,13 @@ def outcome(question: ObjectQuestion, answer: Overlay) -> AnswerOutcome:
         units = {joint.name: made.scale if joint.prismatic else 1.0 for joint in features.joints}
         starts = {name: at / units[name] for name, at in made.initial_positions.items()}
         share = settings.search.state_tolerance
-        falls = {joint.name: end for joint in made.joints if (end := fallen(joint, share)) is not None}
+        falls = {joint.name: end for joint in made.joints if (end := where_gravity_takes(joint, share)) is not None}
         found += [fall_doubt(joint, falls[joint.name], features) for joint in made.joints if joint.name in falls]
         ends = {name: at / units[name] for name, at in falls.items()}
     return AnswerOutcome(tuple(doubt for doubt in found if doubt.what not in question.stated), starts, ends)
 
 
-def completed(question: ObjectQuestion, answer: Overlay) -> PhysicsOverlay | None:
+def completed_physics(question: ObjectQuestion, answer: Overlay) -> PhysicsOverlay | None:
     """The physics that rules make of an answer; None where they cannot."""
     physics = question.settings.physics
     friction = contact_friction(answer.contact_material, physics)
@@ -145,7 +145,8 @@ def state_doubts(want: RequestedState, answer: Overlay, features: Features, sett
             "starts closed"
         )
         return [Doubt(name, told)]
-    if abs(at - want.position) <= position_sigma(answer, name, want.travel, settings):
+    near = abs(at - want.position) <= position_sigma(answer, name, want.travel, settings)
+    if near or want.met_by(share_of(want.joint, at)):
         return []
     turned = f", {math.degrees(abs(at - want.joint.closed)):.0f}°"
     told = (
@@ -155,7 +156,7 @@ def state_doubts(want: RequestedState, answer: Overlay, features: Features, sett
     return [Doubt(name, told)]
 
 
-def fallen(joint: JointPhysics, share: float) -> float | None:
+def where_gravity_takes(joint: JointPhysics, share: float) -> float | None:
     """Where gravity takes a joint that is asked to stand somewhere, by more than this share of how far it is open (of
     its range where it is closed), rad or m at the final scale; None where it stays."""
     if joint.asked_position is None or joint.mimic is not None or joint.lower is None or joint.upper is None:

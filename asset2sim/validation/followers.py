@@ -29,7 +29,9 @@ def leaders_positions(
     return positions, frozenset(wanted)
 
 
-def follow(features: Features, starts: Mapping[str, Start], scale: float, notes: Notes) -> dict[str, Start]:
+def starts_of_followers(
+    features: Features, starts: Mapping[str, Start], scale: float, notes: Notes
+) -> dict[str, Start]:
     """The starts with followers where their leaders start, and as far as those take them (final scale); a finding
     for each says which loaders honour it."""
     placed = dict(starts)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asset2sim.guidance.parts import by_shape, held_as, part_name, shape_name
-from asset2sim.guidance.tables import mechanism, part_effort
+from asset2sim.guidance.tables import mechanism, part_effort, turns_as_its_kind
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
-from asset2sim.physics.grip import grip_on, round_about
-from asset2sim.physics.kinematics import TreeJoint, beyond, in_chains, link_to_root
+from asset2sim.physics.grip import Grip, grip_on, round_about
+from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, rigid_links
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
@@ -38,6 +38,10 @@ BORNE_SHARE = 0.2
 of it starts at a fourth."""
 FIRMER, LIGHTER = 1.5, 0.75
 """What words for high and low damping do to the largest force that a part may take."""
+STIFF_SHARE = 0.5
+"""Least effort of a part that a user calls hard to move, over the most of its kind: nobody says so of a tenth of it."""
+LOW_LEVELS = ("super low", "low")
+"""Words for low damping, of parts that are as light as still holds them."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,10 @@ class Handling:
     tips_downward: float = math.inf
     click_rad: float = 0.0
     """Turn from one detent to the next; 0 without."""
+    asked_n: float | None = None
+    """Force at its edge that moving it takes, as the user says, N."""
+    judged: EffortRange | None = None
+    """The range by which it is judged where that is wider: of what is asked, and of its kind."""
     ground_load: float = 0.0
     """Effort of the ground on the joint where the object stands on its part by a spring, N·m or N."""
 
@@ -104,11 +112,15 @@ def handling(
     named = by_shape(named, shaped, label, joint.child, joint.name)
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
+    if joint.type == "continuous" and turns_as_its_kind(named, features.category):
+        motion = "spin"
     row = part_effort(named, features.category, motion, moved.length_m, loose=not stays)
     level = None if proposal is None else proposal.damping_level
-    factor = FIRMER if level in ("high", "super high") else LIGHTER if level in ("low", "super low") else 1.0
+    factor = FIRMER if level in ("high", "super high") else LIGHTER if level in LOW_LEVELS else 1.0
     said = {1.0: "", FIRMER: "; firmer, as asked", LIGHTER: "; lighter, as asked"}[factor]
     least = max(row.least_n if stays else 0.0, row.least_share * moved.weight_n) * min(factor, 1.0)
+    if proposal is not None and proposal.stiff:
+        least = max(least, STIFF_SHARE * row.most_n)
     if is_sprung(proposal):
         # A spring that is stated for a part of no row of its own is as light as it is stated.
         own = row != part_effort("", features.category, motion, moved.length_m)
@@ -197,7 +209,7 @@ def handlings(
     for name in positions:
         joint, hinge = features.joint(name), joints[name]
         frame = poses[hinge.parent] @ hinge.child_to_parent
-        links = beyond(tree, name)
+        links = rigid_links(tree, name)
         cloud = np.vstack([np.zeros((0, 3)), *(clouds[link] for link in links if link in clouds)])
         axis, origin = frame[:3, :3] @ hinge.axis, frame[:3, 3]
         length = float(np.ptp(cloud, axis=0).max()) if len(cloud) else 0.0
@@ -223,7 +235,9 @@ def handlings(
             else bearable(support, grip.point, sign * grip.direction, contact_friction)
             for sign in (1.0, -1.0)
         )
-        kind = replace(kind, lever=grip.lever, tips_upward=up, tips_downward=down)
+        kind = replace(
+            kind, lever=grip.lever, tips_upward=up, tips_downward=down, asked_n=asked_force(proposals.get(name), grip)
+        )
         found[name] = replace(kind, range=as_borne(kind))
     return found
 
@@ -234,6 +248,37 @@ def as_borne(kind: Handling) -> EffortRange:
     if stated.least_n <= borne:
         return stated
     return stated.model_copy(update={"least_n": borne, "source": f"{stated.source}; as light as the object stands"})
+
+
+def asked_force(proposal: JointProposal | None, grip: Grip) -> float | None:
+    """The force at a part's edge (N) that moving it takes, as its user says in N, or about its hinge in N·m."""
+    if proposal is None or proposal.effort_n is not None or proposal.effort_nm is None:
+        return None if proposal is None else proposal.effort_n
+    return proposal.effort_nm / grip.lever
+
+
+def as_asked(name: str, kind: Handling, load: float, notes: Notes) -> Handling:
+    """The handling of a part that takes what its user says, as far as the object stands it; as usual, which is said,
+    where its own weight, a ``load`` (N·m or N) at the start, takes more. What a catch holds is asked of that alone."""
+    if kind.asked_n is None:
+        return kind
+    force, weight = min(kind.asked_n, SAFE_SHARE * min(kind.tips_upward, kind.tips_downward)), abs(load) / kind.lever
+    caught = kind.mechanism in CAUGHT
+    if force < kind.asked_n or (weight >= force and not caught):
+        why = "with more the object tips over or slides" if force < kind.asked_n else f"it weighs {weight:.3g} N there"
+        message = f"joint '{name}': {kind.asked_n:.3g} N at its edge, as asked, is not what moving it takes: {why}"
+        notes.warn("effort_unmet", message, joint=name, value=kind.asked_n, limit=max(force, weight))
+    if weight >= force and not caught:
+        return replace(kind, asked_n=None)
+    said = f"as asked, {kind.asked_n:.3g} N"
+    least = min(kind.range.least_n, force / FELT_MARGIN) if caught else force / FELT_MARGIN
+    stated = {"least_n": least, "most_n": force / SAFE_SHARE, "source": said}
+    asked = kind.range.model_copy(update=stated)
+    # A spring that carries a flap may be stronger, and what an engine makes tip may have to be looser than statics say.
+    bounds = min(least, kind.range.least_n), max(asked.most_n, kind.range.most_n)
+    wide = {"least_n": bounds[0], "most_n": bounds[1], "source": f"{kind.range.source}; {said}"}
+    judged = kind.range.model_copy(update=wide)
+    return replace(kind, range=asked, judged=judged, lets_go_n=force if caught else kind.lets_go_n)
 
 
 def is_sprung(proposal: JointProposal | None) -> bool:

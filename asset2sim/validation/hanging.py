@@ -1,12 +1,13 @@
 """Cupboards that hang on a wall, told from those that stand on a floor by their shape alone."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import apply, beyond, link_to_root, tree_of
+from asset2sim.physics.kinematics import apply, link_to_root, rigid_links, tree_of
 from schemas.features import Features, JointFeatures
 
 CABINET = "StorageFurniture"
@@ -27,6 +28,12 @@ FLAT_SHARE = 0.01
 LOW_SHARE = 0.4
 """Height of a handle within its door, as a share of the door's, up to which it is gripped from below: handles of wall
 units sit at the lower edge of the door, those of base units at the upper one (makers' mounting instructions)."""
+LEVEL = 0.3
+"""|axis · z| up to which a hinge is a flap's."""
+FLAP_RAD = math.radians(110.0)
+"""How far flaps are opened in use (``mechanisms.csv``), rad."""
+BELOW_SHARE = 0.05
+"""How far a flap swings below the bottom of a cupboard that hangs, as a share of its height: more than handles do."""
 GRIP_SHARE = 0.3
 """Share of how far a door's front stands out, outermost, that is its handle's ..."""
 LEAST_GRIP = 0.008
@@ -50,7 +57,7 @@ def hangs_on_wall(features: Features, points: Mapping[str, Array], scale: float,
     low, size = whole.min(axis=0), np.ptp(whole, axis=0)
     height = float(size[2])
     bottom = whole[whole[:, 2] <= low[2] + FLAT_SHARE * height]
-    carried = {joint.name: beyond(tree, joint.name) for joint in features.movable_joints}
+    carried = {joint.name: rigid_links(tree, joint.name) for joint in features.movable_joints}
     still = [cloud for link, cloud in clouds.items() if not any(link in links for links in carried.values())]
     fronts = [[clouds[link] for link in carried[joint.name] if link in clouds] for joint in doors]
     if not still or not all(fronts):
@@ -61,7 +68,7 @@ def hangs_on_wall(features: Features, points: Mapping[str, Array], scale: float,
         if grip is None or not DEPTHS[0] <= depth / height <= DEPTHS[1] or np.ptp(door[:, 2]) < DOOR_SHARE * height:
             return ""
         heights.append(grip)
-    flat = covers(bottom[:, :2], float(np.ptp(body[:, 0]) * np.ptp(body[:, 1]))) >= FOOT_SHARE
+    flat = hull_share(bottom[:, :2], float(np.ptp(body[:, 0]) * np.ptp(body[:, 1]))) >= FOOT_SHARE
     ends = min(float(door[:, 2].min()) for door in moved) - float(low[2])
     if not flat or ends > BOTTOM_SHARE * height or max(heights) > LOW_SHARE:
         return ""
@@ -69,6 +76,36 @@ def hangs_on_wall(features: Features, points: Mapping[str, Array], scale: float,
         f"its doors end at its flat bottom, without feet or plinth, and are gripped at {100 * max(heights):.0f} % of "
         "their height, from below"
     )
+
+
+def swings_below(features: Features, points: Mapping[str, Array], scale: float, category: str) -> str:
+    """Evidence, in words, that a cupboard hangs on a wall: opened as in use, a flap of it swings well below its bottom,
+    where a floor would stop it; empty where none does. ``points`` are as in ``hangs_on_wall``."""
+    flaps = [joint for joint in features.movable_joints if is_flap(joint)]
+    if category != CABINET or not flaps:
+        return ""
+    tree = tree_of(features.joints, scale)
+    closed = {
+        joint.name: (joint.closed or 0.0) * (scale if joint.prismatic else 1.0) for joint in features.movable_joints
+    }
+
+    def heights(positions: Mapping[str, float]) -> dict[str, Array]:
+        poses = link_to_root(tree, features.root, positions)
+        return {name: apply(poses[name], cloud)[:, 2] for name, cloud in points.items() if len(cloud)}
+
+    whole = np.concatenate([np.zeros(0), *heights(closed).values()])
+    for joint in flaps:
+        way = float(np.clip((joint.open or 0.0) - closed[joint.name], -FLAP_RAD, FLAP_RAD))
+        opened, moved = heights({**closed, joint.name: closed[joint.name] + way}), rigid_links(tree, joint.name)
+        below = max((float(whole.min() - opened[link].min()) for link in moved if link in opened), default=0.0)
+        if below > BELOW_SHARE * float(np.ptp(whole)):
+            return f"the flap of '{joint.name}' swings {below:.2g} m below its bottom, where a floor would stop it"
+    return ""
+
+
+def is_flap(joint: JointFeatures) -> bool:
+    """Whether a joint is a hinge that turns about a level axis."""
+    return joint.type == "revolute" and abs(joint.axis_in_root[2]) <= LEVEL
 
 
 def is_door(joint: JointFeatures) -> bool:
@@ -91,7 +128,7 @@ def front_of(door: Array, body: Array, height: float) -> tuple[float, float | No
     return depth, float((grip.min() + grip.max()) / 2.0 - door[:, 2].min()) / float(extent[2])
 
 
-def covers(points: Array, box_m2: float) -> float:
+def hull_share(points: Array, box_m2: float) -> float:
     """Share of an area (m²) that the convex hull of (n, 2) points covers; 0 where they lie on a line."""
     try:
         return float(ConvexHull(points).volume) / max(box_m2, 1e-12)

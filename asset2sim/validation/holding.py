@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import Pull
@@ -24,8 +25,6 @@ LEFT_SHARES = (0.25, 0.75)
 """Shares of its range between which a part that is left anywhere is left; near its ends it is put to the end."""
 AHEAD_SHARE = 0.05
 """Share of its range from its closed end beyond which a door starts open."""
-LIFTING_SHARE = 1.1
-"""Largest share of an open door's weight that its springs carry: its hinges' friction keeps it down."""
 BALANCED = 0.05
 """Share of a part's largest pull by gravity below which its hinge's own friction keeps it."""
 LEFT_SAMPLES = 17
@@ -68,10 +67,11 @@ class Holding:
 def counterbalance(
     start: Start, pull: Pull, kind: Handling, least_inertia: float, settings: PhysicsSettings
 ) -> Balance:
-    """The spring of a door that drops open, relaxed where it is closed, that carries ``counterbalance_share`` of its
-    weight where it starts, or where that is closed, where it is open; never so much more of it there that friction does
-    not keep it down. None for a part of another kind, or that gravity does not pull open; but a flap too heavy for a
-    hand, with the friction that would hold it, has a spring, whatever it is called."""
+    """The spring of a door that drops open, fitted over where people leave it, from where it starts or a quarter of its
+    way on to its open end: stiffness and relaxed position leave the least worst load there (a line beside a sinusoid:
+    7 % of its largest weight over a right angle), wound up by no more than a turn. Below, it pulls the door shut.
+    None for a part of another kind, or that gravity does not pull open; but a flap too heavy for a hand, with the
+    friction that would hold it, has a spring, whatever it is called."""
     span = start.range
     way, ahead = span.open - span.closed, start.position - span.closed
     if span.joint.prismatic or span.lower is None or way == 0.0:
@@ -83,12 +83,19 @@ def counterbalance(
     # Upright hinges have no load to carry, and what gravity shuts needs a strut and not this spring.
     if load * way <= 0.0 or abs(load) < settings.bump_share * math.hypot(pull.force, pull.slope):
         return NO_BALANCE
+    first = ahead / way if ahead / way > AHEAD_SHARE else LEFT_SHARES[0]
+    places = span.closed + way * np.linspace(min(first, LEFT_SHARES[0]), 1.0, LEFT_SAMPLES)
+    loads = pull.at(places)
     largest = settings.max_stiffness_step * least_inertia / settings.coarse_timestep_s**2
-    stiffness = settings.counterbalance_share * abs(load / way)
-    if ahead * way > AHEAD_SHARE * way**2:
-        here = settings.counterbalance_share * abs(float(pull.at(start.position)) / ahead)
-        stiffness = min(here, LIFTING_SHARE * abs(load / way))
-    return Balance(min(stiffness, largest), span.closed)
+    softest = min(abs(load) / math.tau, largest)
+    fitted = minimize_scalar(
+        lambda slope: float(np.ptp(loads - slope * places)),
+        bounds=(softest, largest),
+        options={"xatol": 1e-6 * largest},
+    )
+    left = loads - fitted.x * places
+    wound = (left.max() + left.min()) / (2.0 * fitted.x) + span.closed
+    return Balance(float(fitted.x), float(span.closed - np.clip(wound, -math.tau, math.tau)))
 
 
 def holding(
@@ -99,10 +106,11 @@ def holding(
     balance: Balance,
     *,
     bump_share: float,
+    margin: float,
     settings: PhysicsSettings,
 ) -> Holding:
-    """The friction that holds a joint where it starts and where people leave it, bears a bump of ``bump_share`` of
-    gravity, and leaves a hand able to move it; at least what holds it where it starts.
+    """The friction that holds a joint, ``margin`` times its load, where it starts and where people leave it, bears a
+    bump of ``bump_share`` of gravity, and leaves a hand able to move it; at least what holds it where it starts.
 
     ``largest_gravity`` (N·m or N) is gravity's largest pull on it in any direction.
     """
@@ -111,13 +119,16 @@ def holding(
     if on_stop(start, here):
         load, bump = 0.0, max(bump - abs(here), 0.0)
     least = settings.least_hold_margin * load
+    left = float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0))
     if kind.anywhere:
-        load = max(load, float(np.abs(load_where_left(start.range, pull, balance)).max(initial=0.0)))
+        load = max(load, left)
     # What is left anywhere resists a hand both ways, by detents or a brake: a dial, a blade.
     felt = kind.least_effort if kind.anywhere else felt_friction(kind, here)
     if leads_off_its_stop(start, here):
         felt = kind.least_effort + abs(here)
-    wanted = max(settings.hold_margin * load, bump, felt)
+    # What springs leave of a door's weight, and with what they would lift it from its open end.
+    felt = max(felt, settings.least_hold_margin * left) if balance.stiffness > 0.0 else felt
+    wanted = max(margin * load, bump, felt)
     bearable = min(kind.most_upward + here, kind.most_downward - here)
     return Holding(max(min(wanted, bearable), least), wanted, balance)
 
@@ -156,7 +167,7 @@ def on_stop(start: Start, load: float) -> bool:
     return stop is not None and abs(start.position - stop) <= STOP_SHARE * start.range.span
 
 
-def leaves(start: Start, pull: Pull, largest_gravity: float) -> bool:
+def gravity_moves(start: Start, pull: Pull, largest_gravity: float) -> bool:
     """Whether gravity alone would move the joint away from where it starts: it is not near its balance, and no stop is
     in its way. ``largest_gravity`` (N·m or N) is gravity's largest pull on it in any direction."""
     load = float(pull.at(start.position))
@@ -171,7 +182,7 @@ def must_hold(proposal: JointProposal, start: Start, pull: Pull, largest_gravity
     if proposal.mechanism is not None and proposal.mechanism not in CAUGHT:
         return proposal.mechanism in STAYS
     holds = start.requested and is_open(start)
-    if holds and leaves(start, pull, largest_gravity):
+    if holds and gravity_moves(start, pull, largest_gravity):
         name = start.range.joint.name
         message = f"joint '{name}': asked to stand at {start.position:.4g}, where its weight would move it: it holds"
         notes.info("holds_implied", message, joint=name, value=start.position)

@@ -55,7 +55,7 @@ def bound_together(
             "more than the time step bears"
         )
         notes.info("stiffness_coupled", message, value=fastest, limit=largest)
-        joints = [softened(joint, factor, rests[joint.name]) for joint in joints]
+        joints = [with_softer_spring(joint, factor, rests[joint.name]) for joint in joints]
     return tuple(joints)
 
 
@@ -66,7 +66,7 @@ def fastest_spring(joints: Sequence[JointPhysics], spaces: Sequence[JointSpace])
     return max(space.geared(armature).fastest_decay(stiffness) for space in spaces)
 
 
-def softened(joint: JointPhysics, factor: float, rest: float) -> JointPhysics:
+def with_softer_spring(joint: JointPhysics, factor: float, rest: float) -> JointPhysics:
     """The joint with its spring's stiffness multiplied, and the same force at ``rest`` (rad or m)."""
     if joint.stiffness == 0.0:
         return joint

@@ -52,7 +52,7 @@ def report_effort(joint: JointPhysics, stated: float | None, settings: PhysicsSe
         notes.info("effort_raised", message, joint=joint.name, value=stated, limit=needed)
 
 
-def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: Notes) -> None:
+def report_changes(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: Notes) -> None:
     """Add a finding for every term that a bound changed and for every wish that is not met."""
     units = ("N·s/m", "N", "N/m") if moved.prismatic else ("N·m·s/rad", "N·m", "N·m/rad")
     bears = f"what its {moved.least:.3g} {'kg' if moved.prismatic else 'kg·m²'} bear at the time step"
@@ -62,7 +62,7 @@ def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: N
         "stiffness": bears,
     }
     for kind, term, unit in zip(why, (terms.damping, terms.friction, terms.stiffness), units, strict=True):
-        if changed(term):
+        if visibly_changed(term):
             message = f"joint '{name}': {kind} {term.replaced:.3g} {unit} set to {term.value:.3g}: {why[kind]}"
             notes.info(f"{kind}_bounded", message, joint=name, value=term.replaced, limit=term.value)
     for miss in terms.unmet:
@@ -72,6 +72,6 @@ def report(name: str, moved: JointLoad, terms: JointTerms, holds: bool, notes: N
         notes.info(f"{miss.wish}_unmet", message, joint=name, value=miss.asked, limit=miss.achieved)
 
 
-def changed(term: Term) -> bool:
+def visibly_changed(term: Term) -> bool:
     """Whether a bound replaced the term by something visibly different."""
     return term.replaced is not None and abs(term.replaced - term.value) > 1e-3 * max(abs(term.value), 1e-12)

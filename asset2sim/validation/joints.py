@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from functools import partial
 
 from asset2sim.physics.dynamics import joint_terms
-from asset2sim.physics.kinematics import TreeJoint, mimics_of, subtree
+from asset2sim.physics.kinematics import TreeJoint, mimics_of, moved_links
 from asset2sim.physics.mass_matrix import Body, JointSpace, Pull, joint_space
 from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import (
+    LOW_LEVELS,
     Handling,
+    as_asked,
     as_light_as_stated,
     bounded_press,
     felt_press,
@@ -28,17 +30,17 @@ from asset2sim.validation.holding import (
     must_hold,
 )
 from asset2sim.validation.joint_coupling import bound_together
-from asset2sim.validation.joint_reports import report, report_effort, report_holding, report_plain_spring
+from asset2sim.validation.joint_reports import report_changes, report_effort, report_holding, report_plain_spring
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.mechanisms import (
     SNAP_FRICTION,
     bias_armature,
     caught_where_it_drops,
+    is_bistable,
     mechanism_bias,
-    snaps,
     strut,
 )
-from asset2sim.validation.positions import Start, spanning_poses, turned
+from asset2sim.validation.positions import Start, spanning_poses, without_whole_turns
 from schemas.features import Features
 from schemas.finding import Notes
 from schemas.overlay import JointPhysics, JointProposal
@@ -114,7 +116,7 @@ def joint_mechanics(inputs: JointInputs, spaces: Sequence[JointSpace]) -> dict[s
             pull=pull,
             largest_gravity=largest,
             bears_most=not inputs.base_held
-            and sum(bodies[link].mass for link in subtree(inputs.tree, name)) > total / 2.0,
+            and sum(bodies[link].mass for link in moved_links(inputs.tree, name)) > total / 2.0,
         )
         for name, pull, largest in zip(space.names, space.pulls, space.largest_gravity, strict=True)
     }
@@ -125,7 +127,7 @@ def one_joint(
 ) -> tuple[JointPhysics, float]:
     """One joint's physics, and where a spring brings it (rad or m)."""
     start, handled = inputs.starts[name], inputs.handled[name]
-    proposal = inputs.proposals.get(name) or omitted(name, notes)
+    proposal = inputs.proposals.get(name) or omitted_joint(name, notes)
     holds = not start.hangs and must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
     by_user, own = f"{name}.dynamics" in inputs.asked, name in inputs.sprung
     handled = (
@@ -133,6 +135,7 @@ def one_joint(
         if by_user or own
         else caught_where_it_drops(handled, start.range, mechanics.pull, settings)
     )
+    handled = as_asked(name, handled, mechanics.pull.force, notes)
     kind = standing_part(handled) if mechanics.bears_most else handled
     held_by = held_where_left(proposal, start, mechanics, kind, holds, settings)
     rest = spring_rest(proposal, start, inputs.scale)
@@ -140,11 +143,12 @@ def one_joint(
     by = Source.USER if by_user else inputs.source
     terms = felt_terms(proposal, moved, start, handled, holds, by, settings, notes, own)
     stiffness, reference = terms.stiffness, terms.spring_reference
-    bias = held_by.balance.strut or mechanism_bias(start, handled, held_by.friction, settings)
+    shuts = float(held_by.balance.at(start.range.closed))
+    bias = held_by.balance.strut or mechanism_bias(start, handled, held_by.friction, settings, shuts)
     if held_by.balance.stiffness > 0.0:
         stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
         rest = reference
-    report(name, moved, terms, holds, notes)
+    report_changes(name, moved, terms, holds, notes)
     report_holding(name, held_by, handled, notes)
     joint, span = start.range.joint, start.range
     made = JointPhysics(
@@ -170,7 +174,7 @@ def one_joint(
         holds=holds,
         least_inertia=moved.least,
         asked_position=start.asked,
-        effort_range=handled.range,
+        effort_range=handled.judged or handled.range,
         armature=max(
             terms.armature,
             friction_armature(terms.friction.value, mechanics.least, span.span, settings),
@@ -186,7 +190,7 @@ def one_joint(
     return made, rest
 
 
-def omitted(name: str, notes: Notes) -> JointProposal:
+def omitted_joint(name: str, notes: Notes) -> JointProposal:
     """The proposal for a joint that the overlay leaves out."""
     notes.info("joint_completed", f"joint '{name}': the overlay omits it; dynamics from time constants", joint=name)
     return JointProposal(name=name)
@@ -196,7 +200,9 @@ def spring_rest(proposal: JointProposal, start: Start, scale: float) -> float:
     """Where a spring brings a joint, within its limits: as proposed, else where it starts; rad or m."""
     wanted = start.position
     if proposal.spring_rest is not None:
-        wanted = turned(start.range, proposal.spring_rest * (scale if start.range.joint.prismatic else 1.0))
+        wanted = without_whole_turns(
+            start.range, proposal.spring_rest * (scale if start.range.joint.prismatic else 1.0)
+        )
     return start.range.clamp(wanted)
 
 
@@ -263,7 +269,7 @@ def held_where_left(
     if start.hangs:
         bump = settings.free_bump_share * largest
         return Holding(bump, bump)
-    if snaps(start.range, kind):
+    if is_bistable(start.range, kind):
         return Holding(SNAP_FRICTION * kind.least_effort, SNAP_FRICTION * kind.least_effort)
     lifted = None if sprung else strut(start, pull, kind, holds or stays, settings)
     if not (holds or stays):
@@ -271,12 +277,14 @@ def held_where_left(
         return Holding(felt, felt, NO_BALANCE if lifted is None else Balance(strut=lifted))
     balance = NO_BALANCE if sprung else counterbalance(start, pull, kind, mechanics.least, settings)
     balance = balance if lifted is None else Balance(strut=lifted)
-    bump = settings.bump_share if holds else settings.free_bump_share
-    if (
-        not start.range.joint.prismatic
-        and not kind.anywhere
-        and math.hypot(pull.force, pull.slope) <= UPRIGHT * largest
-    ):
+    # Springs leave a door's weight to a light friction: a bump of a quarter of it is not the hinges' to bear.
+    bump = settings.bump_share if holds and balance.stiffness == 0.0 else settings.free_bump_share
+    low = proposal.damping_level in LOW_LEVELS
+    if start.range.joint.prismatic and abs(pull.force) <= UPRIGHT * largest:
+        bump = min(bump, settings.free_bump_share if low else settings.level_bump_share)
+    elif not kind.anywhere and math.hypot(pull.force, pull.slope) <= UPRIGHT * largest:
         swings = settings.default_friction_rad_s2 * mechanics.held / largest if largest > 0.0 else 0.0
         bump = min(bump, settings.upright_bump_share, swings)
-    return holding(start, pull, largest, kind, balance, bump_share=bump, settings=settings)
+    margin = settings.anywhere_hold_margin if kind.anywhere else settings.hold_margin
+    margin = settings.least_hold_margin if low else margin
+    return holding(start, pull, largest, kind, balance, bump_share=bump, margin=margin, settings=settings)

@@ -9,7 +9,7 @@ from asset2sim.guidance.tables import sizes
 from asset2sim.intake.up_axis import AXES
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import apply, beyond, link_to_root, tree_of
+from asset2sim.physics.kinematics import apply, link_to_root, rigid_links, tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from asset2sim.physics.support_polygon import LEANING_RAD, STANDING_M, SupportPolygon, leaning_on
 from asset2sim.validation.support import FIRM_RAD
@@ -31,7 +31,7 @@ FIRMER = 0.5
 knife's flanks and its spine, which takes an eighth of the energy, a flank; of a case's two flat sides its base."""
 
 
-def lies(features: Features, overlay: PhysicsOverlay) -> bool:
+def is_laid_down(features: Features, overlay: PhysicsOverlay) -> bool:
     """Whether such things are put down on whatever side they come to rest: what a hand holds, what the table says, and
     what it does not know and two hands can put down."""
     known = sizes().get(features.category)
@@ -57,7 +57,7 @@ def lying_side(extraction: Extraction, overlay: PhysicsOverlay, limits: Threshol
     better, and best with its moving parts, closed, on top: a suitcase's lid above its base, a remote's keys.
     """
     features = extraction.features
-    if overlay.support.fixed or not lies(features, overlay):
+    if overlay.support.fixed or not is_laid_down(features, overlay):
         return UpAxis.Z, None
     tree, scale = tree_of(features.joints, overlay.scale), overlay.scale
     bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
@@ -65,7 +65,7 @@ def lying_side(extraction: Extraction, overlay: PhysicsOverlay, limits: Threshol
     clouds = [apply(poses[n], item.points * scale) for n, item in extraction.geometry.items() if len(item.points)]
     if not clouds:
         return UpAxis.Z, None
-    moved = {link for joint in features.movable_joints for link in beyond(tree, joint.name)}
+    moved = {link for joint in features.movable_joints for link in rigid_links(tree, joint.name)}
     closed = link_to_root(tree, features.root, {joint.name: joint.closed for joint in overlay.all_joints})
     still = [name for name in bodies if name not in moved]
     reach = center_of(closed, bodies, list(moved)) - center_of(closed, bodies, still)

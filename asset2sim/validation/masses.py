@@ -10,7 +10,7 @@ from numpy.linalg import LinAlgError
 from asset2sim.intake.authored_numbers import BOX_MARGIN
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import PhysicalTensor, make_physical, plate_volume, tensor_of
-from asset2sim.physics.kinematics import link_to_root, transform, tree_of
+from asset2sim.physics.kinematics import link_to_root, origin_transform, tree_of
 from asset2sim.physics.mass_matrix import JointSpace
 from asset2sim.validation.build import NOTHING_BUILT, Built, built_link
 from schemas.errors import AssetError
@@ -67,11 +67,11 @@ def link_masses(
     }
     for link in features.links:
         if not link.has_geometry and link.inertial and Quantity.MASS in kept.get(link.name, ()) and not theirs:
-            masses |= {link.name: lump(link.name, link.inertial, scale)}
+            masses |= {link.name: stated_lump(link.name, link.inertial, scale)}
         elif not link.has_geometry:
             masses = share_mass(link, masses, features, scale, settings, notes)
     masses = bound_ratio(masses, features, scale, settings, notes)
-    return {link.name: finished(masses[link.name], settings, notes) for link in features.links}
+    return {link.name: with_possible_inertia(masses[link.name], settings, notes) for link in features.links}
 
 
 def link_mass(
@@ -188,7 +188,7 @@ def bound_ratio(
     return bounded
 
 
-def lump(name: str, stated: LinkInertial, scale: float) -> LinkMass:
+def stated_lump(name: str, stated: LinkInertial, scale: float) -> LinkMass:
     """Mass properties of a link without geometry as its file states them."""
     com, inertia = scale * np.asarray(stated.com), scale**2 * tensor_of(stated.inertia)
     of_file = (stated.mass_kg, Source.AUTHORED, com, Source.AUTHORED, inertia, Source.AUTHORED)
@@ -218,7 +218,7 @@ def share_mass(
     name, joint = found
     donor = masses[name]
     share = settings.kept_massless_share if donor.mass_source is Source.AUTHORED else settings.massless_share
-    pose = transform([scale * value for value in joint.origin_xyz], joint.origin_rpy)
+    pose = origin_transform([scale * value for value in joint.origin_xyz], joint.origin_rpy)
     if joint.child == link.name:
         pose = np.asarray(np.linalg.inv(pose), dtype=np.float64)
     rotation = pose[:3, :3]
@@ -233,7 +233,7 @@ def share_mass(
     return {**masses, name: kept, link.name: taken}
 
 
-def finished(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMass:
+def with_possible_inertia(item: LinkMass, settings: PhysicsSettings, notes: Notes) -> LinkMass:
     """The link with a physically possible inertia, at least that of a cube of half edge ``min_half_extent_m``."""
     smallest = max(settings.min_inertia_kg_m2, item.mass * settings.min_half_extent_m**2 * 2.0 / 3.0)
     mended: PhysicalTensor = make_physical(item.inertia, smallest)

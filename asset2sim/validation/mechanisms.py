@@ -23,6 +23,8 @@ GROOVE = 0.25
 """Share of the way from one detent to the next over which it comes to draw with all its force."""
 LEAST_CLICK = 1.5
 """Least force of a detent, over the friction beside it: with less, the part stays between two."""
+LEAST_CATCH = 0.25
+"""Least share of its force that a catch has beside springs that pull its door shut."""
 FELT_N = 0.5
 """Least weight at the edge of a flap that a hand feels, N (``efforts.csv``): less needs no strut."""
 WAY_SAMPLES = 17
@@ -34,7 +36,7 @@ def at_their_ends(
 ) -> dict[str, Start]:
     """Joint → its start, those of bistable mechanisms at the end that is nearer, in doubt the closed one: none of them
     stays between. Those that the user states as a number, or that a search has placed (``kept``), stay."""
-    moved = {name for name, start in starts.items() if name not in kept and snaps(start.range, handled[name])}
+    moved = {name for name, start in starts.items() if name not in kept and is_bistable(start.range, handled[name])}
     return {n: at_end(start) if n in moved else start for n, start in starts.items()}
 
 
@@ -45,7 +47,7 @@ def at_end(start: Start) -> Start:
     return replace(start, position=end, source=Source.RULE if own else start.source)
 
 
-def snaps(span: Range, kind: Handling) -> bool:
+def is_bistable(span: Range, kind: Handling) -> bool:
     """Whether a part snaps between the ends of its range."""
     return kind.mechanism == "bistable" and span.lower is not None and span.upper is not None
 
@@ -73,20 +75,27 @@ def caught_where_it_drops(kind: Handling, span: Range, pull: Pull, settings: Phy
     return replace(kind, mechanism="latch", lets_go_n=0.5 * kind.range.most_n) if falls else kind
 
 
-def mechanism_bias(start: Start, kind: Handling, friction: float, settings: PhysicsSettings) -> Bias | None:
-    """Effort of a part's mechanism on its joint, beside its dry ``friction`` (N·m or N), struts apart; None for
-    most."""
+def mechanism_bias(
+    start: Start, kind: Handling, friction: float, settings: PhysicsSettings, spring: float = 0.0
+) -> Bias | None:
+    """Effort of a part's mechanism on its joint, beside its dry ``friction`` and that of its ``spring`` where it is
+    shut (N·m or N), struts apart; None for most."""
     span = start.range
     if settings.dynamics is DynamicsRule.PAPER:
         return None
     if kind.mechanism == "detent" and kind.click_rad > 0.0 and not span.joint.prismatic:
-        return clicks(start, kind, friction, settings)
-    if snaps(span, kind):
+        return detents(start, kind, friction, settings)
+    if is_bistable(span, kind):
         return snap(span, kind)
-    return catch(span, kind, settings) if kind.mechanism in ("seal", "latch") else None
+    return catch(span, kind, friction, settings, spring) if kind.mechanism in ("seal", "latch") else None
 
 
-def clicks(start: Start, kind: Handling, friction: float, settings: PhysicsSettings) -> Bias | None:
+LONG_THROW = 0.4
+"""Travel, rad, that a step onto a stop is measured against at most: the lever of a wall switch has twice that, and
+would go through its stop by more, in one step, than a held joint may move."""
+
+
+def detents(start: Start, kind: Handling, friction: float, settings: PhysicsSettings) -> Bias | None:
     """Detents of a part that turns, evenly over its range, one of them where it starts: each draws the part from
     halfway to the next, with so much more than its ``friction`` (N·m) that it does not stay between; None where a hand,
     or the object's stand, does not allow so much."""
@@ -108,7 +117,8 @@ def bias_armature(bias: Bias | None, least_inertia: float, travel: float, settin
     if bias.period > 0.0:
         return max(-bias.slope * settings.coarse_timestep_s**2 / settings.max_stiffness_step - least_inertia, 0.0)
     most = max(bias.most, -bias.least)
-    return max(most * settings.coarse_timestep_s**2 / (settings.max_press_step * travel) - least_inertia, 0.0)
+    way = settings.max_press_step * min(travel, LONG_THROW)
+    return max(most * settings.coarse_timestep_s**2 / way - least_inertia, 0.0)
 
 
 def snap(span: Range, kind: Handling) -> Bias:
@@ -118,9 +128,10 @@ def snap(span: Range, kind: Handling) -> Bias:
     return Bias(kind="bistable", slope=2.0 * force / (high - low), none_at=(low + high) / 2.0, least=-force, most=force)
 
 
-def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None:
+def catch(span: Range, kind: Handling, friction: float, settings: PhysicsSettings, spring: float = 0.0) -> Bias | None:
     """Effort of a magnetic gasket, or of a latch, on a shut door, over the last millimetres; less on what it would tip
-    over; none where no stop meets the closed part, which it would press on beyond."""
+    over, and where the door's ``spring`` pulls it shut there (N·m): they let go together, by as much. None where no
+    stop meets the closed part, which it would press on beyond."""
     way = np.sign(span.open - span.closed)
     stop = span.lower if way > 0.0 else span.upper
     if way == 0.0 or stop is None:
@@ -131,6 +142,9 @@ def catch(span: Range, kind: Handling, settings: PhysicsSettings) -> Bias | None
         (settings.seal_n, settings.seal_travel_m) if seal else (settings.latch_n, settings.latch_travel_m)
     )
     force = kind.lever * min(holds_n, kind.lets_go_n or holds_n, settings.press_margin * tips)
+    if kind.asked_n is not None and kind.lets_go_n is not None:
+        force = max(kind.lever * kind.lets_go_n - friction, LEAST_CATCH * force)
+    force = max(force - max(-way * spring, 0.0), LEAST_CATCH * force)
     width = min(travel_m / kind.lever, 0.5 * span.span)
     if abs(span.closed - stop) > width:
         return None

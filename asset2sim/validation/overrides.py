@@ -8,7 +8,7 @@ from functools import partial
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, SMALLEST_M
 from asset2sim.guidance.tables import materials
 from asset2sim.validation.masses import link_mass, link_masses
-from schemas.errors import AssetError, choices
+from schemas.errors import AssetError, known_names
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding, Notes
 from schemas.guidance import Guidance
@@ -256,7 +256,7 @@ def _of_mass(
 def _choices(name: str, known: Iterable[str]) -> str:
     names = list(known)
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return (f"; did you mean '{near[0]}'?" if near else ";") + f" it has {choices(names, 20) or 'none'}"
+    return (f"; did you mean '{near[0]}'?" if near else ";") + f" it has {known_names(names, 20) or 'none'}"
 
 
 def _refused(message: str, *, link: str | None = None, joint: str | None = None) -> AssetError:

@@ -60,16 +60,16 @@ def initial_positions(
         if name in proposed:
             wanted = proposed[name] * (scale if span.joint.prismatic else 1.0)
             requested = name in asked
-            widened, position = reach(span, wanted, requested, notes)
+            widened, position = position_within(span, wanted, requested, notes)
             starts[name] = Start(widened, position, Source.USER if requested else source, requested, asked=position)
         else:
             rest = rests.get(name)
             if rest is not None:
-                at = span.clamp(turned(span, rest * (scale if span.joint.prismatic else 1.0)))
+                at = span.clamp(without_whole_turns(span, rest * (scale if span.joint.prismatic else 1.0)))
                 starts[name] = Start(span, at, Source.RULE, False)
                 continue
             if name in stated:
-                at = span.clamp(turned(span, stated[name] * (scale if span.joint.prismatic else 1.0)))
+                at = span.clamp(without_whole_turns(span, stated[name] * (scale if span.joint.prismatic else 1.0)))
                 starts[name] = Start(span, at, Source.AUTHORED, False)
                 continue
             sure = span.joint.openness_confidence >= settings.sure_of_closed
@@ -77,7 +77,7 @@ def initial_positions(
     return starts
 
 
-def hanging(
+def hanging_starts(
     starts: Mapping[str, Start], tree: Sequence[TreeJoint], root: str, bodies: Mapping[str, Body]
 ) -> dict[str, Start]:
     """The starts of a held object, with the joints of chains for which nothing states one where gravity leaves them: a
@@ -104,7 +104,7 @@ def hanging(
     return {**starts, **{name: replace(starts[name], position=at, hangs=True) for name, at in hung.items()}}
 
 
-def turned(span: Range, position: float) -> float:
+def without_whole_turns(span: Range, position: float) -> float:
     """The position with whole turns taken out of a hinge's angle, where that brings it within its limits."""
     if span.joint.prismatic:
         return position
@@ -115,14 +115,14 @@ def turned(span: Range, position: float) -> float:
     return near if span.lower <= near <= span.upper and not span.lower <= position <= span.upper else position
 
 
-def reach(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Range, float]:
+def position_within(span: Range, wanted: float, requested: bool, notes: Notes) -> tuple[Range, float]:
     """The position that a proposal means within a range, widened slightly where the user's state needs it.
 
     Whole turns are taken out of a hinge's angle. Beyond the margin the position is clamped: a proposal far outside the
     limits is a mistake, not a wish.
     """
     lower, upper, name = span.lower, span.upper, span.joint.name
-    wanted = turned(span, wanted)
+    wanted = without_whole_turns(span, wanted)
     if lower is None or upper is None or lower <= wanted <= upper:
         return span, wanted
     excess = max(lower - wanted, wanted - upper)

@@ -12,8 +12,8 @@ from asset2sim.models.median_answer import median_answer
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.models.prompts import with_consequences
 from asset2sim.render import png_bytes, render_views
-from asset2sim.validation.doubts import SCALE, AnswerOutcome, ObjectQuestion, outcome, position_sigma, scale_sigma
-from asset2sim.validation.sanity import sensible
+from asset2sim.validation.doubts import SCALE, AnswerOutcome, ObjectQuestion, consequences, position_sigma, scale_sigma
+from asset2sim.validation.sanity import corrected_proposal
 from schemas.errors import AssetError, InvalidAnswerError
 from schemas.finding import Finding
 from schemas.model_names import is_local
@@ -47,11 +47,11 @@ def reconsidered(request: ModelRequest, first: Synthesized, question: ObjectQues
     answer, log = first[0], AnswerLog(list(first[1]), list(first[2]))
     answer = _in_our_units(answer, question, log)
     answers = [answer]
-    found = outcome(question, answer) if question.settings.asks_again else AnswerOutcome(())
+    found = consequences(question, answer) if question.settings.asks_again else AnswerOutcome(())
     if found.doubts:
         told = tuple(doubt.consequence for doubt in found.doubts)
         shown = answer.model_dump(mode="json", exclude_defaults=True)
-        again = with_consequences(request, shown, told, pictures(question, found))
+        again = with_consequences(request, shown, told, answer_pictures(question, found))
         second, why = _next_answer(again, question, ask, log)
         if second is None:
             log.note(
@@ -62,12 +62,12 @@ def reconsidered(request: ModelRequest, first: Synthesized, question: ObjectQues
             log.note(Severity.INFO, "asked_again", f"asked again, since {'; '.join(told)}. Changed: {changed}")
             request, answers = again, [answer, second]
     taken = answers[-1]
-    if question.settings.doubt.samples > 1 and unsure(question, answers):
+    if question.settings.doubt.samples > 1 and is_unsure(question, answers):
         taken = _median(request, taken, question, ask, log)
     return taken, tuple(log.calls), tuple(log.findings)
 
 
-def unsure(question: ObjectQuestion, answers: Sequence[Overlay]) -> bool:
+def is_unsure(question: ObjectQuestion, answers: Sequence[Overlay]) -> bool:
     """Whether the last answer's σ of the scale or an asked position is above the one that settings take for granted, or
     two answers differ by more than it."""
     settings, last = question.settings.doubt, answers[-1]
@@ -108,7 +108,7 @@ def differences(before: Overlay, after: Overlay) -> list[str]:
     return found
 
 
-def pictures(question: ObjectQuestion, found: AnswerOutcome) -> tuple[LabelledImage, ...]:
+def answer_pictures(question: ObjectQuestion, found: AnswerOutcome) -> tuple[LabelledImage, ...]:
     """Pictures of the object as an answer has it, where it starts and where gravity leaves it; none for a model of
     tables or files."""
     if is_local(question.settings.model.model) or not found.starts:
@@ -166,7 +166,9 @@ def _in_our_units(answer: Overlay, question: ObjectQuestion, log: AnswerLog) -> 
     if question.settings.correction is Correction.OFF:
         return answer
     physics = question.settings.physics
-    answer, found = sensible(question.extraction, answer, question.guidance, physics, Correction.UNITS, semantics=False)
+    answer, found = corrected_proposal(
+        question.extraction, answer, question.guidance, physics, Correction.UNITS, semantics=False
+    )
     log.findings.extend(found)
     return answer
 

@@ -65,12 +65,14 @@ def convert_misread_units(features: Features, overlay: Overlay, notes: Notes) ->
     millimetres; a finding for each. A value within the limits as it stands is kept: its unit cannot be told."""
     joints = {joint.name: joint for joint in features.movable_joints}
     positions = {
-        name: converted(joints[name], at, "position", notes) if name in joints else at
+        name: position_in_metres(joints[name], at, "position", notes) if name in joints else at
         for name, at in overlay.initial_joint_positions.items()
     }
     proposals = tuple(
         proposal.model_copy(
-            update={"spring_rest": converted(joints[proposal.name], proposal.spring_rest, "spring rest", notes)}
+            update={
+                "spring_rest": position_in_metres(joints[proposal.name], proposal.spring_rest, "spring rest", notes)
+            }
         )
         if proposal.spring_rest is not None and proposal.name in joints
         else proposal
@@ -81,10 +83,10 @@ def convert_misread_units(features: Features, overlay: Overlay, notes: Notes) ->
     return overlay.model_copy(update={"initial_joint_positions": positions, "joints": proposals})
 
 
-def converted(joint: JointFeatures, at: float, what: str, notes: Notes) -> float:
+def position_in_metres(joint: JointFeatures, at: float, what: str, notes: Notes) -> float:
     """The position in rad, or m at the authored scale."""
     instead = at / MM_PER_M if joint.prismatic else math.radians(at)
-    if not misread(joint, at, instead):
+    if not is_other_unit(joint, at, instead):
         return at
     unit, right, code = ("mm", "m", "millimetres") if joint.prismatic else ("degrees", "rad", "degrees")
     message = (
@@ -95,7 +97,7 @@ def converted(joint: JointFeatures, at: float, what: str, notes: Notes) -> float
     return instead
 
 
-def misread(joint: JointFeatures, at: float, instead: float) -> bool:
+def is_other_unit(joint: JointFeatures, at: float, instead: float) -> bool:
     """Whether a position makes sense only in the other unit."""
     if joint.lower is None or joint.upper is None:
         # More than a whole turn is implausible in radians for a continuous joint; in degrees it may be right.
@@ -107,7 +109,7 @@ def misread(joint: JointFeatures, at: float, instead: float) -> bool:
     return low - ROUNDING_SHARE * span <= instead <= high + ROUNDING_SHARE * span
 
 
-def sensible(
+def corrected_proposal(
     extraction: Extraction,
     overlay: Overlay,
     guidance: Guidance,

@@ -15,7 +15,7 @@ from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import SupportPolygon, standing_on
-from asset2sim.validation.hanging import hangs_on_wall
+from asset2sim.validation.hanging import hangs_on_wall, swings_below
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.guidance import Guidance
@@ -51,7 +51,7 @@ def forced_support(kind: SupportKind | None, extraction: Extraction | None = Non
     return Support(kind=SupportKind.FIXED, source=Source.AUTHORED, confidence=1.0, reason=said)
 
 
-def carried(
+def with_support(
     overlay: PhysicsOverlay, extraction: Extraction, proposal: Overlay | None, source: Source, guidance: Guidance
 ) -> PhysicsOverlay:
     """The overlay of a method without our rules, with what carries its object: all methods are tested alike."""
@@ -59,9 +59,15 @@ def carried(
     bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
-    hangs = hangs_on_wall(features, points, scale, guidance.category)
-    support = support_of(features, proposal, source, guidance, *standing, held=held_by_file(extraction), hangs=hangs)
+    hangs, below = wall_evidence(features, points, scale, guidance.category)
+    held = held_by_file(extraction)
+    support = support_of(features, proposal, source, guidance, *standing, held=held, hangs=hangs, below=below)
     return overlay.model_copy(update={"support": support})
+
+
+def wall_evidence(features: Features, points: Mapping[str, Array], scale: float, category: str) -> tuple[str, str]:
+    """Evidence of its shape, in words, that an object hangs on a wall: it is made so, and a floor would stop it."""
+    return hangs_on_wall(features, points, scale, category), swings_below(features, points, scale, category)
 
 
 def held_by_file(extraction: Extraction) -> str:
@@ -81,6 +87,12 @@ def on_a_frame(features: Features) -> bool:
     for _ in features.joints:
         still |= {joint.child for joint in features.joints if joint.type == "fixed" and joint.parent in still}
     return not any(features.link(name).has_geometry for name in still)
+
+
+def is_lone_part(features: Features) -> bool:
+    """Whether the file has one part alone, on a joint of a root without a shape: a door whose oven is not there, of
+    which no table knows how it stands."""
+    return on_a_frame(features) and len(features.movable_joints) == 1
 
 
 def closed_polygon(
@@ -121,37 +133,48 @@ def support_of(
     *,
     held: str = "",
     hangs: str = "",
+    below: str = "",
 ) -> Support:
-    """The support of the object, of the first that says so: the guidance, its file (``held``: how, in words), the
-    proposal (of ``source``), the shape of a wall cupboard (``hangs``: why, in words), the tables, the shape.
-    ``polygon`` and ``points`` are of ``closed_polygon``."""
+    """The support of the object, of the first that says so: the guidance, its file (``held``: how, in words), a lone
+    part's root unless a model proposes, the proposal (of ``source``), the shape of a wall cupboard (``hangs``: why, in
+    words), the tables, the shape. What opens ``below`` a floor (how, in words) hangs on a wall where the proposal or
+    the tables only guess that it stands. ``polygon`` and ``points`` are of ``closed_polygon``."""
     # Of the asset's name models are told; rules take no more from it than from the shape.
     usual = usual_support(replace(object_info(features), asset_id=""), guidance.called)
     said = guidance.support
     if said is not None:
         mount = usual.mount if usual is not None and said.mount is None else said.mount
-        return stated(said.model_copy(update={"mount": mount}), Source.USER)
+        return support_record(said.model_copy(update={"mount": mount}), Source.USER)
     if held:
         return Support(kind=SupportKind.FIXED, source=Source.AUTHORED, confidence=0.9, reason=held)
+    if source is Source.PRIOR and is_lone_part(features):
+        return by_shape(polygon, points, frame=True)
+    guess = usual if proposal is None or proposal.support is None else proposal.support
+    if below and (guess is None or guess.confidence <= STANDS_CONFIDENCE):
+        return on_a_wall(below)
     if proposal is not None and proposal.support is not None:
-        return stated(doubted(proposal.support, polygon), source)
+        return support_record(without_doubtful_support(proposal.support, polygon), source)
     if hangs and (usual is None or usual.confidence <= STANDS_CONFIDENCE):
-        reason = f"it is made as wall cupboards are: {hangs}"
-        return Support(
-            kind=SupportKind.FIXED, mount=Mount.WALL, source=Source.RULE, confidence=HANGS_CONFIDENCE, reason=reason
-        )
+        return on_a_wall(hangs)
     if usual is not None:
-        return stated(doubted(usual, polygon), Source.PRIOR)
+        return support_record(without_doubtful_support(usual, polygon), Source.PRIOR)
     return by_shape(polygon, points, frame=on_a_frame(features))
 
 
-def stated(said: SupportProposal, source: Source) -> Support:
+def on_a_wall(why: str) -> Support:
+    """The record of a cupboard that its shape shows to hang on a wall."""
+    reason = f"it is made as wall cupboards are: {why}"
+    kind, mount = SupportKind.FIXED, Mount.WALL
+    return Support(kind=kind, mount=mount, source=Source.RULE, confidence=HANGS_CONFIDENCE, reason=reason)
+
+
+def support_record(said: SupportProposal, source: Source) -> Support:
     """A proposal as the record of what carries the object."""
     mount = said.mount if said.kind is SupportKind.FIXED else None
     return Support(kind=said.kind, mount=mount, source=source, confidence=said.confidence, reason=said.reason)
 
 
-def doubted(said: SupportProposal, polygon: SupportPolygon) -> SupportProposal:
+def without_doubtful_support(said: SupportProposal, polygon: SupportPolygon) -> SupportProposal:
     """The proposal, or freestanding where it is none too sure of something built in that stands as firmly as
     furniture."""
     weak = said.confidence < 0.7 and said.mount is Mount.BUILT_IN

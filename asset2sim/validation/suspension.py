@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.guidance.tables import part_effort
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, beyond, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from asset2sim.validation.handling import STANDING_PART_N, Handling, standing_part
 from schemas.overlay import JointPhysics
@@ -19,8 +19,13 @@ TOUCHING = 0.02
 """Height over the lowest point, as a share of the object's height, within which a part stands on the ground: wheels
 that are carried by springs hang a little lower or higher than each other."""
 
-UNKNOWN_KINDS = frozenset(part_effort("", "", "slider", length).kind for length in (0.0, 0.1, 1.0))
-"""Kinds of sliders of which nothing is known but their size."""
+UNKNOWN_KINDS = frozenset(
+    part_effort("", "", motion, length, loose=loose).kind
+    for motion in ("slider", "hinge", "spin")
+    for length in (0.0, 0.1, 1.0)
+    for loose in (False, True)
+)
+"""Kinds of parts of which nothing is known but their size and whether they swing freely."""
 
 
 def with_suspensions(
@@ -42,7 +47,7 @@ def with_suspensions(
     floor = min(lowest.values())
     height = max(float(cloud[:, 2].max()) for cloud in clouds.values()) - floor
     feet = {name for name, low in lowest.items() if low <= floor + TOUCHING * height}
-    carrying = {joint.name: {*beyond(tree, joint.name)} for joint in tree if joint.name in springs}
+    carrying = {joint.name: {*rigid_links(tree, joint.name)} for joint in tree if joint.name in springs}
     carrying = {name: links for name, links in carrying.items() if links & feet}
     if not carrying or feet - set().union(*carrying.values()):
         return dict(handled)
@@ -60,17 +65,28 @@ def lifted_by_machines(
     root: str,
     bodies: Mapping[str, Body],
     positions: Mapping[str, float],
+    levers: Mapping[str, float],
+    known: bool,
 ) -> tuple[JointPhysics, ...]:
-    """The joints, of which no hand is asked to move a slider of no known kind that weighs more along its axis than its
-    kind takes of a hand, as a stage or a lift does: what drives it bears it, which here is its friction."""
+    """The joints, of which no hand is asked to move a part of no known kind that weighs more than its kind takes of a
+    hand, as a stage, a lift or a robot's arm does: what drives it bears it, which here is its friction.
+
+    A slider weighs along its axis, and a hinge of an object of no ``known`` category wherever it turns, at the edge
+    of its part: joint → its lever, m."""
     poses, found = link_to_root(tree, root, positions), list[JointPhysics]()
     hinges = {joint.name: joint for joint in tree}
     for joint in joints:
         hinge, asked = hinges[joint.name], joint.effort_range
-        if asked is not None and joint.type == "prismatic" and asked.kind in UNKNOWN_KINDS:
-            along = abs(float((poses[hinge.parent] @ hinge.child_to_parent)[2, :3] @ hinge.axis))
-            weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in beyond(tree, joint.name))
-            if weight * along > asked.most_n:
+        if asked is not None and asked.kind in UNKNOWN_KINDS and (joint.type == "prismatic" or not known):
+            frame = poses[hinge.parent] @ hinge.child_to_parent
+            axis, moved = frame[:3, :3] @ hinge.axis, [*rigid_links(tree, joint.name)]
+            weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in moved)
+            share = abs(float(axis[2]))
+            if joint.type != "prismatic":
+                centers = [apply(poses[link], bodies[link].com[None])[0] - frame[:3, 3] for link in moved]
+                middle = np.average(centers, axis=0, weights=[bodies[link].mass for link in moved])
+                share = float(np.linalg.norm(np.cross(axis, middle)) * np.hypot(*axis[:2]) / levers[joint.name])
+            if weight * share > asked.most_n:
                 driven = {"kind": "part that a machine lifts", "most_n": STANDING_PART_N}
                 joint = joint.model_copy(update={"effort_range": asked.model_copy(update=driven)})
         found.append(joint)

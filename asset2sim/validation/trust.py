@@ -12,7 +12,7 @@ from asset2sim.physics.dynamics import WEAKEST_HZ
 from asset2sim.validation.disputes import Disputes, Judge
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import felt_friction
-from schemas.authored import Authored, Belief, wanted
+from schemas.authored import Authored, Belief, kept_share
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -29,12 +29,12 @@ QUARTER_TURN, FREE_SLIDE_M = math.pi / 2.0, 0.3
 PLAUSIBLE_TERM = Belief(trust=Trust.PLAUSIBLE, reason="a hand moves such a part so")
 
 
-def impossible(reason: str) -> Belief:
+def impossible_belief(reason: str) -> Belief:
     """The belief that a number is impossible: no body has it."""
     return Belief(trust=Trust.IMPOSSIBLE, reason=reason)
 
 
-def doubtful(reason: str) -> Belief:
+def doubtful_belief(reason: str) -> Belief:
     """The belief that a number is doubtful: such a part does not have it."""
     return Belief(trust=Trust.DOUBTFUL, reason=reason)
 
@@ -52,14 +52,14 @@ class Opinion:
     @property
     def on_joints(self) -> bool:
         """Whether any term of a joint's dynamics may be kept."""
-        return self.in_metres or any(wanted(self.words, quantity) is Keep.ALL for quantity in TERMS)
+        return self.in_metres or any(kept_share(self.words, quantity) is Keep.ALL for quantity in TERMS)
 
     def add(
         self, quantity: Quantity, name: str, belief: Belief, stated: float | None = None, judge: Judge | None = None
     ) -> Belief:
         """Add what is believed of one number, unless it is not to be kept; a doubtful one that is to be stays. A model
         may dispute a ``stated`` number with another, which ``judge`` judges."""
-        keep = wanted(self.words, quantity)
+        keep = kept_share(self.words, quantity)
         judged = keep is Keep.ALL or (keep is Keep.PLAUSIBLE and self.in_metres)
         if stated is not None and judge is not None and judged:
             belief = self.disputes.settle(quantity, name, stated, belief, judge, keep)
@@ -105,7 +105,7 @@ def judge_joints(
                 continue
             judge = partial(judged_value, quantity, own, joint, handled[joint.name], settings)
             shared = joint.name in alike and value > 0.0
-            belief = doubtful("joints that move far more and far less have the same") if shared else judge(value)
+            belief = doubtful_belief("joints that move far more and far less have the same") if shared else judge(value)
             opinion.add(quantity, joint.name, belief, value, judge)
 
 
@@ -130,7 +130,7 @@ def judged_value(
 ) -> Belief:
     """Belief in a value of one term of a joint, beside the others that are stated."""
     if value < 0.0:
-        return impossible("it would feed the motion instead of braking it")
+        return impossible_belief("it would feed the motion instead of braking it")
     changed: dict[str, Any] = {TERMS[quantity]: value}
     return judged_term(quantity, replace(stated, **changed), joint, kind, settings)
 
@@ -148,18 +148,18 @@ def judged_term(
     if quantity is Quantity.DAMPING:
         effort = stated.damping * span / settings.hand_opens_s
         if inertia > settings.longest_coast_s * stated.damping:
-            return doubtful(f"its part would coast for more than {settings.longest_coast_s:g} s")
+            return doubtful_belief(f"its part would coast for more than {settings.longest_coast_s:g} s")
     elif quantity is Quantity.FRICTION:
         effort = stated.friction
     else:
         ends = [end for end in (joint.lower, joint.upper) if end is not None] or [joint.initial_position + span]
         effort = stated.stiffness * max(abs(end - stated.spring_reference) for end in ends)
         if stated.stiffness <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
-            return doubtful("it would take half a minute to bring its part back")
+            return doubtful_belief("it would take half a minute to bring its part back")
         if effort < kind.lever * kind.range.least_n:
-            return doubtful(f"weaker than a {kind.range.kind} feels, {kind.range.least_n:g} N")
+            return doubtful_belief(f"weaker than a {kind.range.kind} feels, {kind.range.least_n:g} N")
     if effort > kind.lever * kind.range.most_n:
-        return doubtful(f"a hand would need more than a {kind.range.kind} takes, {kind.range.most_n:g} N")
+        return doubtful_belief(f"a hand would need more than a {kind.range.kind} takes, {kind.range.most_n:g} N")
     return PLAUSIBLE_TERM
 
 
@@ -202,7 +202,7 @@ def with_limits(opinion: Opinion, done: PhysicsOverlay, metric: str) -> Opinion:
         if joint.lower is not None and joint.limits_source is not Source.USER:
             kept = joint.limits_source is Source.AUTHORED
             judged = Belief(trust=Trust.PLAUSIBLE, reason="a range, with zero in it or its start stated beside")
-            told = impossible("no range, or one in other turns than a joint's zero")
+            told = impossible_belief("no range, or one in other turns than a joint's zero")
             opinion.add(Quantity.LIMITS, joint.name, judged if kept else told)
     return opinion
 

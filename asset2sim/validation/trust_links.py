@@ -15,7 +15,7 @@ from asset2sim.assets.metric import (
 from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.validation.trust import Opinion, doubtful, impossible
+from asset2sim.validation.trust import Opinion, doubtful_belief, impossible_belief
 from schemas.authored import Belief
 from schemas.features import Features, LinkFeatures, LinkInertial
 from schemas.settings import PhysicsSettings
@@ -62,16 +62,18 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: 
     another's joint, which its author made light for the hand that moves both. Not ``weighed`` is what has the same mass
     and inertia as unlike links."""
     if stated.mass_kg <= 0.0:
-        return impossible("no body is without mass")
+        return impossible_belief("no body is without mass")
     density = authored_density(link)
     if density is None:
-        return doubtful("its geometry has no volume that could weigh this")
+        return doubtful_belief("its geometry has no volume that could weigh this")
     if not weighed:
-        return doubtful("unlike links have the same mass and inertia, as exporters write where nothing was weighed")
+        return doubtful_belief(
+            "unlike links have the same mass and inertia, as exporters write where nothing was weighed"
+        )
     if not least <= density <= MOST_DENSITY_KG_M3:
-        return doubtful(f"not {PLAUSIBLE_MASS.reason}")
+        return doubtful_belief(f"not {PLAUSIBLE_MASS.reason}")
     if least > 0.0 and is_plate_of_nothing(link):
-        return doubtful(f"its plates would be of a material of less than {LEAST_MATERIAL_KG_M3:g} kg/m³")
+        return doubtful_belief(f"its plates would be of a material of less than {LEAST_MATERIAL_KG_M3:g} kg/m³")
     return PLAUSIBLE_MASS
 
 
@@ -88,14 +90,14 @@ def judged_lump(stated: LinkInertial, beside_kg: float, features: Features) -> B
     """Belief in mass, centre and inertia of a link without geometry, all or none of them: by those that it is joined
     to, ``beside_kg`` at most, and by the object's size."""
     if stated.mass_kg <= 0.0:
-        return impossible("no body is without mass")
+        return impossible_belief("no body is without mass")
     if stated.mass_kg > beside_kg:
-        return doubtful("it has no geometry that could weigh this")
+        return doubtful_belief("it has no geometry that could weigh this")
     moments, reach = moments_of(stated), float(np.linalg.norm(features.rest_size))
     if moments is None:
-        return doubtful("it has no geometry, and an inertia that no body has")
+        return doubtful_belief("it has no geometry, and an inertia that no body has")
     far = np.linalg.norm(stated.com) > reach or float(moments.sum()) > 2.0 * stated.mass_kg * reach**2
-    return doubtful("it has no geometry, and would reach beyond the object") if far else LUMP
+    return doubtful_belief("it has no geometry, and would reach beyond the object") if far else LUMP
 
 
 def judged_other_mass(link: LinkFeatures, stated: LinkInertial, least: float, mass_kg: float) -> Belief:
@@ -110,7 +112,9 @@ def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
     margin, com = BOX_MARGIN * (high - low), np.asarray(stated.com)
     inside = bool(np.all(com >= low - margin) and np.all(com <= high + margin))
     return (
-        Belief(trust=Trust.PLAUSIBLE, reason="it lies in its part") if inside else doubtful("it lies outside its part")
+        Belief(trust=Trust.PLAUSIBLE, reason="it lies in its part")
+        if inside
+        else doubtful_belief("it lies outside its part")
     )
 
 
@@ -118,11 +122,11 @@ def judged_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSe
     """Belief in a stated inertia, by what a body can have, and by what the mass has in the link's shape."""
     moments = moments_of(stated)
     if moments is None:
-        return impossible("no body has such moments")
+        return impossible_belief("no body has such moments")
     ratio = float(moments.sum()) / (stated.mass_kg * float(np.trace(tensor_of(link.unit_inertia))))
     factor = settings.inertia_factor
     if not 1.0 / factor <= ratio <= factor:
-        return doubtful(f"more than {factor:g} times off what its mass has in its shape")
+        return doubtful_belief(f"more than {factor:g} times off what its mass has in its shape")
     return Belief(trust=Trust.PLAUSIBLE, reason=f"within {factor:g} times of what its mass has in its shape")
 
 

@@ -5,9 +5,9 @@ from functools import partial
 from statistics import median
 
 from asset2sim.validation.limits import joint_range
-from asset2sim.validation.positions import turned
-from asset2sim.validation.trust import Opinion, doubtful, impossible
-from schemas.authored import Belief, wanted
+from asset2sim.validation.positions import without_whole_turns
+from asset2sim.validation.trust import Opinion, doubtful_belief, impossible_belief
+from schemas.authored import Belief, kept_share
 from schemas.features import Features, JointFeatures, LinkFeatures
 from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
@@ -38,14 +38,14 @@ def judge_starts(opinion: Opinion, features: Features, sprung: Collection[str]) 
 def judged_start(joint: JointFeatures, sprung: bool, start: float) -> Belief:
     """A start, by its joint's limits and by what moves it at once."""
     if joint.mimic is not None:
-        return doubtful("it is where the joint that it follows has it")
+        return doubtful_belief("it is where the joint that it follows has it")
     span = joint_range(joint, 1.0, Notes())
     if span is None:
-        return doubtful("its limits hold it elsewhere")
-    at, slack = turned(span, start), START_SLACK * span.span
+        return doubtful_belief("its limits hold it elsewhere")
+    at, slack = without_whole_turns(span, start), START_SLACK * span.span
     if span.lower is not None and span.upper is not None and not span.lower - slack <= at <= span.upper + slack:
-        return impossible("it lies outside the joint's limits")
-    return doubtful("a spring brings its part elsewhere") if sprung else IN_RANGE
+        return impossible_belief("it lies outside the joint's limits")
+    return doubtful_belief("a spring brings its part elsewhere") if sprung else IN_RANGE
 
 
 def judge_contact(opinion: Opinion, features: Features, settings: PhysicsSettings) -> tuple[float, Source] | None:
@@ -53,18 +53,22 @@ def judge_contact(opinion: Opinion, features: Features, settings: PhysicsSetting
     parts, the file's own where all have it; None where none is believed."""
     said = {link.name: link.contact for link in features.links if link.contact is not None}
     stated = {name: contact.friction for name, contact in said.items() if contact.friction is not None}
-    enough = {Trust.PLAUSIBLE} | ({Trust.DOUBTFUL} if wanted(opinion.words, Quantity.CONTACT) is Keep.ALL else set())
+    enough = {Trust.PLAUSIBLE} | (
+        {Trust.DOUBTFUL} if kept_share(opinion.words, Quantity.CONTACT) is Keep.ALL else set()
+    )
     usual = {name: value for name, value in stated.items() if judged_friction(settings, value).trust in enough}
     whole = median(usual.values()) if usual else None
     for name, value in stated.items():
         belief = judged_friction(settings, value)
         if name in usual and whole is not None and abs(value - whole) > SAME_FRICTION * whole:
-            belief = doubtful(f"an object has one coefficient here, {whole:.3g}, the median of its parts")
+            belief = doubtful_belief(f"an object has one coefficient here, {whole:.3g}, the median of its parts")
         opinion.add(Quantity.CONTACT, name, belief, value, partial(judged_friction, settings))
     for name in said.keys() - stated.keys():
         bounce = said[name].restitution or 0.0
-        told = doubtful(f"contacts here do not bounce, and it states a restitution of {bounce:.3g}")
-        opinion.add(Quantity.CONTACT, name, told if 0.0 <= bounce <= 1.0 else impossible("no contact gains energy"))
+        told = doubtful_belief(f"contacts here do not bounce, and it states a restitution of {bounce:.3g}")
+        opinion.add(
+            Quantity.CONTACT, name, told if 0.0 <= bounce <= 1.0 else impossible_belief("no contact gains energy")
+        )
     if whole is None or not any((Quantity.CONTACT, name) in opinion.found for name in usual):
         return None
     same = all(Quantity.CONTACT in opinion.kept(name) for name in usual)
@@ -74,13 +78,15 @@ def judge_contact(opinion: Opinion, features: Features, settings: PhysicsSetting
 def judged_friction(settings: PhysicsSettings, value: float) -> Belief:
     """A Coulomb coefficient, by those of known pairs of surfaces."""
     if value < 0.0:
-        return impossible("friction would push")
+        return impossible_belief("friction would push")
     low, high = settings.least_contact_friction, settings.most_contact_friction
-    return OF_SURFACES if low <= value <= high else doubtful(f"not {low:g} to {high:g}, {OF_SURFACES.reason}")
+    return OF_SURFACES if low <= value <= high else doubtful_belief(f"not {low:g} to {high:g}, {OF_SURFACES.reason}")
 
 
 def judge_shapes(opinion: Opinion, links: Iterable[LinkFeatures]) -> None:
     """Add how far collision shapes are believed, of the links that have any."""
     for link in links:
         if link.has_shapes:
-            opinion.add(Quantity.SHAPES, link.name, doubtful(link.shapes_doubt) if link.shapes_doubt else AS_SEEN)
+            opinion.add(
+                Quantity.SHAPES, link.name, doubtful_belief(link.shapes_doubt) if link.shapes_doubt else AS_SEEN
+            )

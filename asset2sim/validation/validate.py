@@ -12,22 +12,21 @@ from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
 from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
 from asset2sim.guidance.category import row_of
 from asset2sim.guidance.tables import materials
-from asset2sim.physics.arrays import six, vector
-from asset2sim.physics.kinematics import locked, tree_of
+from asset2sim.physics.arrays import floats_of, inertia_terms
+from asset2sim.physics.kinematics import locked_joint, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.validation.build import as_thick_as_their_kind
 from asset2sim.validation.disputes import Disputes
-from asset2sim.validation.followers import follow, leaders_positions
+from asset2sim.validation.followers import leaders_positions, starts_of_followers
 from asset2sim.validation.handling import Handling, handlings, is_pressed
-from asset2sim.validation.hanging import hangs_on_wall
 from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
-from asset2sim.validation.positions import hanging, initial_positions, note_guessed_ends
-from asset2sim.validation.support import closed_polygon, held_by_file, support_of
+from asset2sim.validation.positions import hanging_starts, initial_positions, note_guessed_ends
+from asset2sim.validation.support import closed_polygon, held_by_file, support_of, wall_evidence
 from asset2sim.validation.suspension import lifted_by_machines, with_suspensions
 from asset2sim.validation.trust import (
     Opinion,
@@ -164,17 +163,18 @@ def complete(
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
-    starts = follow(features, starts, scale, notes)
+    starts = starts_of_followers(features, starts, scale, notes)
     note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
-    movable = [joint if joint.name in ranges or not joint.movable else locked(joint) for joint in features.joints]
+    movable = [joint if joint.name in ranges or not joint.movable else locked_joint(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
     positions = {name: start.position for name, start in starts.items()}
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
-        held, hangs = held_by_file(extraction), hangs_on_wall(features, points, scale, given.guidance.category)
-        support = support_of(features, overlay, source, given.guidance, *standing, held=held, hangs=hangs)
+        hangs, below = wall_evidence(features, points, scale, given.guidance.category)
+        held, said = held_by_file(extraction), given.guidance
+        support = support_of(features, overlay, source, said, *standing, held=held, hangs=hangs, below=below)
     if support.fixed:
-        starts = hanging(starts, tree, features.root, bodies)
+        starts = hanging_starts(starts, tree, features.root, bodies)
         positions = {name: start.position for name, start in starts.items()}
     handled = handlings(
         known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
@@ -190,7 +190,8 @@ def complete(
         features, tree, bodies, starts, proposals, handled, asked, scale, source, base_held=support.fixed, sprung=sprung
     )
     joints = joint_physics(inputs, settings, notes)
-    joints = lifted_by_machines(joints, tree, features.root, bodies, positions)
+    levers = {name: item.lever for name, item in handled.items()}
+    joints = lifted_by_machines(joints, tree, features.root, bodies, positions, levers, bool(known.category))
     done = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
@@ -256,9 +257,9 @@ def link_physics(item: LinkMass, link: LinkFeatures, kept: Collection[Quantity])
         mass_rule=item.rule,
         mass_kg=item.mass,
         mass_source=item.mass_source,
-        com=vector(item.com),
+        com=floats_of(item.com),
         com_source=item.com_source,
-        inertia=six(item.inertia),
+        inertia=inertia_terms(item.inertia),
         inertia_source=item.inertia_source,
         shapes_source=shapes_source(link, kept),
     )

@@ -59,7 +59,7 @@ class ObjectNodes:
         self.server, self.name, self.shapes, self.grabbed = server, name, shapes, grabbed
         self.place, self.scale = np.zeros(3), scale
         self.overlays = Overlays()
-        self.box = bounds(shapes, poses, scale)
+        self.box = seen_bounds(shapes, poses, scale)
         self.size = float(np.linalg.norm(self.box[1] - self.box[0]))
         self.top = server.scene.add_frame(f"/{name}", show_axes=False)
         self.frames = {
@@ -205,7 +205,7 @@ def box_edges(item: Inertial) -> Array:
     return np.array([[corners[a], corners[b]] for a, b in EDGES])
 
 
-def bounds(shapes: UrdfShapes, poses: Mapping[str, Array], scale: float = 1.0) -> Array:
+def seen_bounds(shapes: UrdfShapes, poses: Mapping[str, Array], scale: float = 1.0) -> Array:
     """(2, 3) lowest and highest corner of what is seen at these poses; a cube of 10 cm where nothing is."""
     corners = [
         points @ poses[link][:3, :3].T + scale * poses[link][:3, 3]

@@ -14,7 +14,7 @@ from asset2sim.viewer.live_object import Readings
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.viewed_object import Movable
 from asset2sim.viewer.walk import LatestReview, Show, Stop
-from asset2sim.viewer.words import choice, ends, labels, plain, shown, table, user_name
+from asset2sim.viewer.words import asset_choice, escaped, labels, range_ends, shown_position, table, user_name
 from schemas.vocabulary import Engine
 
 Given = ParamSpec("Given")
@@ -163,11 +163,11 @@ class Panel:
             return
         self.told = tuple(problems)
         self.problem.visible = bool(problems)
-        self.problem.content = "\n".join(f"- ⚠ {plain(line)}" for line in problems)
+        self.problem.content = "\n".join(f"- ⚠ {escaped(line)}" for line in problems)
 
     def list(self, stops: Sequence[Stop], now: str | None) -> None:
         """Offer these assets, and show which one is open."""
-        self.choices = {choice(stop): stop.asset_id for stop in stops}
+        self.choices = {asset_choice(stop): stop.asset_id for stop in stops}
         names = tuple(self.choices) or (NO_ASSET,)
         if names != tuple(self.asset.options):
             self.asset.options = names
@@ -176,10 +176,12 @@ class Panel:
     def fill(self, stop: Stop, place: str, said: LatestReview | None, joints: Sequence[Movable]) -> None:
         """Show one asset: who it is, its review, and a slider of each kind for every joint."""
         self.stop = stop
-        verdict = f"**{stop.failure_mode}**: {plain(stop.reason)}" if stop.failed else "passes every check"
+        verdict = f"**{stop.failure_mode}**: {escaped(stop.reason)}" if stop.failed else "passes every check"
         new = " (new)" if stop.new else ""
-        prompt = f"\n\n*“{plain(stop.prompt)}”*" if stop.prompt else ""
-        self.head.content = f"#### {plain(stop.asset_id)}\n{plain(stop.category)}, {place}{prompt}\n\n{verdict}{new}"
+        prompt = f"\n\n*“{escaped(stop.prompt)}”*" if stop.prompt else ""
+        self.head.content = (
+            f"#### {escaped(stop.asset_id)}\n{escaped(stop.category)}, {place}{prompt}\n\n{verdict}{new}"
+        )
         self.review(said)
         self.note.value = ""
         for _, position, effort in self.sliders.values():
@@ -194,8 +196,8 @@ class Panel:
         names = labels(joints)
         for number, joint in enumerate(joints):
             with self.joints if number < AT_ONCE else self.more:
-                span = [shown(joint, end) for end in ends(joint)]
-                position = self._slider(names[joint.name], shown(joint), span, DIGITS[joint.unit])
+                span = [shown_position(joint, end) for end in range_ends(joint)]
+                position = self._slider(names[joint.name], shown_position(joint), span, DIGITS[joint.unit])
             with self.efforts:
                 unit = "N" if joint.slides else "N·m"
                 effort = self._slider(f"{names[joint.name]}, {unit}", 0.0, [-joint.effort, joint.effort], EFFORT_DIGITS)
@@ -209,8 +211,8 @@ class Panel:
             self.said.content = "Not reviewed."
             return
         old = "" if said.current else " It was refined again since."
-        note = f": {plain(said.note)}" if said.note else ""
-        self.said.content = f"**{said.verdict}**{note} ({plain(said.reviewer)}, {said.at:%Y-%m-%d %H:%M} UTC).{old}"
+        note = f": {escaped(said.note)}" if said.note else ""
+        self.said.content = f"**{said.verdict}**{note} ({escaped(said.reviewer)}, {said.at:%Y-%m-%d %H:%M} UTC).{old}"
 
     def read(self, readings: Mapping[str, Readings], positions: Mapping[str, float], pace: float) -> None:
         """Show the live numbers of each object; sliders follow the joints (rad or m) of the refined one."""
@@ -220,13 +222,15 @@ class Panel:
         now = time.monotonic()
         for name, (joint, slider, _) in self.sliders.items():
             if name in positions and now - self.touched.get(name, 0.0) > TOUCHED_S:
-                low, high = (shown(joint, end) for end in ends(joint))
-                slider.value = round(min(max(shown(joint, positions[name]), low), high), DIGITS[joint.unit]) + 0.0
+                low, high = (shown_position(joint, end) for end in range_ends(joint))
+                slider.value = (
+                    round(min(max(shown_position(joint, positions[name]), low), high), DIGITS[joint.unit]) + 0.0
+                )
 
     def share(self, joint: str) -> float:
         """Where a joint's slider is in its range, 0 to 1."""
         item, slider, _ = self.sliders[joint]
-        low, high = (shown(item, end) for end in ends(item))
+        low, high = (shown_position(item, end) for end in range_ends(item))
         return float((slider.value - low) / (high - low))
 
     def effort(self, joint: str) -> float:
@@ -256,7 +260,7 @@ class Panel:
         self.refusal.visible = not within
         if not within:
             span = f"{slider.min:g} to {slider.max:g}"
-            self.refusal.content = f"- ⚠ {plain(slider.label)}: {slider.value:g} is refused, it goes from {span}"
+            self.refusal.content = f"- ⚠ {escaped(slider.label)}: {slider.value:g} is refused, it goes from {span}"
         return within
 
     def _go(self) -> None:

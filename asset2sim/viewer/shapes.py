@@ -15,7 +15,7 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
-from asset2sim.assets.exports.visuals import together
+from asset2sim.assets.exports.visuals import merged_surface
 from asset2sim.assets.surfaces.scene import painted_shapes
 from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.assets.urdf.read import read_urdf
@@ -58,17 +58,17 @@ class UrdfShapes:
     @cached_property
     def looks(self) -> dict[str, bytes]:
         """GLB of what is seen."""
-        return _glbs(self.seen, lambda parts: painted(parts, 1.0))
+        return _glbs(self.seen, lambda parts: painted_meshes(parts, 1.0))
 
     @cached_property
     def ghosts(self) -> dict[str, bytes]:
         """The same, see-through."""
-        return _glbs(self.seen, lambda parts: painted(parts, GHOST_ALPHA))
+        return _glbs(self.seen, lambda parts: painted_meshes(parts, GHOST_ALPHA))
 
     @cached_property
     def pieces(self) -> dict[str, bytes]:
         """GLB of the collision pieces, in colours."""
-        return _glbs(self.hulls, coloured)
+        return _glbs(self.hulls, coloured_pieces)
 
 
 def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
@@ -101,7 +101,7 @@ def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
     )
 
 
-def painted(parts: list[Surface], opacity: float) -> list[trimesh.Trimesh]:
+def painted_meshes(parts: list[Surface], opacity: float) -> list[trimesh.Trimesh]:
     """A mesh for every paint of the surfaces, ``opacity`` times as opaque."""
     by_paint: dict[Paint | None, list[Surface]] = {}
     for part in parts:
@@ -109,7 +109,7 @@ def painted(parts: list[Surface], opacity: float) -> list[trimesh.Trimesh]:
     found = []
     for paint, same in by_paint.items():
         paint = paint or Paint((0.72, 0.72, 0.74, 1.0))
-        whole = together(same, paint)
+        whole = merged_surface(same, paint)
         if whole is not None:
             found.append(_mesh(whole, paint, opacity))
     return found
@@ -146,13 +146,13 @@ def readable(image: Image.Image) -> Image.Image | None:
     return whole
 
 
-def coloured(shapes: list[list[Surface]]) -> list[trimesh.Trimesh]:
+def coloured_pieces(shapes: list[list[Surface]]) -> list[trimesh.Trimesh]:
     """A mesh for each of the ``PIECE_COLORS``, of the shapes that have it in turn."""
     found = []
     for number, color in enumerate(PIECE_COLORS):
         parts = [part for shape in shapes[number :: len(PIECE_COLORS)] for part in shape]
         paint = Paint((color[0] / 255, color[1] / 255, color[2] / 255, 1.0))
-        whole = together(parts, paint) if parts else None
+        whole = merged_surface(parts, paint) if parts else None
         if whole is not None:
             found.append(_mesh(whole, paint, PIECE_ALPHA))
     return found

@@ -13,7 +13,7 @@ from asset2sim.assets.extract import DescriptionFile
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.intake.origin import open_origin
-from asset2sim.physics.kinematics import TreeJoint, beyond, parents_first
+from asset2sim.physics.kinematics import TreeJoint, parents_first, rigid_links
 from schemas.errors import AssetError
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -97,7 +97,7 @@ class ViewedObject:
     def carried(self, link: str) -> tuple[str, ...]:
         """The links that move with one: those beyond the joint that moves it, or all."""
         joint = self.moved_by(link)
-        return (self.root, *(item.child for item in self.tree)) if joint is None else beyond(self.tree, joint.name)
+        return (self.root, *(item.child for item in self.tree)) if joint is None else rigid_links(self.tree, joint.name)
 
 
 def refined_subject(folder: Path) -> ViewedObject:

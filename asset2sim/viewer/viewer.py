@@ -16,7 +16,7 @@ from asset2sim.viewer.live_object import LiveObject
 from asset2sim.viewer.panel import DROP, RESET, Panel, Wishes
 from asset2sim.viewer.session import RAW, REFINED, ViewerSession, one_line, why_not
 from asset2sim.viewer.viewed_object import ViewedObject
-from asset2sim.viewer.walk import Stop, chosen, raw_of, refined_of, reviews_of, stops_of
+from asset2sim.viewer.walk import Stop, chosen_stops, raw_of, refined_of, reviews_of, stops_of
 from schemas.errors import Asset2SimError, UnknownChoiceError, UsageError
 from schemas.settings import EngineSettings
 from schemas.tables import REVIEWS
@@ -205,7 +205,7 @@ class Viewer(LivePage):
         self._open(stops[place % len(stops)])
 
     def _chosen(self) -> tuple[Stop, ...]:
-        return chosen(self.stops, self.said, self.panel.show)
+        return chosen_stops(self.stops, self.said, self.panel.show)
 
     def _review(self, stop: Stop, verdict: str, note: str, who: str) -> None:
         review = Review(stop.run_id, stop.asset_id, stop.method, stop.model, datetime.now(UTC), who, verdict, note)

@@ -106,7 +106,7 @@ def reviews_of(out: Path | str, stops: Sequence[Stop]) -> dict[str, LatestReview
     return found
 
 
-def chosen(stops: Sequence[Stop], said: dict[str, LatestReview], show: Show) -> tuple[Stop, ...]:
+def chosen_stops(stops: Sequence[Stop], said: dict[str, LatestReview], show: Show) -> tuple[Stop, ...]:
     """The stops that are to be walked through."""
     match show:
         case Show.FAILURES:

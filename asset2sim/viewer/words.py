@@ -12,12 +12,12 @@ FASTEST = 3
 """Joints whose speed is shown, the fastest."""
 
 
-def ends(joint: Movable) -> tuple[float, float]:
+def range_ends(joint: Movable) -> tuple[float, float]:
     """Its range, rad or m."""
     return joint.lower, joint.upper
 
 
-def shown(joint: Movable, position: float | None = None) -> float:
+def shown_position(joint: Movable, position: float | None = None) -> float:
     """A position (or its start), rad or m, as people read it: degrees or cm."""
     value = joint.start if position is None else position
     return 100.0 * value if joint.slides else math.degrees(value)
@@ -33,7 +33,7 @@ def labels(joints: Sequence[Movable]) -> dict[str, str]:
     }
 
 
-def choice(stop: Stop) -> str:
+def asset_choice(stop: Stop) -> str:
     """An asset in the list."""
     return f"{stop.asset_id} {stop.category}" + (f", {stop.failure_mode}" if stop.failed else "")
 
@@ -51,13 +51,13 @@ def table(readings: Mapping[str, Readings], names: Mapping[str, str], pace: floa
         speeds = [
             f"{round(item.speeds[name], 3) + 0.0:.3f}" if name in item.speeds else "–" for item in readings.values()
         ]
-        rows.append((plain(names.get(name, name)), speeds))
+        rows.append((escaped(names.get(name, name)), speeds))
     head = f"| | {' | '.join(readings)} |\n|---|{'---:|' * len(readings)}\n"
     slow = "" if pace > 0.9 else f"\n\n*{pace:.2f} of real time*"
     return head + "\n".join(f"| {name} | {' | '.join(values)} |" for name, values in rows) + slow
 
 
-def plain(text: str) -> str:
+def escaped(text: str) -> str:
     """Text from a dataset, so that it means nothing in Markdown."""
     return "".join(f"\\{char}" if char in "\\`*_{}[]<>#|~$" else char for char in text)
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from asset2sim.runs.request import RefineRequest, merged
+from asset2sim.runs.request import RefineRequest, merged_mappings
 from flows.server.server import FOLDER, deployment_name, prefect_home
 from schemas.errors import UsageError
 from schemas.secret import WHOLE
@@ -48,7 +48,7 @@ def with_secrets(settings: Settings, token: str | None) -> Settings:
             f"the hook or the address that this night was given is not in {_file(token)} any more; start "
             "`asset2sim nightly` again"
         ) from error
-    return Settings.model_validate(merged(settings.model_dump(exclude_unset=True), found))
+    return Settings.model_validate(merged_mappings(settings.model_dump(exclude_unset=True), found))
 
 
 def remove_old_secrets(out: Path | str) -> None:

@@ -13,8 +13,8 @@ from typing_extensions import TypeAliasType
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.runs.command_line import parse
 from asset2sim.runs.option_groups import FileOptions, Selection
-from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, nothing
-from asset2sim.runs.request import merged, settings_for_run, stated_settings
+from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, none_if_empty
+from asset2sim.runs.request import merged_mappings, settings_for_run, stated_settings
 from lab.noise.noise_level import MAX_LEVEL, NOISY, is_noisy, noise_of
 from schemas.base import Frozen
 from schemas.errors import UsageError
@@ -118,7 +118,7 @@ class CompareMethodsOptions(Selection, FileOptions):
     methods: Listed[METHOD_NAMES] = Field((), description=f"methods, of {', '.join(Method)} (default: all)")
     models: Listed[MODELS] = Field((), description=f"any LiteLLM models (default: {NOISY})")
     levels: LEVELS | None = Field(None, description=f"also {NOISY} at these error levels, such as 0,0.5,1,2,4")
-    engines: Annotated[Listed[ENGINES | None], AfterValidator(nothing)] = Field(
+    engines: Annotated[Listed[ENGINES | None], AfterValidator(none_if_empty)] = Field(
         (Engine.PYBULLET,), description="engines to verify in (default: pybullet)"
     )
     api_base: URL | None = Field(None, description="the address of a server of your own for the models")
@@ -134,7 +134,7 @@ def parse_request(words: Sequence[str]) -> CompareRequest:
     levels = noisy_models(_levels(options.levels))
     # The default model comes first, so that the documentation's tables are of it.
     models = options.models or ((NOISY,) if NOISY in levels or not levels else ())
-    stated = merged(stated_settings(options), {"views": {"write": False}})
+    stated = merged_mappings(stated_settings(options), {"views": {"write": False}})
     below = {"engine": {"verify": (Engine.PYBULLET,)}}
     return CompareRequest(
         data=options.data,

@@ -15,7 +15,7 @@ from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.session import REFINED, ViewerSession
 from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import refined_of
-from asset2sim.viewer.words import plain
+from asset2sim.viewer.words import escaped
 from lab.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, RatingPage, where_of
 from lab.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, rating_row, unrated
 from lab.judged.rating_stages import STAGES, TOUCHED, UNTOUCHED, Durations
@@ -218,7 +218,7 @@ class RatingDesk(LivePage):
         shown, self.seconds, self.running = self.left[0], 0.0, False
         # Of all variants the same words, whatever their folders say.
         first = next(item for item in self.variants if item.stop.asset_id == shown.asset_id).stop
-        asked = f"*“{plain(first.prompt)}”*" if first.prompt else ""
+        asked = f"*“{escaped(first.prompt)}”*" if first.prompt else ""
         where = where_of(shown, first.category, self.plan.shown)
         if len(self.given) < len(STAGES):
             self.page.show_stage(STAGES[len(self.given)], where, asked)

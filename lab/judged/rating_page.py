@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import viser
 
-from asset2sim.viewer.words import plain
+from asset2sim.viewer.words import escaped
 from lab.judged.rating_plan import Shown
 from lab.judged.rating_stages import SCORES, STAGES, RatingStage
 
@@ -116,7 +116,7 @@ class RatingPage:
 
     def tell(self, line: str) -> None:
         """Show a line of what went wrong; none where it is empty."""
-        if self.problem.content != (content := f"⚠ {plain(line)}" if line else ""):
+        if self.problem.content != (content := f"⚠ {escaped(line)}" if line else ""):
             self.problem.content, self.problem.visible = content, bool(line)
 
     def show_clock(self, seconds: float, least: float, whole: float, running: bool) -> None:
@@ -190,6 +190,6 @@ def where_of(shown: Shown, name: str, plan: Sequence[Shown]) -> str:
     assets = list(dict.fromkeys(item.asset_id for item in plan))
     beside = [item.label for item in plan if item.asset_id == shown.asset_id]
     return (
-        f"#### {plain(name)}, variant {shown.label}\nobject {assets.index(shown.asset_id) + 1} of {len(assets)}, "
+        f"#### {escaped(name)}, variant {shown.label}\nobject {assets.index(shown.asset_id) + 1} of {len(assets)}, "
         f"variant {beside.index(shown.label) + 1} of {len(beside)}"
     )

@@ -13,7 +13,7 @@ from scipy.stats import pearsonr
 
 from asset2sim.catalog.own_files import latest_own, read_own_files
 from asset2sim.catalog.read import read_table
-from asset2sim.catalog.text import NOTHING, number, number_table
+from asset2sim.catalog.text import NOTHING, number_table, significant
 from lab.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
 from lab.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
 from lab.judged.physical_scores import PHYSICAL_JUDGE
@@ -243,8 +243,8 @@ def _names(rows: pd.DataFrame) -> dict[tuple[str, str], str]:
 
 
 def _two(value: float) -> str:
-    return f"{value:.2f}" if number(value) != NOTHING else NOTHING
+    return f"{value:.2f}" if significant(value) != NOTHING else NOTHING
 
 
 def _span(low: float, high: float) -> str:
-    return NOTHING if number(low) == NOTHING else f"{low:.2f} to {high:.2f}"
+    return NOTHING if significant(low) == NOTHING else f"{low:.2f} to {high:.2f}"

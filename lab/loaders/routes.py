@@ -18,7 +18,7 @@ from pybullet_utils.bullet_client import BulletClient
 from asset2sim.assets.exports.mjcf import SCENE_NAME
 from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import read_dynamics, read_urdf
 from asset2sim.checks.support_polygon import point_clouds
@@ -70,7 +70,7 @@ class LoadedMuJoCo(ThroughLoad, MuJoCoWorld):
     """The object that ``load`` made in MuJoCo."""
 
     def __init__(self, user: MuJoCoObject, urdf: Path, plane: bool) -> None:
-        super().__init__(user.model, plane, (), parsed(urdf))
+        super().__init__(user.model, plane, (), parsed_root(urdf))
         self.user, self.data = user, user.data
 
     def place(self, positions: Mapping[str, float], **where: Any) -> None:
@@ -89,7 +89,7 @@ class LoadedPyBullet(ThroughLoad, PyBulletWorld):
         terms = {name: replace(term, armature=0.0) for name, term in read_dynamics(urdf).items() if name in user.joints}
         super().__init__(
             pybullet_object.PyBulletObject(
-                client, user.body, dict(sorted(names.items())), user.joints, terms, (), read_mimics(parsed(urdf))
+                client, user.body, dict(sorted(names.items())), user.joints, terms, (), read_mimics(parsed_root(urdf))
             ),
             user.timestep_s,
             plane=False,
@@ -118,7 +118,7 @@ class LoadedSapien(ThroughLoad, SapienWorld):
             (i, lowest.corners(clouds[link.name]), np.eye(4)) for i, link in enumerate(links) if link.name in clouds
         ]
         item = sapien_object.SapienObject(
-            user.scene.physx_system, user.articulation, links, lowest.cloud(shapes), read_dynamics(urdf), (),
+            user.scene.physx_system, user.articulation, links, lowest.lowest_cloud(shapes), read_dynamics(urdf), (),
             read_urdf(urdf),
         )  # fmt: skip
         super().__init__(item, user.timestep_s, plane)
@@ -155,7 +155,7 @@ def plain_mjcf(urdf: Path, *, plane: bool, timestep_s: float, contact_friction: 
     if plane and not free:
         root.add_freejoint()
     model = spec.compile()
-    world = MuJoCoWorld(model, plane, (), parsed(urdf))
+    world = MuJoCoWorld(model, plane, (), parsed_root(urdf))
     world.place({})
     yield world
 

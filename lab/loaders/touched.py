@@ -15,8 +15,8 @@ from asset2sim.catalog.index import OVERLAY_NAME
 from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.text import markdown_table, output
 from asset2sim.checks.rig import CauseOf
-from asset2sim.checks.verdict import check_verdicts, failures_of, judged
-from asset2sim.checks.verify import cause_for, examine
+from asset2sim.checks.verdict import check_verdicts, failures_of, verdicts_of
+from asset2sim.checks.verify import cause_for, run_checks
 from asset2sim.engines.child import in_child
 from asset2sim.engines.registry import engine_version
 from asset2sim.intake.origin import extract
@@ -52,7 +52,7 @@ def touch(route: Route, folder: Path, overlay: PhysicsOverlay, settings: Setting
     urdf, own, limits = folder / URDF_NAME, settings.engine, settings.thresholds
 
     def run() -> tuple[Measurement | None, Interaction]:
-        return examine(route.engine, urdf, overlay, own, limits, cause=cause, opener=route.open)
+        return run_checks(route.engine, urdf, overlay, own, limits, cause=cause, opener=route.open)
 
     start = perf_counter()
     outcome = in_child(route.engine, run, time_limit_s=own.time_limit_s)
@@ -62,7 +62,7 @@ def touch(route: Route, folder: Path, overlay: PhysicsOverlay, settings: Setting
         interaction=interaction, problem=outcome.problem, timed_out=outcome.timed_out, died=outcome.died,
         refused=outcome.refused, starved=outcome.starved, seconds=perf_counter() - start,
     )  # fmt: skip
-    return report.model_copy(update={"judged": judged(report, overlay, limits)})
+    return report.model_copy(update={"judged": verdicts_of(report, overlay, limits)})
 
 
 def row_of(

@@ -5,7 +5,7 @@ import numpy as np
 
 from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
 from asset2sim.models.prior.link_proposals import TINY_KG, link_mass
-from asset2sim.physics.arrays import six
+from asset2sim.physics.arrays import inertia_terms
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.paper_ranges import paper_terms
 from schemas.overlay import JointProposal, LinkProposal, Overlay
@@ -60,7 +60,7 @@ def final_link(link: LinkInfo, felt: LinkProposal | None, scale: float) -> LinkP
     edges = np.maximum(scale * np.asarray(link.box_m), LEAST_EDGE_M)
     inertia = np.diag([four_digits(moment) for moment in np.diag(box_inertia(mass, edges))])
     return LinkProposal(
-        name=link.name, material=None if felt is None else felt.material, mass_kg=mass, inertia=six(inertia)
+        name=link.name, material=None if felt is None else felt.material, mass_kg=mass, inertia=inertia_terms(inertia)
     )
 
 

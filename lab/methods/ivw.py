@@ -13,7 +13,7 @@ from asset2sim.models.prompts import IVW, overlay_request
 from asset2sim.render import VIEW_NAMES
 from asset2sim.render.marked import question_pictures
 from lab.methods.fusion import fuse
-from schemas.errors import InvalidAnswerError, listed
+from schemas.errors import InvalidAnswerError, first_words
 from schemas.features import Features, RestOverlap
 from schemas.finding import Finding
 from schemas.overlay import Overlay
@@ -144,7 +144,7 @@ def too_few(got: Answers, wanted: int, spent: bool) -> SynthesisError:
 
 def reasons_of(got: Answers) -> str:
     """The first few distinct reasons, as text."""
-    return listed(dict.fromkeys(got.reasons), MAX_REASONS, "; ")
+    return first_words(dict.fromkeys(got.reasons), MAX_REASONS, "; ")
 
 
 def propose(job: ProposalJob, extraction: Extraction) -> Proposed:

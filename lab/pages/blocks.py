@@ -13,7 +13,7 @@ from asset2sim.catalog.read import latest_rows, query
 from asset2sim.catalog.text import NOTHING, markdown_table
 from lab.pages.stamp import SOURCES, new_stamp
 from schemas.errors import DONE, UsageError, exit_code_of
-from schemas.extensions import named
+from schemas.extensions import object_at
 
 QUESTIONS = ("modes", "changes", "calls", "slowest", "weak")
 """Example questions to a catalog, in their order: an SQL file each, whose first line is the question in words."""
@@ -151,7 +151,7 @@ def main(words: Sequence[str]) -> int:
 
     def make() -> int:
         check_page(Path(page), name)
-        write_block(Path(page), name, named(BLOCKS[name])(Path(out)))
+        write_block(Path(page), name, object_at(BLOCKS[name])(Path(out)))
         return DONE
 
     return exit_code_of(name, make)

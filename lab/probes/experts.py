@@ -10,9 +10,18 @@ from asset2sim.gym.arm.franka import DAMPING, STIFFNESS, Arm
 from asset2sim.gym.arm.grasps import grasp_paths
 from asset2sim.gym.arm.gripper import Gripper
 from asset2sim.gym.arm.paths import ToolPath, push_paths
-from asset2sim.gym.arm.planning import HELD_RAD, TILT_RAD, ToolPlan, follow, hand_fits, runs_into, timed, times_of
+from asset2sim.gym.arm.planning import (
+    HELD_RAD,
+    TILT_RAD,
+    ToolPlan,
+    hand_fits,
+    joints_along,
+    runs_into,
+    timed_motion,
+    times_of,
+)
 from asset2sim.gym.arm.record import command
-from asset2sim.gym.arm.scene import place
+from asset2sim.gym.arm.scene import place_joints
 from asset2sim.physics.arrays import Array
 from lab.probes.controller import STEP_RAD
 from lab.probes.episode import NamedTask, probe_task
@@ -118,20 +127,20 @@ def plan_of(scene: DroidScene) -> ToolPlan | None:
     base = stage.base.copy()
     far = open_commands(stage.gripper)
     far[1] = -1.6  # out of the rays' way
-    place(stage, stage.about_positions, far)
+    place_joints(stage, stage.about_positions, far)
     ways = list(islice(ways_of(scene), MOST_WAYS))
     try:
         for way in ways:
             tilt = TILT_RAD if way.across is None else HELD_RAD
-            joints = follow(arm, base, way, range(len(way.points)), tilt)
+            joints = joints_along(arm, base, way, range(len(way.points)), tilt)
             if joints is None or (way.across is not None and not hand_fits(stage, arm, way, base, joints[0], tilt)):
                 continue
-            plan = from_start(timed(arm, base, way, joints), arm)
+            plan = from_start(timed_motion(arm, base, way, joints), arm)
             if not runs_into(stage, name, way, plan):
                 return plan
         return None
     finally:
-        place(stage, stage.about_positions, open_commands(stage.gripper))
+        place_joints(stage, stage.about_positions, open_commands(stage.gripper))
 
 
 def from_start(plan: ToolPlan, arm: Arm) -> ToolPlan:

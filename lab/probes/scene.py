@@ -10,7 +10,7 @@ import numpy as np
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl, CompiledScene, build_stage, place
+from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl, CompiledScene, build_stage, place_joints
 from asset2sim.physics.arrays import Array
 from lab.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
 from schemas.errors import UsageError
@@ -60,7 +60,7 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
         bowl = Bowl((float(x), float(y)), task.bowl.radius_m, BOWL_HIGH_M)
     gripper = gripper_of(task.gripper)
     stage = started(build_stage(folder, franka_spec(gripper), base, bowl, gripper), joint)
-    place(stage, {}, open_commands(gripper))
+    place_joints(stage, {}, open_commands(gripper))
     stage.data.ctrl[:] = open_commands(gripper)
     mujoco.mj_forward(stage.model, stage.data)
     return DroidScene(task, stage, overlay, joint)
@@ -90,7 +90,7 @@ def started(stage: CompiledScene, joint: JointPhysics | None) -> CompiledScene:
             replace(item, initial_position=position) if item.name == joint.name else item for item in stage.about.joints
         )
         stage = replace(stage, about=replace(stage.about, joints=joints))
-    place(stage, stage.about_positions)
+    place_joints(stage, stage.about_positions)
     root = int(stage.model.body(stage.prefix + stage.about.root).id)
     if stage.model.body_dofnum[root] == 6:
         bodies = (
@@ -98,5 +98,5 @@ def started(stage: CompiledScene, joint: JointPhysics | None) -> CompiledScene:
         )
         lowest = float(vertices(stage, frozenset(bodies))[:, 2].min())
         stage.data.qpos[stage.model.jnt_qposadr[stage.model.body_jntadr[root]] + 2] -= lowest
-        place(stage, {})
+        place_joints(stage, {})
     return stage

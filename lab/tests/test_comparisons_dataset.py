@@ -6,7 +6,7 @@ import pytest
 
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.checks.alignment.expectations import meet
+from asset2sim.checks.alignment.expectations import met_expectation
 from lab.comparisons.dataset_table import BLOCK, dataset_table, main
 from lab.pages.blocks import block_of, markers
 from schemas.alignment import Expectation
@@ -25,7 +25,7 @@ ASKED = (
 def write_two_sets(folder: Path) -> dict[str, Path]:
     """Two runs: of three objects, two of them in the subset of the paper's nine, and of one without expectations."""
     asked = make_record("1")
-    asked = asked.model_copy(update={"expected": tuple(meet(asked, item) for item in ASKED)})
+    asked = asked.model_copy(update={"expected": tuple(met_expectation(asked, item) for item in ASKED)})
     other = AssetRef(asset_id="3", path="dataset/3", prompt="a box")
     first = [asked, make_failure("2", FailureMode.DRIFT), make_record("3", ref=other)]
     outs = {"first": folder / "one", "second": folder / "two"}

@@ -14,7 +14,7 @@ from PIL import Image
 from asset2sim.catalog.read import query
 from asset2sim.catalog.run import start_run
 from asset2sim.catalog.write import write_run
-from asset2sim.checks.alignment.expectations import meet
+from asset2sim.checks.alignment.expectations import met_expectation
 from lab.comparisons.charts import growth_chart, spread_labels
 from lab.comparisons.comparison import compare, large_set_section, write_comparison, write_page
 from lab.comparisons.comparison_rows import OUTCOMES, failure_rows, figure_rows, growth_rows
@@ -333,7 +333,7 @@ def test_exemptions_of_the_reset_check_are_counted_by_the_words_of_its_verdicts(
 
 
 def expecting(record: AssetRecord, *wanted: Expectation) -> AssetRecord:
-    return record.model_copy(update={"expected": tuple(meet(record, item) for item in wanted)})
+    return record.model_copy(update={"expected": tuple(met_expectation(record, item) for item in wanted)})
 
 
 def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_path: Path) -> None:

@@ -31,16 +31,16 @@ def test_it_is_installed_beside_the_product() -> None:
 
 @pytest.mark.parametrize("command", EXTENSION.commands, ids=lambda command: str(command.name))
 def test_every_command_has_options_and_a_function(command: declared.Command) -> None:
-    assert issubclass(extensions.named(command.options), Options) and callable(extensions.named(command.run))
+    assert issubclass(extensions.object_at(command.options), Options) and callable(extensions.object_at(command.run))
 
 
 def test_the_hands_checks_the_model_and_the_tables_are_there() -> None:
     for check in HAND_CHECKS:
-        assert callable(extensions.named(check.run))
-        columns = [name for name, *_ in extensions.named(check.columns)]
+        assert callable(extensions.object_at(check.run))
+        columns = [name for name, *_ in extensions.object_at(check.columns)]
         assert columns[0] == check.name and set(columns) <= set(TABLES["assets"].schema.names)
     assert described("prior/noisy@2:7").startswith("prior/noisy@2:7 (simulation")
-    tables = extensions.named(EXTENSION.tables)
+    tables = extensions.object_at(EXTENSION.tables)
     assert all(isinstance(table, Table) and table.name == name for name, table in tables.items())
     assert not set(tables) & set(PUBLISHED)
 
@@ -48,7 +48,7 @@ def test_the_hands_checks_the_model_and_the_tables_are_there() -> None:
 def test_the_product_knows_all_its_names() -> None:
     names = {module.METHOD.method for module in declared.modules_in("lab.methods") if hasattr(module, "METHOD")}
     names |= {item.name for item in EXTENSION.commands} | {EXTENSION.models[0].name}
-    assert names | set(extensions.named(EXTENSION.tables)) == set(extensions.KNOWN["asset2sim-lab"])
+    assert names | set(extensions.object_at(EXTENSION.tables)) == set(extensions.KNOWN["asset2sim-lab"])
 
 
 def test_its_code_counts_where_it_decides() -> None:

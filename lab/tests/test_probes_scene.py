@@ -13,7 +13,7 @@ from PIL import Image
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.scene import place
+from asset2sim.gym.arm.scene import place_joints
 from asset2sim.gym.arm.tasks import Verb
 from lab.probes import cameras as module
 from lab.probes.cameras import CAMERAS, HEIGHT, WIDTH, Cameras, gl_works
@@ -86,7 +86,7 @@ def test_an_object_without_the_tasks_joint_is_refused_with_those_it_has(thing: P
 def pictures_of(folder: Path, task: ProbeTask, names: tuple[str, ...], positions: dict[str, float]) -> list[Picture]:
     scene = build_scene(folder, task, 0)
     with Cameras(folder, scene.stage) as cameras:
-        place(scene.stage, positions)
+        place_joints(scene.stage, positions)
         cameras.follow()
         return [cameras.picture(name) for name in names]
 
@@ -211,7 +211,7 @@ def test_an_object_in_the_hand_over_the_bowl_is_not_in_it_yet(tmp_path: Path) ->
     root = scene.stage.model.jnt_qposadr[0]
     assert scene.stage.bowl is not None
     scene.stage.data.qpos[root : root + 2] = scene.stage.bowl.at
-    place(scene.stage, {})
+    place_joints(scene.stage, {})
     run = EpisodeRun(scene)
     run.samples.felt[-1] = (5.0, 0.0, 1.0, 0.0, 0.0)
     assert not outcome(run)["success"] and "still in the hand" in str(outcome(run)["reason"])

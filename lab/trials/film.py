@@ -13,9 +13,9 @@ from asset2sim.gym.arm.gripper import PANDA, Gripper
 from asset2sim.gym.arm.record import Track
 from asset2sim.gym.arm.scene import Bowl
 from asset2sim.physics.arrays import Array
-from asset2sim.render.cloud import Cloud, cloud_of, merged
-from asset2sim.render.draw import Picture, background, glazed, lit, shaded, shadow_points, shadowed
-from asset2sim.render.zbuffer import Layers, Lens, Singles, lens_for, splat, together
+from asset2sim.render.cloud import Cloud, cloud_of, merged_clouds
+from asset2sim.render.draw import Picture, background, brightness, shaded, shadow_points, shadowed, with_translucent
+from asset2sim.render.zbuffer import Layers, Lens, Singles, lens_for, ranges_moving_together, splat
 from lab.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
 from schemas.errors import UsageError
 
@@ -67,7 +67,7 @@ def film(folder: Path, track: Track, base: Array, bowl: Bowl | None, gripper: Gr
     clouds = [
         cloud_of(actor.faces, pixel_m(lens, actor) * SPACING, views(actor, lens), MOST_POINTS) for actor in actors
     ]
-    cloud = merged(clouds)
+    cloud = merged_clouds(clouds)
     casting = shadow_points(cloud, SHADOW_POINTS)
     motions = np.concatenate([actor.motions for actor in actors], axis=1)
     ground, before = background(lens, disc=False), np.zeros_like(motions[0])
@@ -86,11 +86,11 @@ def drawn(
     for x, y in product((-0.5, 0.5), repeat=2):
         shift = np.array([[x], [y], [0.0]], dtype=np.float32) * lens.matrix[2]
         moved = replace(lens, matrix=lens.matrix + shift)
-        for link, first, last in together(cloud.starts, motion, everything):
+        for link, first, last in ranges_moving_together(cloud.starts, motion, everything):
             splat(layers, cloud.points, first, last, motion[link], moved)
-    light = lit(motion, lens)
+    light = brightness(motion, lens)
     picture = shaded(cloud, layers, light, lens, shadowed(ground, casting, motion, lens))
-    return picture if cloud.glass is None else glazed(cloud.glass, layers, motion, light, lens, picture)
+    return picture if cloud.glass is None else with_translucent(cloud.glass, layers, motion, light, lens, picture)
 
 
 def views(actor: Actor, lens: Lens) -> list[tuple[Singles, Lens]]:

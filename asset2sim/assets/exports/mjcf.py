@@ -63,7 +63,7 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     world = etree.SubElement(root, "worldbody")
     name = mujoco_options.body_name(item.root, item.bodies)
     height = item.height_to_stand(item.initial if item.fixed else {})
-    body = etree.SubElement(world, "body", name=name, pos=numbers((0.0, 0.0, height)))
+    body = etree.SubElement(world, "body", name=name, pos=exact_numbers((0.0, 0.0, height)))
     if not item.fixed:
         etree.SubElement(body, "freejoint", name=free_name(item))
     write_body(body, item, item.root, geoms, names)
@@ -75,7 +75,9 @@ def mjcf_of(item: ExportObject, timestep_s: float) -> Element:
     write_mimics(equality, item, timestep_s)
     actuator = etree.SubElement(root, "actuator")
     write_biases(actuator, item)
-    etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(home(item, world)))
+    etree.SubElement(
+        etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=exact_numbers(keyframe_qpos(item, world))
+    )
     for part in (assets, contact, equality, actuator):
         if not len(part):
             root.remove(part)
@@ -88,34 +90,34 @@ def write_options(root: Element, timestep_s: float) -> None:
     etree.SubElement(
         root,
         "option",
-        timestep=number(timestep_s),
-        gravity=numbers((0.0, 0.0, -GRAVITY_M_S2)),
+        timestep=exact_number(timestep_s),
+        gravity=exact_numbers((0.0, 0.0, -GRAVITY_M_S2)),
         integrator="implicitfast",
         solver="Newton",
         cone="elliptic",
-        impratio=number(mujoco_options.FRICTION_RATIO),
+        impratio=exact_number(mujoco_options.FRICTION_RATIO),
         iterations=str(mujoco_options.SOLVER_ITERATIONS),
-        tolerance=number(mujoco_options.SOLVER_TOLERANCE),
+        tolerance=exact_number(mujoco_options.SOLVER_TOLERANCE),
     )
 
 
 def write_defaults(root: Element, contact_friction: float, rolling_m: float, timestep_s: float) -> None:
     """Write the defaults of joints, and the default classes of visual and collision geoms."""
     defaults = etree.SubElement(root, "default")
-    reference = numbers(mujoco_options.solref(timestep_s))
+    reference = exact_numbers(mujoco_options.solref(timestep_s))
     etree.SubElement(
         defaults,
         "joint",
         solreffriction=reference,
-        solimpfriction=numbers(mujoco_options.FRICTION_SOLIMP),
+        solimpfriction=exact_numbers(mujoco_options.FRICTION_SOLIMP),
         solreflimit=reference,
-        solimplimit=numbers(mujoco_options.LIMIT_SOLIMP),
+        solimplimit=exact_numbers(mujoco_options.LIMIT_SOLIMP),
     )
     visual = etree.SubElement(defaults, "default", {"class": "visual"})
     etree.SubElement(visual, "geom", group=VISUAL_GROUP, contype="0", conaffinity="0", mass="0")
     collision = etree.SubElement(defaults, "default", {"class": "collision"})
     # MuJoCo takes the larger coefficient of a contact; a higher priority lets the object's own decide on any floor.
-    friction = numbers((contact_friction, mujoco_options.TORSION_M, rolling_m or mujoco_options.ROLLING_M))
+    friction = exact_numbers((contact_friction, mujoco_options.TORSION_M, rolling_m or mujoco_options.ROLLING_M))
     dimension = {"condim": str(mujoco_options.ROLLING_DIMENSION)} if rolling_m > 0.0 else {}
     etree.SubElement(
         collision,
@@ -125,7 +127,7 @@ def write_defaults(root: Element, contact_friction: float, rolling_m: float, tim
         friction=friction,
         priority="1",
         solref=reference,
-        solimp=numbers(mujoco_options.CONTACT_SOLIMP),
+        solimp=exact_numbers(mujoco_options.CONTACT_SOLIMP),
         mass="0",
     )
 
@@ -138,7 +140,7 @@ def collision_assets(item: ExportObject, assets: Element) -> dict[tuple[str, tup
             key = mesh_key(shape)
             if shape.kind == "mesh" and key not in names:
                 names[key] = f"hull_{len(names)}"
-                scale = {} if np.allclose(key[1], 1.0) else {"scale": numbers(key[1])}
+                scale = {} if np.allclose(key[1], 1.0) else {"scale": exact_numbers(key[1])}
                 # The inertials are stated, so a mesh's own volume must not be asked for: a shell always has an area.
                 etree.SubElement(assets, "mesh", {"name": names[key], "file": shape.file, **scale, "inertia": "shell"})
     return names
@@ -160,8 +162,10 @@ def write_body(
     body = item.bodies[link]
     # The whole tensor about the centre of mass, in the link's axes.
     m = body.inertia
-    full = numbers((m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2]))
-    etree.SubElement(element, "inertial", pos=numbers(body.com), mass=number(body.mass_kg), fullinertia=full)
+    full = exact_numbers((m[0, 0], m[1, 1], m[2, 2], m[0, 1], m[0, 2], m[1, 2]))
+    etree.SubElement(
+        element, "inertial", pos=exact_numbers(body.com), mass=exact_number(body.mass_kg), fullinertia=full
+    )
     for attributes in looks.get(link, ()):
         etree.SubElement(element, "geom", {"class": "visual", "type": "mesh", **attributes})
     for shape in body.shapes:
@@ -170,7 +174,7 @@ def write_body(
         if joint.tree.parent != link:
             continue
         name = mujoco_options.body_name(joint.tree.child, item.bodies)
-        child = etree.SubElement(element, "body", {"name": name, **placed(joint.tree.child_to_parent)})
+        child = etree.SubElement(element, "body", {"name": name, **pos_and_quat(joint.tree.child_to_parent)})
         if joint.moves:
             write_joint(child, joint)
         write_body(child, item, joint.tree.child, looks, names)
@@ -178,12 +182,12 @@ def write_body(
 
 def write_shape(element: Element, shape: ExportShape, names: dict[tuple[str, tuple[float, ...]], str]) -> None:
     """One collision geom. MuJoCo's sizes are half edges, and radius and half length."""
-    attributes = {"class": "collision", "type": shape.kind, **placed(shape.to_link)}
+    attributes = {"class": "collision", "type": shape.kind, **pos_and_quat(shape.to_link)}
     if shape.kind == "mesh":
         attributes["mesh"] = names[mesh_key(shape)]
     else:
         halves = {"box": (2.0, 2.0, 2.0), "cylinder": (1.0, 2.0), "sphere": (1.0,)}[shape.kind]
-        attributes["size"] = numbers([size / half for size, half in zip(shape.size, halves, strict=True)])
+        attributes["size"] = exact_numbers([size / half for size, half in zip(shape.size, halves, strict=True)])
     etree.SubElement(element, "geom", attributes)
 
 
@@ -193,29 +197,32 @@ def write_joint(element: Element, joint: ExportJoint) -> None:
     attributes = {
         "name": joint.name,
         "type": "hinge" if joint.turns else "slide",
-        "axis": numbers(joint.tree.axis),
-        "damping": number(terms.damping),
-        "frictionloss": number(terms.friction),
+        "axis": exact_numbers(joint.tree.axis),
+        "damping": exact_number(terms.damping),
+        "frictionloss": exact_number(terms.friction),
     }
     if terms.stiffness > 0.0:
-        attributes |= {"stiffness": number(terms.stiffness), "springref": number(terms.spring_reference)}
+        attributes |= {"stiffness": exact_number(terms.stiffness), "springref": exact_number(terms.spring_reference)}
     if terms.armature > 0.0:
-        attributes["armature"] = number(terms.armature)
-        attributes["solimplimit"] = numbers(mujoco_options.ARMATURE_LIMIT_SOLIMP)
+        attributes["armature"] = exact_number(terms.armature)
+        attributes["solimplimit"] = exact_numbers(mujoco_options.ARMATURE_LIMIT_SOLIMP)
     if joint.lower is not None and joint.upper is not None:
-        attributes["range"] = numbers((joint.lower, max(joint.upper, joint.lower + mujoco_options.LOCKED_RANGE)))
+        attributes["range"] = exact_numbers((joint.lower, max(joint.upper, joint.lower + mujoco_options.LOCKED_RANGE)))
     if joint.effort is not None and joint.effort > 0.0:
         # MuJoCo counts in what a mechanism exerts: a garage door's springs may exceed what a motor may.
         _, _, least, most, _ = terms.bias
-        attributes["actuatorfrcrange"] = numbers((min(least, 0.0) - joint.effort, max(most, 0.0) + joint.effort))
+        attributes["actuatorfrcrange"] = exact_numbers((min(least, 0.0) - joint.effort, max(most, 0.0) + joint.effort))
     etree.SubElement(element, "joint", attributes)
 
 
 def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> None:
     """Bind each joint that follows another to it, as stiff as limits are."""
-    stiff = {"solref": numbers(mujoco_options.solref(timestep_s)), "solimp": numbers(mujoco_options.FRICTION_SOLIMP)}
+    stiff = {
+        "solref": exact_numbers(mujoco_options.solref(timestep_s)),
+        "solimp": exact_numbers(mujoco_options.FRICTION_SOLIMP),
+    }
     for name, mimic in mimics_of([joint.tree for joint in item.joints]).items():
-        coefficients = numbers((mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0))
+        coefficients = exact_numbers((mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0))
         etree.SubElement(equality, "joint", {"joint1": name, "joint2": mimic.joint, "polycoef": coefficients, **stiff})
 
 
@@ -229,10 +236,10 @@ def write_biases(actuator: Element, item: ExportObject) -> None:
                 "gaintype": "fixed",
                 "gainprm": "0",
                 "biastype": "affine",
-                "biasprm": numbers((-slope * none_at, slope)),
+                "biasprm": exact_numbers((-slope * none_at, slope)),
             }
             named = {"name": mujoco_options.bias_name(joint.name), "joint": joint.name}
-            etree.SubElement(actuator, "general", {**named, **bias, "forcerange": numbers((least, most))})
+            etree.SubElement(actuator, "general", {**named, **bias, "forcerange": exact_numbers((least, most))})
 
 
 def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
@@ -250,7 +257,7 @@ def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
     return [(first, second) for first in held for second in solid if away.get(second) == item.root]
 
 
-def home(item: ExportObject, world: Element) -> list[float]:
+def keyframe_qpos(item: ExportObject, world: Element) -> list[float]:
     """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz) if there is one, then joints in the order of the
     bodies."""
     by_name = item.initial
@@ -266,24 +273,24 @@ def free_name(item: ExportObject) -> str:
     return name
 
 
-def placed(pose: Array) -> dict[str, str]:
+def pos_and_quat(pose: Array) -> dict[str, str]:
     """A (4, 4) transform as ``pos`` and ``quat``; identity parts are left out."""
     attributes = {}
     if not np.allclose(pose[:3, 3], 0.0, atol=1e-12):
-        attributes["pos"] = numbers(pose[:3, 3])
+        attributes["pos"] = exact_numbers(pose[:3, 3])
     if not np.allclose(pose[:3, :3], np.eye(3), atol=1e-12):
-        attributes["quat"] = numbers(wxyz_of(pose[:3, :3]))
+        attributes["quat"] = exact_numbers(wxyz_of(pose[:3, :3]))
     return attributes
 
 
-def number(value: float) -> str:
+def exact_number(value: float) -> str:
     """One number with every digit that a float holds."""
     return repr(float(value))
 
 
-def numbers(values: Sequence[float] | Array) -> str:
+def exact_numbers(values: Sequence[float] | Array) -> str:
     """Several numbers, separated by spaces."""
-    return " ".join(number(value) for value in values)
+    return " ".join(exact_number(value) for value in values)
 
 
 SCENE = f"""<mujoco model="scene">

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
-from asset2sim.assets.urdf.document import parsed
+from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.physics.arrays import Array
@@ -133,7 +133,7 @@ def read_object(folder: Path, overlay: PhysicsOverlay) -> ExportObject:
         contact_friction=overlay.contact_friction,
         rolling_friction_m=overlay.rolling_friction_m,
         fixed=overlay.support.fixed,
-        passing=passing_pairs(parsed(folder / URDF_NAME)),
+        passing=passing_pairs(parsed_root(folder / URDF_NAME)),
     )
 
 

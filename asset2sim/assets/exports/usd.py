@@ -25,9 +25,16 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.refined_object import USD_NAME, ExportBody, ExportObject, read_object, wxyz_of
-from asset2sim.assets.exports.usd_collision import CUSTOM_DATA, collide, hull_data, place, write_contact, write_shape
+from asset2sim.assets.exports.usd_collision import (
+    CUSTOM_DATA,
+    hull_data,
+    make_collidable,
+    set_transform,
+    write_contact,
+    write_shape,
+)
 from asset2sim.assets.exports.usd_hulls import LimitedHull
-from asset2sim.assets.exports.usd_joints import give, write_joints
+from asset2sim.assets.exports.usd_joints import set_unregistered, write_joints
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
 from asset2sim.assets.exports.visuals import looks_of
 from asset2sim.physics.arrays import Array
@@ -88,7 +95,7 @@ def export_usd(folder: Path, overlay: PhysicsOverlay, timestep_s: float = Engine
             with Usd.EditContext(stage, geometry):
                 smaller = write_shape(stage, shape, item.folder, at)
                 write_contact(stage.GetPrimAtPath(at), shape, item.rolling_friction_m, timestep_s)
-            collide(stage.GetPrimAtPath(at), shape, material)
+            make_collidable(stage.GetPrimAtPath(at), shape, material)
             if smaller is not None:
                 limited.append(smaller)
                 stage.GetPrimAtPath(at).SetCustomDataByKey(CUSTOM_DATA, hull_data(smaller))
@@ -145,7 +152,7 @@ def write_articulation(prim: Usd.Prim) -> None:
     another link, with joints turned round."""
     UsdPhysics.ArticulationRootAPI.Apply(prim)
     prim.AddAppliedSchema("PhysxArticulationAPI")
-    give(prim, "physxArticulation:enabledSelfCollisions", True)
+    set_unregistered(prim, "physxArticulation:enabledSelfCollisions", True)
 
 
 def write_material(stage: Usd.Stage, item: ExportObject, path: str) -> str:
@@ -163,20 +170,20 @@ def write_material(stage: Usd.Stage, item: ExportObject, path: str) -> str:
     ):
         prim.AddAppliedSchema(schema)
         for name, value in zip(names, (spinning, rolling), strict=True):
-            give(prim, name, value)
+            set_unregistered(prim, name, value)
     return path
 
 
 def write_body(stage: Usd.Stage, body: ExportBody, to_world: Array, path: str) -> Usd.Prim:
     """One rigid body at its place in the initial state, with its mass, and its inertia by its principal axes."""
     xform = UsdGeom.Xform.Define(stage, path)
-    place(xform, to_world)
+    set_transform(xform, to_world)
     prim = xform.GetPrim()
     UsdPhysics.RigidBodyAPI.Apply(prim)
     prim.AddAppliedSchema("PhysxRigidBodyAPI")
     for name in ("linearDamping", "angularDamping"):
         # PhysX adds drag to bodies by default; only the joints' damping is wanted.
-        give(prim, f"physxRigidBody:{name}", 0.0)
+        set_unregistered(prim, f"physxRigidBody:{name}", 0.0)
     moments, axes = np.linalg.eigh(body.inertia)
     if np.linalg.det(axes) < 0.0:
         axes[:, 2] *= -1.0

@@ -8,7 +8,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.refined_object import ExportShape, wxyz_of
 from asset2sim.assets.exports.usd_hulls import LimitedHull, limited_hull
-from asset2sim.assets.exports.usd_joints import give
+from asset2sim.assets.exports.usd_joints import set_unregistered
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
 
@@ -45,7 +45,7 @@ def write_shape(stage: Usd.Stage, shape: ExportShape, folder: Path, path: str) -
     else:
         geometry = UsdGeom.Sphere.Define(stage, path)
         geometry.CreateRadiusAttr(shape.size[0])
-    place(geometry, shape.to_link)
+    set_transform(geometry, shape.to_link)
     if shape.kind == "box":
         geometry.AddScaleOp().Set(Gf.Vec3f(*shape.size))
     # A guide: it is not rendered, and still collides.
@@ -53,7 +53,7 @@ def write_shape(stage: Usd.Stage, shape: ExportShape, folder: Path, path: str) -
     return smaller
 
 
-def collide(prim: Usd.Prim, shape: ExportShape, material: str) -> None:
+def make_collidable(prim: Usd.Prim, shape: ExportShape, material: str) -> None:
     """Make a prim collide; a mesh collides as its convex hull."""
     UsdPhysics.CollisionAPI.Apply(prim)
     if shape.kind == "mesh":
@@ -65,16 +65,16 @@ def collide(prim: Usd.Prim, shape: ExportShape, material: str) -> None:
 def write_contact(prim: Usd.Prim, shape: ExportShape, rolling_m: float, timestep_s: float) -> None:
     """MuJoCo's terms of one collision shape, as in the MJCF: the object's own friction decides on any floor."""
     prim.AddAppliedSchema("MjcCollisionAPI")
-    give(prim, "mjc:condim", mujoco_options.ROLLING_DIMENSION if rolling_m > 0.0 else 3)
-    give(prim, "mjc:priority", 1)
-    give(prim, "mjc:solref", mujoco_options.solref(timestep_s))
-    give(prim, "mjc:solimp", mujoco_options.CONTACT_SOLIMP)
+    set_unregistered(prim, "mjc:condim", mujoco_options.ROLLING_DIMENSION if rolling_m > 0.0 else 3)
+    set_unregistered(prim, "mjc:priority", 1)
+    set_unregistered(prim, "mjc:solref", mujoco_options.solref(timestep_s))
+    set_unregistered(prim, "mjc:solimp", mujoco_options.CONTACT_SOLIMP)
     if shape.kind == "mesh":
         prim.AddAppliedSchema("MjcMeshCollisionAPI")
-        give(prim, "mjc:inertia", "shell")
+        set_unregistered(prim, "mjc:inertia", "shell")
 
 
-def place(xform: UsdGeom.Xformable, to_parent: Array) -> None:
+def set_transform(xform: UsdGeom.Xformable, to_parent: Array) -> None:
     """Give a prim its (4, 4) transform as a translation and an orientation, which physics engines can write back."""
     xform.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*(float(v) for v in to_parent[:3, 3])))
     xform.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(*wxyz_of(to_parent[:3, :3])))

@@ -50,10 +50,10 @@ def limited_hull(points: Array) -> LimitedHull | None:
         full = ConvexHull(points)
     except (QhullError, ValueError):
         return None
-    if len(points) <= VERTEX_LIMIT and fits(full):
+    if len(points) <= VERTEX_LIMIT and within_physx_limits(full):
         return None
     corners = points[full.vertices]
-    chosen, kept = extremes(corners), np.arange(0)
+    chosen, kept = extreme_corners(corners), np.arange(0)
     while len(chosen) <= VERTEX_LIMIT:
         try:
             hull = ConvexHull(corners[chosen])
@@ -62,17 +62,17 @@ def limited_hull(points: Array) -> LimitedHull | None:
             apart = np.linalg.norm(corners[:, None] - corners[chosen][None], axis=2).min(axis=1)
             chosen = np.append(chosen, apart.argmax())
             continue
-        if fits(hull):
+        if within_physx_limits(hull):
             kept = chosen
         outside = (corners @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
         outside[chosen] = 0.0
         if outside.max() <= 0.0:
             break
         chosen = np.append(chosen, outside.argmax())
-    return replacement(corners, kept, full.volume) if len(kept) else None
+    return reduced_hull(corners, kept, full.volume) if len(kept) else None
 
 
-def fits(hull: ConvexHull) -> bool:
+def within_physx_limits(hull: ConvexHull) -> bool:
     """Whether a hull is within PhysX' limits on vertices and polygons."""
     if len(hull.vertices) > VERTEX_LIMIT:
         return False
@@ -98,12 +98,12 @@ def polygon_sizes(hull: ConvexHull) -> list[int]:
     return [int(size) for size in np.bincount(corners // len(hull.points))]
 
 
-def extremes(corners: Array) -> NDArray[np.int_]:
+def extreme_corners(corners: Array) -> NDArray[np.int_]:
     """Indices of the (n, 3) corners that are lowest and highest along each axis."""
     return np.unique(np.concatenate([corners.argmin(axis=0), corners.argmax(axis=0)]))
 
 
-def replacement(corners: Array, kept: NDArray[np.int_], volume_before: float) -> LimitedHull | None:
+def reduced_hull(corners: Array, kept: NDArray[np.int_], volume_before: float) -> LimitedHull | None:
     """The hull of the corners that are kept, with its error; None where it has no volume."""
     hull = hull_of(corners[kept])
     if hull is None:
@@ -111,11 +111,11 @@ def replacement(corners: Array, kept: NDArray[np.int_], volume_before: float) ->
     points, faces = np.unique(hull.triangles.reshape(-1, 3), axis=0, return_inverse=True)
     volume = ConvexHull(points).volume
     # Distance from a convex body is largest at a corner.
-    distance = float(distances(corners, hull.triangles).max())
+    distance = float(distances_from_surface(corners, hull.triangles).max())
     return LimitedHull(points, faces.reshape(-1, 3), len(corners), distance, float(volume / volume_before))
 
 
-def distances(points: Array, triangles: Array) -> Array:
+def distances_from_surface(points: Array, triangles: Array) -> Array:
     """(n,) distances, m, of (n, 3) points from a surface of (k, 3, 3) triangles."""
     # At unit size: trimesh takes edges of a tenth of a millimetre for points.
     size, middle = float(np.ptp(points, axis=0).max()), points.mean(axis=0)

@@ -21,7 +21,7 @@ from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject, w
 from asset2sim.assets.exports.usd_looks import PrimPaths
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import motion
+from asset2sim.physics.kinematics import joint_motion
 
 VARIANTS, PHYSX, MUJOCO = "Physics", "physx", "mujoco"
 """The variant set of the default prim and its variants."""
@@ -75,25 +75,25 @@ def write_joint(stage: Usd.Stage, joint: ExportJoint, names: PrimPaths) -> Usd.P
     word, terms = word_of(joint), joint.dynamics
     # PhysX from 5.6 on takes dry friction as a torque or force; its older coefficient has no unit and is switched off.
     prim.AddAppliedSchema("PhysxJointAPI")
-    give(prim, "physxJoint:jointFriction", 0.0)
+    set_unregistered(prim, "physxJoint:jointFriction", 0.0)
     # PhysX has no such joint term: a user applies a mechanism's effort in each step.
     for name, value in zip(BIAS, terms.bias, strict=True) if terms.bias[0] != 0.0 else ():
-        give(prim, f"asset2sim:{name}", value)
+        set_unregistered(prim, f"asset2sim:{name}", value)
     prim.AddAppliedSchema(f"PhysxJointAxisAPI:{word}")
-    give(prim, f"physxJointAxis:{word}:staticFrictionEffort", terms.friction)
-    give(prim, f"physxJointAxis:{word}:dynamicFrictionEffort", terms.friction)
+    set_unregistered(prim, f"physxJointAxis:{word}:staticFrictionEffort", terms.friction)
+    set_unregistered(prim, f"physxJointAxis:{word}:dynamicFrictionEffort", terms.friction)
     prim.AddAppliedSchema("NewtonJointAPI")
-    give(prim, "newton:friction", terms.friction)
+    set_unregistered(prim, "newton:friction", terms.friction)
     # kg, or kg·m² also where angles are in degrees: it is added to the joint-space inertia as it is.
     if terms.armature > 0.0:
-        give(prim, "physxJoint:armature", terms.armature)
-        give(prim, "newton:armature", terms.armature)
+        set_unregistered(prim, "physxJoint:armature", terms.armature)
+        set_unregistered(prim, "newton:armature", terms.armature)
     return prim
 
 
 def write_frame(prim: Usd.Prim, joint: ExportJoint, zero: float) -> None:
     """The joint's frame in its parent, with its position zero where the URDF's is ``zero`` (rad or m)."""
-    frame = joint.tree.child_to_parent @ motion(joint.tree, zero)
+    frame = joint.tree.child_to_parent @ joint_motion(joint.tree, zero)
     usd_joint = UsdPhysics.Joint(prim)
     usd_joint.CreateLocalPos0Attr(Gf.Vec3f(*(float(v) for v in frame[:3, 3])))
     usd_joint.CreateLocalRot0Attr(Gf.Quatf(*wxyz_of(frame[:3, :3] @ axis_frame(joint))))
@@ -112,8 +112,8 @@ def write_drive(prim: Usd.Prim, joint: ExportJoint) -> None:
         # In N·m also where the rest is per degree.
         drive.CreateMaxForceAttr(joint.effort)
     prim.AddAppliedSchema(f"PhysicsJointStateAPI:{word}")
-    give(prim, f"state:{word}:physics:position", joint.initial * unit)
-    give(prim, f"state:{word}:physics:velocity", 0.0)
+    set_unregistered(prim, f"state:{word}:physics:position", joint.initial * unit)
+    set_unregistered(prim, f"state:{word}:physics:velocity", 0.0)
 
 
 def write_passive(prim: Usd.Prim, joint: ExportJoint, timestep_s: float) -> None:
@@ -121,22 +121,22 @@ def write_passive(prim: Usd.Prim, joint: ExportJoint, timestep_s: float) -> None
     unit, terms, reference = unit_of(joint.turns), joint.dynamics, mujoco_options.solref(timestep_s)
     stiff = mujoco_options.ARMATURE_LIMIT_SOLIMP if terms.armature > 0.0 else mujoco_options.LIMIT_SOLIMP
     prim.AddAppliedSchema("MjcJointAPI")
-    give(prim, "mjc:ref", joint.initial * unit)
-    give(prim, "mjc:damping", terms.damping)
-    give(prim, "mjc:frictionloss", terms.friction)
-    give(prim, "mjc:armature", terms.armature)
+    set_unregistered(prim, "mjc:ref", joint.initial * unit)
+    set_unregistered(prim, "mjc:damping", terms.damping)
+    set_unregistered(prim, "mjc:frictionloss", terms.friction)
+    set_unregistered(prim, "mjc:armature", terms.armature)
     if terms.stiffness > 0.0:
-        give(prim, "mjc:stiffness", terms.stiffness)
-        give(prim, "mjc:springref", terms.spring_reference * unit)
+        set_unregistered(prim, "mjc:stiffness", terms.stiffness)
+        set_unregistered(prim, "mjc:springref", terms.spring_reference * unit)
     for name, value in (("reflimit", reference), ("implimit", stiff), ("reffriction", reference),
                         ("impfriction", mujoco_options.FRICTION_SOLIMP)):  # fmt: skip
-        give(prim, f"mjc:sol{name}", value)
+        set_unregistered(prim, f"mjc:sol{name}", value)
     if joint.effort is not None and joint.effort > 0.0:
         # MuJoCo counts in what a mechanism exerts.
-        give(prim, "mjc:actuatorfrcrange:min", min(terms.bias[2], 0.0) - joint.effort)
-        give(prim, "mjc:actuatorfrcrange:max", max(terms.bias[3], 0.0) + joint.effort)
+        set_unregistered(prim, "mjc:actuatorfrcrange:min", min(terms.bias[2], 0.0) - joint.effort)
+        set_unregistered(prim, "mjc:actuatorfrcrange:max", max(terms.bias[3], 0.0) + joint.effort)
     # Newton's own passive term, for those who read the variant without MuJoCo's names; per degree where it turns.
-    give(prim, "newton:damping", terms.damping / unit)
+    set_unregistered(prim, "newton:damping", terms.damping / unit)
 
 
 def write_mechanism(stage: Usd.Stage, joint: ExportJoint, prim: Usd.Prim, names: PrimPaths) -> None:
@@ -146,12 +146,12 @@ def write_mechanism(stage: Usd.Stage, joint: ExportJoint, prim: Usd.Prim, names:
         return
     actuator = stage.DefinePrim(f"{names.top}/mechanisms/{prim.GetName()}", "MjcActuator")
     actuator.CreateRelationship("mjc:target", custom=False).SetTargets([names.joints[joint.name]])
-    give(actuator, "mjc:gainType", "fixed")
-    give(actuator, "mjc:gainPrm", [0.0] * 10)
-    give(actuator, "mjc:biasType", "affine")
-    give(actuator, "mjc:biasPrm", [-slope * none_at, slope, *[0.0] * 8])
-    give(actuator, "mjc:forceRange:min", least)
-    give(actuator, "mjc:forceRange:max", most)
+    set_unregistered(actuator, "mjc:gainType", "fixed")
+    set_unregistered(actuator, "mjc:gainPrm", [0.0] * 10)
+    set_unregistered(actuator, "mjc:biasType", "affine")
+    set_unregistered(actuator, "mjc:biasPrm", [-slope * none_at, slope, *[0.0] * 8])
+    set_unregistered(actuator, "mjc:forceRange:min", least)
+    set_unregistered(actuator, "mjc:forceRange:max", most)
 
 
 def write_mimic(
@@ -174,14 +174,14 @@ def write_mimic(
     ):
         prim.AddAppliedSchema(schema)
         prim.CreateRelationship(relation, custom=False).SetTargets([names.joints[mimic.joint]])
-    give(prim, f"physxMimicJoint:{PHYSX_AXIS}:gearing", -ratio)
-    give(prim, f"physxMimicJoint:{PHYSX_AXIS}:offset", -offset)
-    give(prim, f"physxMimicJoint:{PHYSX_AXIS}:referenceJointAxis", PHYSX_AXIS)
-    give(prim, "newton:mimicCoef0", offset)
-    give(prim, "newton:mimicCoef1", ratio)
+    set_unregistered(prim, f"physxMimicJoint:{PHYSX_AXIS}:gearing", -ratio)
+    set_unregistered(prim, f"physxMimicJoint:{PHYSX_AXIS}:offset", -offset)
+    set_unregistered(prim, f"physxMimicJoint:{PHYSX_AXIS}:referenceJointAxis", PHYSX_AXIS)
+    set_unregistered(prim, "newton:mimicCoef0", offset)
+    set_unregistered(prim, "newton:mimicCoef1", ratio)
 
 
-def give(prim: Usd.Prim, name: str, value: bool | int | float | str | Sequence[float]) -> None:
+def set_unregistered(prim: Usd.Prim, name: str, value: bool | int | float | str | Sequence[float]) -> None:
     """Set an attribute of a schema that usd-core does not know, by name. MuJoCo's are uniform and in double precision,
     the others' vary and are single."""
     kinds, mujoco = Sdf.ValueTypeNames, name.startswith("mjc:")

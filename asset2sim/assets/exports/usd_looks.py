@@ -23,12 +23,12 @@ class PrimPaths:
 
     def __init__(self, item: ExportObject) -> None:
         self.top = f"/{identifier(item.name)}"
-        self.links = paths(f"{self.top}", item.bodies, taken=("joints", "looks", "contact"))
-        self.joints = paths(f"{self.top}/joints", (joint.name for joint in item.joints), taken=("base",))
+        self.links = unique_paths(f"{self.top}", item.bodies, taken=("joints", "looks", "contact"))
+        self.joints = unique_paths(f"{self.top}/joints", (joint.name for joint in item.joints), taken=("base",))
         self.base = f"{self.top}/joints/base"
 
 
-def paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+def unique_paths(parent: str, names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
     """Name → a path under ``parent``, no path twice."""
     used, found = set(taken), dict[str, str]()
     for name in names:
@@ -85,7 +85,7 @@ def write_material(stage: Usd.Stage, paint: Paint, path: str, folder: Path) -> U
     shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS)
     shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(alpha)
     color = shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
-    file = None if paint.texture is None else picture(paint.texture, folder)
+    file = None if paint.texture is None else texture_path(paint.texture, folder)
     if file is None:
         color.Set((red, green, blue))
     else:
@@ -105,7 +105,7 @@ def write_material(stage: Usd.Stage, paint: Paint, path: str, folder: Path) -> U
     return material
 
 
-def picture(texture: Texture, folder: Path) -> str | None:
+def texture_path(texture: Texture, folder: Path) -> str | None:
     """The texture's file relative to the folder, forward slashes; None where it is missing, unreadable or outside."""
     path = Path(texture.key)
     if path.suffix.lower() not in READABLE or not path.is_file():

@@ -35,13 +35,13 @@ def looks_of(item: ExportObject) -> tuple[Look, ...]:
             for surface in shape:
                 by_paint.setdefault(surface.paint or Paint(PLAIN), []).append(surface)
         for paint, parts in by_paint.items():
-            whole = together(parts, paint)
+            whole = merged_surface(parts, paint)
             if whole is not None:
                 looks.append(Look(str(link.name), whole, paint))
     return tuple(looks)
 
 
-def together(parts: list[Surface], paint: Paint) -> Surface | None:
+def merged_surface(parts: list[Surface], paint: Paint) -> Surface | None:
     """Surfaces of one paint as one, degenerate triangles and unused vertices dropped; None where nothing is left.
     Texture coordinates are kept only for a paint with a texture; normals are dropped, since what reads the export makes
     its own."""
@@ -57,10 +57,10 @@ def together(parts: list[Surface], paint: Paint) -> Surface | None:
     faces = faces[area > 0.0]
     used, renumbered = np.unique(faces, return_inverse=True)
     surface = Surface(vertices[used], renumbered.reshape(-1, 3), None, None if uv is None else uv[used], paint)
-    return surface if len(used) >= LEAST_VERTICES else split(surface)
+    return surface if len(used) >= LEAST_VERTICES else split_triangle(surface)
 
 
-def split(surface: Surface) -> Surface:
+def split_triangle(surface: Surface) -> Surface:
     """A single triangle as three that meet in its middle."""
     vertices = np.vstack([surface.vertices, surface.vertices.mean(axis=0)])
     uv = None if surface.uv is None else np.vstack([surface.uv, surface.uv.mean(axis=0)])

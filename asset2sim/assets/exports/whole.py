@@ -16,11 +16,11 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports import has_usd
-from asset2sim.assets.exports.mjcf import HOME, export_mjcf, numbers, placed, write_options
+from asset2sim.assets.exports.mjcf import HOME, exact_numbers, export_mjcf, pos_and_quat, write_options
 from asset2sim.assets.exports.refined_object import MJCF_NAME, USD_NAME, ExportObject, read_object, wxyz_of
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.base import WORLD
-from asset2sim.assets.urdf.edit import serialised, words
+from asset2sim.assets.urdf.edit import serialised, short_numbers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import rpy_of
 from schemas.overlay import PhysicsOverlay
@@ -83,7 +83,7 @@ def write_whole(
     (folder / MJCF_SCENE).write_bytes(etree.tostring(document, encoding="utf-8", pretty_print=True))
     if has_usd():
         write_usd(folder, name, parts, items, pairs, timestep_s)
-    rows = [placement(folder, part, item) for part, item in zip(parts, items, strict=True)]
+    rows = [part_placement(folder, part, item) for part, item in zip(parts, items, strict=True)]
     text = json.dumps({"scene": name, "parts": rows, "do_not_collide": pairs}, indent=1, ensure_ascii=False)
     (folder / PLACEMENT_NAME).write_text(text, encoding="utf-8")
 
@@ -97,7 +97,7 @@ def moved_links(item: ExportObject) -> set[str]:
     return found
 
 
-def placement(folder: Path, part: PlacedPart, item: ExportObject) -> dict[str, object]:
+def part_placement(folder: Path, part: PlacedPart, item: ExportObject) -> dict[str, object]:
     """Place and state of one part: of its root in the scene, m and (x y z w), and its joints, rad or m."""
     pose = part.root_to_scene
     return {
@@ -128,7 +128,7 @@ def whole_urdf(folder: Path, name: str, parts: Sequence[PlacedPart]) -> Element:
             element.set("filename", f"{part.folder.relative_to(folder).as_posix()}/{element.get('filename')}")
         joint = etree.SubElement(robot, "joint", name=f"{world}_to_{root}", type="fixed")
         pose = part.root_to_scene
-        etree.SubElement(joint, "origin", xyz=words(pose[:3, 3]), rpy=words(rpy_of(pose[:3, :3])))
+        etree.SubElement(joint, "origin", xyz=short_numbers(pose[:3, 3]), rpy=short_numbers(rpy_of(pose[:3, :3])))
         etree.SubElement(joint, "parent", link=world)
         etree.SubElement(joint, "child", link=root)
         known = {item.get("name") for item in robot.findall("material")}
@@ -149,18 +149,20 @@ def whole_mjcf(
     for part, item in zip(parts, items, strict=True):
         file = (part.folder / MJCF_NAME).relative_to(folder).as_posix()
         etree.SubElement(assets, "model", name=part.name, file=file)
-        frame = etree.SubElement(world, "frame", placed(lowered(part, item, item.initial if item.fixed else {})))
+        frame = etree.SubElement(
+            world, "frame", pos_and_quat(pose_in_scene(part, item, item.initial if item.fixed else {}))
+        )
         body = mujoco_options.body_name(item.root, item.bodies)
         etree.SubElement(frame, "attach", model=part.name, body=body, prefix=f"{part.name}/")
         own = etree.parse(str(part.folder / MJCF_NAME)).find(f"keyframe/key[@name='{HOME}']")
         values = [] if own is None else [float(word) for word in str(own.get("qpos")).split()]
         pose = part.root_to_scene
         state += values if item.fixed else [*pose[:3, 3], *wxyz_of(pose[:3, :3]), *values[7:]]
-    etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=numbers(state))
+    etree.SubElement(etree.SubElement(root, "keyframe"), "key", name=HOME, qpos=exact_numbers(state))
     return root
 
 
-def lowered(part: PlacedPart, item: ExportObject, positions: dict[str, float]) -> Array:
+def pose_in_scene(part: PlacedPart, item: ExportObject, positions: dict[str, float]) -> Array:
     """(4, 4) pose of an export of the part in the scene; the export stands on its own z = 0 at these positions."""
     down = np.eye(4)
     down[2, 3] = -item.height_to_stand(positions)
@@ -179,8 +181,8 @@ def write_usd(
     from pxr import Usd, UsdGeom, UsdPhysics
 
     from asset2sim.assets.exports.usd import export_usd, filter_pairs
-    from asset2sim.assets.exports.usd_collision import place
-    from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, paths
+    from asset2sim.assets.exports.usd_collision import set_transform
+    from asset2sim.assets.exports.usd_looks import PrimPaths, identifier, unique_paths
 
     for part in parts:
         export_usd(part.folder, part.overlay, timestep_s)
@@ -192,12 +194,12 @@ def write_usd(
     UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
     top = f"/{identifier(name)}"
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, top).GetPrim())
-    prims, bodies = paths(top, (part.name for part in parts)), dict[str, str]()
+    prims, bodies = unique_paths(top, (part.name for part in parts)), dict[str, str]()
     for part, item in zip(parts, items, strict=True):
         xform = UsdGeom.Xform.Define(stage, prims[part.name])
         file = (part.folder / USD_NAME).relative_to(folder).as_posix()
         xform.GetPrim().GetReferences().AddReference(f"./{file}")
-        place(xform, lowered(part, item, item.initial))
+        set_transform(xform, pose_in_scene(part, item, item.initial))
         own = PrimPaths(item)
         bodies |= {link: prims[part.name] + at.removeprefix(own.top) for link, at in own.links.items()}
     filter_pairs(stage, passing, bodies)

@@ -58,14 +58,14 @@ def surface_of(vertices: Array, faces: Faces, wall_thickness: float) -> ClosedSu
             single = filled
     authored = bool(single.is_watertight)
     extent = float(np.ptp(single.vertices, axis=0).max())
-    closed = single if authored else thickened(single, wall_thickness * extent)
+    closed = single if authored else closed_wall(single, wall_thickness * extent)
     if not (closed.is_watertight and closed.is_winding_consistent):
         return None
     trimesh.repair.fix_normals(closed)
     return ClosedSurface(np.asarray(closed.vertices), np.asarray(closed.faces), abs(float(closed.volume)), authored)
 
 
-def thickened(sheet: trimesh.Trimesh, thickness: float) -> trimesh.Trimesh:
+def closed_wall(sheet: trimesh.Trimesh, thickness: float) -> trimesh.Trimesh:
     """An open sheet as a closed wall: a side at half of ``thickness`` each way, joined along the sheet's border."""
     normals = np.asarray(sheet.vertex_normals) * (thickness / 2.0)
     edges = np.asarray(sheet.edges)

@@ -236,19 +236,19 @@ def sampled(
     along = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64) + 1
     across = np.maximum(np.ceil(height / spacing), 1.0).astype(np.int64) + 1
     of = np.repeat(each, across)
-    v = (counted(across) / (across[of] - 1))[:, None]
+    v = (ranges_of_counts(across) / (across[of] - 1))[:, None]
     if wanted is not None:
         first, last = (end[of] + v * (c - end)[of] for end in (a, b))
         rows = wanted(np.minimum(first, last), np.maximum(first, last))
         of, v = of[rows], v[rows]
     count = along[of]
-    u = (counted(count) / np.repeat(count - 1, count))[:, None]
+    u = (ranges_of_counts(count) / np.repeat(count - 1, count))[:, None]
     of, v = np.repeat(of, count), np.repeat(v, count, axis=0)
     base = a[of] + u * (b - a)[of]
     points = base + v * (c[of] - base)
     return np.vstack([known, points]), np.concatenate([known_of, kept[of]])
 
 
-def counted(counts: Cells) -> Cells:
+def ranges_of_counts(counts: Cells) -> Cells:
     """0, 1, … of each count, one after the other."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -60,9 +60,9 @@ def interiors(
     cell *= max(1.0, float((size / cell).prod() / MOST_CELLS) ** (1.0 / 3.0))
     margin = radius + OUTER_CELLS * cell
     corner, shape = low - margin, np.ceil((high - low + 2.0 * margin) / cell).astype(int) + 1
-    walls = occupied(own, corner, cell, shape)
-    every = walls | occupied(others, corner, cell, shape)
-    kept = walls if in_the_way is None else walls | occupied(in_the_way, corner, cell, shape)
+    walls = occupied_cells(own, corner, cell, shape)
+    every = walls | occupied_cells(others, corner, cell, shape)
+    kept = walls if in_the_way is None else walls | occupied_cells(in_the_way, corner, cell, shape)
     free = ndimage.distance_transform_edt(~kept) * cell >= radius + cell / 2.0
     outside, _ = ndimage.label(free)
     clearance = ndimage.distance_transform_edt(~every) * cell
@@ -82,7 +82,7 @@ def interiors(
     return sorted(found, key=lambda item: -len(item.points))
 
 
-def occupied(faces: Array, corner: Array, cell: float, shape: Array) -> Grid:
+def occupied_cells(faces: Array, corner: Array, cell: float, shape: Array) -> Grid:
     """Boolean grid of the cells that (k, 3, 3) faces pass through."""
     taken = np.zeros(shape, dtype=bool)
     if len(faces):

@@ -13,7 +13,7 @@ import numpy as np
 
 from asset2sim.assets.meshes.hull import hull_vertices, hull_volume
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, subtree
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, moved_links
 
 SAMPLES = 9
 """Positions sampled along a range: a hull's volume is smooth in q, and the closed state may lie inside the range."""
@@ -28,11 +28,11 @@ class JointEnds:
     confidence: float
 
 
-def profile(
+def opening_profile(
     tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, lower: float, upper: float
 ) -> tuple[Array, Array, Array]:
     """(n,) positions, (n,) volumes of the object's hull, m³, and (n,) distances of the moving part from the rest, m."""
-    moved = set(subtree(tree, joint.name))
+    moved = set(moved_links(tree, joint.name))
     beyond = [item for item in tree if item.child in moved]
     still = link_to_root(tree, root, {})
     static = [apply(still[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
@@ -91,7 +91,7 @@ def joint_ends(
     other = upper if nearest_zero == lower else lower
     if upper - lower <= 0.0 or diagonal <= 0.0:
         return JointEnds(nearest_zero, other, 0.0)
-    positions, volumes, gaps = profile(tree, root, points, joint, lower, upper)
+    positions, volumes, gaps = opening_profile(tree, root, points, joint, lower, upper)
     if volumes.max() <= 0.0:
         return JointEnds(nearest_zero, other, 0.0)
     cost = volumes / volumes.max() + GAP_WEIGHT * gaps / diagonal
@@ -120,7 +120,7 @@ def covered_end(
     axis = (rest[joint.parent] @ joint.child_to_parent)[:3, :3] @ joint.axis
     if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or abs(ends[1] - ends[0]) >= 2.0 * math.pi:
         return None
-    moved = set(subtree(tree, joint.name))
+    moved = set(moved_links(tree, joint.name))
     across = np.array([axis[:2], [-axis[1], axis[0]]]) / float(np.linalg.norm(axis[:2]))
     still = [apply(rest[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
     if not still:

@@ -119,8 +119,8 @@ def library_paints(library: Path) -> tuple[MtlPaint, ...]:
 
 def paint_of(item: Mapping[str, str], folder: Path) -> MtlPaint:
     """One material from its lines, key → words; what is no number counts as left out."""
-    rgb, shine = numbers(item.get("kd", ""), 3), numbers(item.get("ks", ""), 3)
-    clear, hidden = numbers(item.get("d", "").split(" ")[-1], 1), numbers(item.get("tr", ""), 1)
+    rgb, shine = colour_levels(item.get("kd", ""), 3), colour_levels(item.get("ks", ""), 3)
+    clear, hidden = colour_levels(item.get("d", "").split(" ")[-1], 1), colour_levels(item.get("tr", ""), 1)
     picture = folder / item["map_kd"].split(" -")[-1] if "map_kd" in item else None
     if picture is not None and not is_file(picture):
         picture = folder / item["map_kd"].split(" ")[-1]
@@ -133,7 +133,7 @@ def paint_of(item: Mapping[str, str], folder: Path) -> MtlPaint:
     )
 
 
-def numbers(text: str, count: int) -> list[float]:
+def colour_levels(text: str, count: int) -> list[float]:
     """The first ``count`` numbers of a line, each brought into 0 to 1; empty where they are not that many."""
     try:
         found = [float(word) for word in text.split()[:count]]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, LOOSE_DEPTHS, Hollow
-from asset2sim.assets.meshes.hull import spanning, spread_directions
+from asset2sim.assets.meshes.hull import spread_directions, used_points
 from asset2sim.physics.arrays import Array
 
 MOST_GROUPS = 192
@@ -56,7 +56,7 @@ class PatchPiece:
     @cached_property
     def extremes(self) -> Array:
         """(n, 3) its outermost corners, at most eight."""
-        return np.asarray(self.points[outermost(self.points, CORNERS)])
+        return np.asarray(self.points[furthest_points(self.points, CORNERS)])
 
     @cached_property
     def high(self) -> Array:
@@ -69,7 +69,7 @@ def piece_of(points: Array, thickness: float) -> PatchPiece:
     try:
         hull = ConvexHull(points)
         if 2.0 * hull.volume >= thickness * hull.area:  # a plate's volume is half its area times its thickness
-            return PatchPiece(spanning(points, hull.simplices), points[hull.simplices], float(hull.volume))
+            return PatchPiece(used_points(points, hull.simplices), points[hull.simplices], float(hull.volume))
     except QhullError:
         pass
     centre = points.mean(axis=0)
@@ -84,30 +84,32 @@ def piece_of(points: Array, thickness: float) -> PatchPiece:
         steps = np.vstack([np.eye(3), -np.eye(3)]) * thickness / 2.0
         points = (points[:, None] + steps[None]).reshape(-1, 3)
         hull = ConvexHull(points)
-    return PatchPiece(spanning(points, hull.simplices), points[hull.simplices], float(hull.volume))
+    return PatchPiece(used_points(points, hull.simplices), points[hull.simplices], float(hull.volume))
 
 
-def slim(points: Array, thickness: float) -> PatchPiece:
+def piece_of_few_corners(points: Array, thickness: float) -> PatchPiece:
     """``piece_of`` with at most ``MOST_CORNERS`` corners, those furthest along evenly spread directions."""
     piece = piece_of(points, thickness)
     if len(piece.points) <= MOST_CORNERS:
         return piece
-    return piece_of(piece.points[outermost(piece.points, DIRECTIONS)], thickness)
+    return piece_of(piece.points[furthest_points(piece.points, DIRECTIONS)], thickness)
 
 
-def outermost(points: Array, directions: Array) -> list[int]:
+def furthest_points(points: Array, directions: Array) -> list[int]:
     """Indices of the (n, 3) points that lie furthest along any of (k, 3) directions, in rising order."""
     return sorted(set(np.argmax(points @ directions.T, axis=0).tolist()))
 
 
-def cut(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
+def pieces_around_hollow(
+    vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float
+) -> list[PatchPiece]:
     """Convex pieces of (n, 3) vertices and (m, 3) faces that stay out of the hollow, as few as joining gives. Pieces
     thinner than ``thickness`` (m) are made as thick. Where ``MOST_GROUPS`` do not suffice the largest groups are halved
     first, and the other groups may fill the hollow."""
-    return join(grouped(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
+    return join_pieces(hulls_of_groups(vertices, faces, hollow, thickness), hollow, thickness, enough=ENOUGH)
 
 
-def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
+def hulls_of_groups(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness: float) -> list[PatchPiece]:
     """The hulls of groups of faces, halved until each stays out of the hollow."""
     centres = vertices[faces].mean(axis=1)
     done: list[PatchPiece] = []
@@ -116,7 +118,7 @@ def grouped(vertices: Array, faces: NDArray[np.int64], hollow: Hollow, thickness
 
     def place(index: NDArray[np.int64]) -> None:
         nonlocal number
-        piece = slim(vertices[np.unique(faces[index])], thickness)
+        piece = piece_of_few_corners(vertices[np.unique(faces[index])], thickness)
         if len(index) == 1 or hollow.deepest(piece.points, piece.triangles) <= ALLOWED_DEPTH:
             done.append(piece)
         else:
@@ -156,7 +158,7 @@ _JoinCandidate = tuple[int, float, int, int, PatchPiece]
 """A join: its rank, the volume it adds, the two pieces' indices, and their common hull."""
 
 
-def join(
+def join_pieces(
     pieces: Sequence[PatchPiece],
     hollow: Hollow | None,
     thickness: float,
@@ -212,9 +214,9 @@ def _join_candidates(
 def _joined(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> PatchPiece | None:
     """The common hull of two pieces, or None where the hollow between them already forbids it."""
     a, b = known[pair[0]], known[pair[1]]
-    if not rule.any_join and rule.hollow is not None and rule.hollow.at(between(a, b)) > LOOSE_DEPTHS[-1]:
+    if not rule.any_join and rule.hollow is not None and rule.hollow.at(points_between(a, b)) > LOOSE_DEPTHS[-1]:
         return None
-    return slim(np.vstack([a.points, b.points]), rule.thickness)
+    return piece_of_few_corners(np.vstack([a.points, b.points]), rule.thickness)
 
 
 def _ranked(
@@ -236,7 +238,7 @@ def _ranked(
     return offers
 
 
-def between(a: PatchPiece, b: PatchPiece) -> Array:
+def points_between(a: PatchPiece, b: PatchPiece) -> Array:
     """(n, 3) points on lines from one piece's outermost corners to the other's, all within their common hull."""
     first, second = a.extremes, b.extremes
     ends = first[:, None, None] + SHARES[:, None] * (second[None, :, None] - first[:, None, None])

@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import QhullError
 
-from asset2sim.assets.meshes.hull import distinct, hull_of, shells, solid
+from asset2sim.assets.meshes.hull import distinct_faces, hull_of, shells, solid_moments
 from asset2sim.physics.arrays import Array, Faces, cross
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
@@ -84,14 +84,17 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
     hull = hull_of(points)
     if hull is None:
         drawn = (float(mesh.area), surface, watertight, len(mesh.faces))
-        return Shape(slab(points), VolumeSource.BOX, points, (), *drawn, exact=False)
+        return Shape(sheet_as_slab(points), VolumeSource.BOX, points, (), *drawn, exact=False)
     pieces = [shell.hull for shell in shells(mesh, hull)]
-    body, source = combined([Solid(*solid(piece.triangles)) for piece in pieces]), VolumeSource.HULL
+    body, source = combined_solid([Solid(*solid_moments(piece.triangles)) for piece in pieces]), VolumeSource.HULL
     if watertight:
-        volume, center, inertia = solid(np.asarray(mesh.triangles, dtype=float))
+        volume, center, inertia = solid_moments(np.asarray(mesh.triangles, dtype=float))
         sign = float(np.sign(volume))
         # An inside-out or self-crossing shell integrates to nonsense; no solid exceeds its hull.
-        if 0.0 < abs(volume) <= 1.001 * solid(hull.triangles)[0] and np.linalg.eigvalsh(inertia * sign)[0] > 0.0:
+        if (
+            0.0 < abs(volume) <= 1.001 * solid_moments(hull.triangles)[0]
+            and np.linalg.eigvalsh(inertia * sign)[0] > 0.0
+        ):
             body, source = Solid(abs(volume), center, inertia * sign), VolumeSource.SIGNED
     return Shape(
         body,
@@ -102,17 +105,17 @@ def shape_of(mesh: trimesh.Trimesh) -> Shape:
         surface,
         watertight,
         len(mesh.faces),
-        source is VolumeSource.SIGNED and len(pieces) == 1 and fills(body.volume, pieces[0].points),
+        source is VolumeSource.SIGNED and len(pieces) == 1 and fills_its_hull(body.volume, pieces[0].points),
     )
 
 
-def fills(volume: float, points: Array) -> bool:
+def fills_its_hull(volume: float, points: Array) -> bool:
     """Whether a solid of this volume, m³, is all of the hull of its (n, 3) points."""
     hull = hull_of(points)
-    return hull is not None and volume >= EXACT_SHARE * float(solid(hull.triangles)[0])
+    return hull is not None and volume >= EXACT_SHARE * float(solid_moments(hull.triangles)[0])
 
 
-def slab(points: Array) -> Solid:
+def sheet_as_slab(points: Array) -> Solid:
     """A sheet as the smallest rectangle around it in its own plane, a thousandth of its extent thick."""
     center = points.mean(axis=0)
     plane = np.linalg.svd(points - center, full_matrices=True)[2]
@@ -143,7 +146,7 @@ def smallest_rectangle(points: Array) -> tuple[Array, Array]:
         return matrix, high - low
 
 
-def combined(solids: Sequence[Solid]) -> Solid:
+def combined_solid(solids: Sequence[Solid]) -> Solid:
     """Several solids in one frame as one (parallel-axis theorem); overlaps count twice."""
     volume = sum(item.volume for item in solids)
     center = np.sum([item.volume * item.center for item in solids], axis=0) / volume
@@ -156,7 +159,7 @@ def combined(solids: Sequence[Solid]) -> Solid:
 
 def surface_of(vertices: Array, faces: Faces) -> SheetSurface:
     """Surface of (n, 3) merged vertices and (k, 3) faces. A face drawn twice, once for either side, counts once."""
-    triangles = np.asarray(vertices, dtype=float)[faces[distinct(faces)]]
+    triangles = np.asarray(vertices, dtype=float)[faces[distinct_faces(faces)]]
     normals = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2.0
     area = np.linalg.norm(normals, axis=1)
     whole = float(area.sum())

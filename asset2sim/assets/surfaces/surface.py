@@ -64,13 +64,13 @@ def posed(surface: Surface, surface_to_root: Floats, scale: Floats, fallback: Pa
     if surface.normals is not None:
         # Normals go with the inverse transpose; the cofactors are that up to a factor, and need no inverse.
         cofactors = np.array([scale[1] * scale[2], scale[0] * scale[2], scale[0] * scale[1]])
-        normals = unit(surface.normals @ (surface_to_root[:3, :3] * cofactors).T)
+        normals = unit_vectors(surface.normals @ (surface_to_root[:3, :3] * cofactors).T)
     faces = surface.faces if np.prod(scale) >= 0.0 else surface.faces[:, ::-1]
     vertices = surface.vertices @ linear.T + surface_to_root[:3, 3]
     return Surface(vertices, faces, normals, surface.uv, surface.paint or fallback)
 
 
-def unit(vectors: Floats) -> Floats:
+def unit_vectors(vectors: Floats) -> Floats:
     """(n, 3) vectors at length one; those without a length stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(length > 1e-30, length, 1.0))

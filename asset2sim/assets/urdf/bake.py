@@ -14,10 +14,10 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.edit import POSITIONS, child, serialised
+from asset2sim.assets.urdf.edit import POSITIONS, ensure_child, serialised
 from asset2sim.assets.urdf.read import element_joint, element_pose
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import motion
+from asset2sim.physics.kinematics import joint_motion
 from schemas.base import Finite, Frozen
 from schemas.errors import UsageError
 from schemas.overlay import PhysicsOverlay
@@ -67,9 +67,9 @@ def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
     """The document with joint zero at ``positions`` (rad or m; joints not named stay), and the record of the change.
     Joint q of the result is joint q + q₀ of the original, whatever the pose. A document that is baked already is
     restored first, ``positions`` being of its authored zero. Raises UsageError for a position of no movable joint."""
-    robot = parsed(document)
+    robot = parsed_with_comments(document)
     if record_of(robot) is not None:
-        robot = parsed(unbake(document))
+        robot = parsed_with_comments(unbake(document))
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
     movable = {name: joint for name, joint in joints.items() if joint.get("type") in MOVING}
     unknown = sorted(set(positions) - set(movable))
@@ -77,7 +77,7 @@ def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
         raise UsageError(f"no movable joint {', '.join(unknown)} to bake; movable joints: {', '.join(movable)}")
     zeros = {name: within_limits(joint, positions.get(name, 0.0)) for name, joint in movable.items()}
     touched = [name for name in movable if zeros[name] != 0.0 or mimic_offset(movable[name], zeros) is not None]
-    before = tuple(authored(movable[name], zeros[name]) for name in touched)
+    before = tuple(authored_attributes(movable[name], zeros[name]) for name in touched)
     record = Bake(comment=comment_text(robot, STATE_MARK), joints=before)
     for name in touched:
         shift_joint(movable[name], zeros[name], mimic_offset(movable[name], zeros))
@@ -88,7 +88,7 @@ def bake(document: bytes, positions: Mapping[str, float]) -> tuple[bytes, Bake]:
 def unbake(document: bytes, record: Bake | None = None) -> bytes:
     """The document with its authored zero again: every attribute that baking changed has its old text. Without
     ``record`` the one in the document's comment is used. Raises UsageError where there is none."""
-    robot = parsed(document)
+    robot = parsed_with_comments(document)
     record = record or record_of(robot)
     if record is None:
         raise UsageError("this URDF says nothing of a baked state; give the record in bake.json")
@@ -166,22 +166,22 @@ def mimic_offset(joint: Element, zeros: Mapping[str, float]) -> float | None:
 def shift_joint(joint: Element, zero: float, offset: float | None) -> None:
     """Move one joint's zero to ``zero`` and set its mimic offset."""
     if offset is not None:
-        child(joint, "mimic").set("offset", exact(offset))
+        ensure_child(joint, "mimic").set("offset", exact_number(offset))
     if zero == 0.0:
         return
-    origin = child(joint, "origin")
-    pose = element_pose(joint) @ motion(element_joint(joint), zero)
-    origin.set("xyz", " ".join(exact(value) for value in pose[:3, 3]))
+    origin = ensure_child(joint, "origin")
+    pose = element_pose(joint) @ joint_motion(element_joint(joint), zero)
+    origin.set("xyz", " ".join(exact_number(value) for value in pose[:3, 3]))
     if joint.get("type") != "prismatic":
-        origin.set("rpy", " ".join(exact(value) for value in angles(pose[:3, :3])))
+        origin.set("rpy", " ".join(exact_number(value) for value in roll_pitch_yaw(pose[:3, :3])))
     for tag, key in SHIFTED:
         element = joint.find(tag)
         text = None if element is None else element.get(key)
         if element is not None and text is not None:
-            element.set(key, exact(float(text) - zero))
+            element.set(key, exact_number(float(text) - zero))
 
 
-def angles(rotation: Array) -> Array:
+def roll_pitch_yaw(rotation: Array) -> Array:
     """(3,) fixed-axis roll, pitch and yaw of a (3, 3) rotation, rad. Roll is taken after yaw is undone, so that their
     rounding cancels where pitch comes near a right angle."""
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
@@ -190,7 +190,7 @@ def angles(rotation: Array) -> Array:
     return np.array([roll, math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0])), yaw])
 
 
-def authored(joint: Element, zero: float) -> BakedJoint:
+def authored_attributes(joint: Element, zero: float) -> BakedJoint:
     """The old text of every attribute of one joint that baking may change, None where it was absent."""
     paths = [("origin", "xyz"), ("origin", "rpy"), ("mimic", "offset"), *SHIFTED]
     texts: dict[str, str | None] = {}
@@ -231,11 +231,11 @@ def comments(robot: Element) -> Iterator[Element]:
     return (node for node in robot if isinstance(node, etree._Comment))
 
 
-def parsed(document: bytes) -> Element:
+def parsed_with_comments(document: bytes) -> Element:
     """The document's root element, comments kept."""
     return etree.fromstring(document, etree.XMLParser(remove_comments=False))
 
 
-def exact(value: float) -> str:
+def exact_number(value: float) -> str:
     """A number with every digit that it holds, no negative zero."""
     return repr(float(value) + 0.0)

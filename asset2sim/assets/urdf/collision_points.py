@@ -9,8 +9,8 @@ from lxml import etree
 
 from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.meshes.obj_file import read_obj
-from asset2sim.assets.urdf.document import parsed
-from asset2sim.assets.urdf.read import element_pose, numbers
+from asset2sim.assets.urdf.document import parsed_root
+from asset2sim.assets.urdf.read import element_pose, numbers_of_attribute
 from asset2sim.physics.arrays import Array, box_of
 
 TURNS = np.linspace(0.0, 2.0 * math.pi, 48, endpoint=False)
@@ -42,7 +42,9 @@ def shape_points(element: "etree._Element", folder: Path) -> list[Array]:
     for collision in element.findall("collision"):
         mesh = collision.find("geometry/mesh")
         if mesh is not None:
-            points = points_of(folder / str(mesh.get("filename"))) * np.array(numbers(mesh, "scale", "1 1 1"))
+            points = points_of(folder / str(mesh.get("filename"))) * np.array(
+                numbers_of_attribute(mesh, "scale", "1 1 1")
+            )
         else:
             extent = shape_box(collision.find("geometry"), folder)
             points = np.zeros((0, 3)) if extent is None else corners(*extent)
@@ -64,17 +66,17 @@ def shape_box(geometry: "etree._Element | None", folder: Path) -> tuple[Array, A
     if shape is None:
         return None
     if shape.tag == "box":
-        half = np.array(numbers(shape, "size", "0 0 0")) / 2.0
+        half = np.array(numbers_of_attribute(shape, "size", "0 0 0")) / 2.0
     elif shape.tag == "sphere":
-        half = np.full(3, numbers(shape, "radius", "0")[0])
+        half = np.full(3, numbers_of_attribute(shape, "radius", "0")[0])
     elif shape.tag in ("cylinder", "capsule"):
-        radius, length = numbers(shape, "radius", "0")[0], numbers(shape, "length", "0")[0]
+        radius, length = numbers_of_attribute(shape, "radius", "0")[0], numbers_of_attribute(shape, "length", "0")[0]
         half = np.array([radius, radius, length / 2.0 + (radius if shape.tag == "capsule" else 0.0)])
     else:
         points = points_of(folder / str(shape.get("filename")))
         if not len(points):
             return None
-        scale = np.array(numbers(shape, "scale", "1 1 1"))
+        scale = np.array(numbers_of_attribute(shape, "scale", "1 1 1"))
         low, high = (end * scale for end in box_of(points))
         return np.minimum(low, high), np.maximum(low, high)
     return -half, half
@@ -91,7 +93,7 @@ def points_of(file: Path) -> Array:
 def know_points(urdf: Path) -> None:
     """Read the small collision meshes of a URDF: this process, and those forked from it, then know their points."""
     with suppress(etree.XMLSyntaxError, OSError):
-        for mesh in parsed(urdf).iterfind("link/collision/geometry/mesh"):
+        for mesh in parsed_root(urdf).iterfind("link/collision/geometry/mesh"):
             file = urdf.parent / str(mesh.get("filename"))
             if file.suffix == ".obj":
                 read_obj(file.read_bytes())

@@ -21,6 +21,7 @@ from asset2sim.assets.urdf.joint_types import (
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
 from asset2sim.assets.urdf.numbers import (
     check_numbers,
+    drop_unusable_contacts,
     drop_unusable_inertials,
     drop_unusable_shapes,
     elements_of,
@@ -58,7 +59,7 @@ def read_document(path: Path) -> Document:
     robot, recovered = parse_xml(path, "URDF")
     strip_namespace(robot)
     if robot.tag != "robot":
-        raise unreadable(path, "not_urdf", f"the root element is <{robot.tag!s}>, not <robot>")
+        raise unreadable_error(path, "not_urdf", f"the root element is <{robot.tag!s}>, not <robot>")
     findings = [warning(code="xml_recovered", message=f"{path.name}: {text}") for text in recovered]
     if not robot.get("name"):
         robot.set("name", path.resolve().parent.name)
@@ -71,6 +72,7 @@ def read_document(path: Path) -> Document:
     findings += drop_unknown_shapes(robot)
     findings += drop_unusable_shapes(path, robot)
     findings += drop_unusable_inertials(robot)
+    findings += drop_unusable_contacts(robot)
     findings += settle_joint_types(path, robot)
     findings += complete_limits(robot)
     findings += drop_unusable_mimics(robot)
@@ -97,12 +99,12 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
         except OSError:
             other = None
         if other is not None:
-            return unreadable(path, "not_xml", f"it is a {other.replace('mesh', kind)}")
+            return unreadable_error(path, "not_xml", f"it is a {other.replace('mesh', kind)}")
         said = getattr(error, "msg", None) or str(error)
-        return unreadable(path, "not_xml", f"not readable as XML ({said}); export the {kind} again")
+        return unreadable_error(path, "not_xml", f"not readable as XML ({said}); export the {kind} again")
 
     try:
-        return deepcopy(parsed(path)), ()
+        return deepcopy(parsed_root(path)), ()
     except OSError as error:
         raise not_xml(error) from error
     except (etree.XMLSyntaxError, UnicodeError) as error:
@@ -159,18 +161,22 @@ def check_names(path: Path, robot: Element) -> None:
     for tag in NAMED:
         for number, element in enumerate(robot.findall(tag), start=1):
             if not element.get("name"):
-                raise unreadable(path, "unnamed", f"<{tag}> number {number} (line {element.sourceline}) has no name")
+                raise unreadable_error(
+                    path, "unnamed", f"<{tag}> number {number} (line {element.sourceline}) has no name"
+                )
     for element in (robot, *robot.findall("link"), *robot.findall("joint")):
         name = str(element.get("name"))
         if len(name.encode()) > LONGEST_NAME:
             problem = (
                 f"<{element.tag}> '{name[:30]}…' has a name of {len(name)} characters; {LONGEST_NAME} bytes are read"
             )
-            raise unreadable(path, "name_too_long", f"{problem}: shorten it")
+            raise unreadable_error(path, "name_too_long", f"{problem}: shorten it")
     for joint in robot.findall("joint"):
         missing = [tag for tag in ("parent", "child") if (end := joint.find(tag)) is None or not end.get("link")]
         if missing:
-            raise invalid(path, "incomplete_joint", str(joint.get("name")), f"it states no {' and no '.join(missing)}")
+            raise invalid_joint_error(
+                path, "incomplete_joint", str(joint.get("name")), f"it states no {' and no '.join(missing)}"
+            )
 
 
 def drop_unknown_shapes(robot: Element) -> list[Finding]:
@@ -190,12 +196,12 @@ def drop_unknown_shapes(robot: Element) -> list[Finding]:
     return findings
 
 
-def unreadable(path: Path, code: str, problem: str) -> AssetError:
+def unreadable_error(path: Path, code: str, problem: str) -> AssetError:
     """An unreadable_asset error that names the file."""
     return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{path.name}: {problem}")
 
 
-def invalid(path: Path, code: str, joint: str, problem: str) -> AssetError:
+def invalid_joint_error(path: Path, code: str, joint: str, problem: str) -> AssetError:
     """An invalid_joint_configuration error that names the file and the joint."""
     message = f"{path.name}: joint '{joint}': {problem}"
     return AssetError(FailureMode.INVALID_JOINT_CONFIGURATION, code, message, joint=joint)
@@ -205,7 +211,7 @@ KEPT = 8
 """Trees that are kept: an asset's own, and those of the last few URDFs that were written of it."""
 
 
-def parsed(file: Path) -> Element:
+def parsed_root(file: Path) -> Element:
     """The root element of a file as it is now, comments kept; shared, so not to be changed: copy it first. Raises
     OSError and etree.XMLSyntaxError."""
     return _parsed(file.read_bytes())

@@ -13,7 +13,7 @@ from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.felt import effort_limit, plain_spring
-from asset2sim.physics.kinematics import locked, rpy_of
+from asset2sim.physics.kinematics import locked_joint, rpy_of
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -90,8 +90,8 @@ def turn_root(robot: Element, root: str, turn: Rotation) -> None:
             element.insert(0, origin)
         place = [float(word) for word in str(origin.get("xyz", "0 0 0")).split()]
         angles = [float(word) for word in str(origin.get("rpy", "0 0 0")).split()]
-        origin.set("xyz", words(turn.apply(place)))
-        origin.set("rpy", words(rpy_of((turn * Rotation.from_euler("xyz", angles)).as_matrix())))
+        origin.set("xyz", short_numbers(turn.apply(place)))
+        origin.set("rpy", short_numbers(rpy_of((turn * Rotation.from_euler("xyz", angles)).as_matrix())))
 
 
 def edit_textures(robot: Element, places: Mapping[str, str]) -> None:
@@ -119,13 +119,13 @@ def edit_geometry(link: Element, scale: float, mesh_places: Mapping[str, str], k
                 continue
             mesh.set("filename", place)
             authored = [float(word) for word in str(mesh.get("scale", "1 1 1")).split()]
-            mesh.set("scale", words([value * scale for value in (authored * 3)[:3]]))
+            mesh.set("scale", short_numbers([value * scale for value in (authored * 3)[:3]]))
         scale_origin(item, scale)
         for tag, keys in (("box", ("size",)), ("cylinder", ("radius", "length")), ("sphere", ("radius",))):
             shape = item.find(f"geometry/{tag}")
             if shape is not None:
                 for key in keys:
-                    shape.set(key, words([float(word) * scale for word in str(shape.get(key)).split()]))
+                    shape.set(key, short_numbers([float(word) * scale for word in str(shape.get(key)).split()]))
 
 
 def add_primitive_collisions(link: Element) -> None:
@@ -148,7 +148,7 @@ def scale_origin(element: Element, scale: float) -> None:
     """Multiply the translation of an element's origin."""
     origin = element.find("origin")
     if origin is not None and origin.get("xyz") is not None:
-        origin.set("xyz", words([float(word) * scale for word in str(origin.get("xyz")).split()]))
+        origin.set("xyz", short_numbers([float(word) * scale for word in str(origin.get("xyz")).split()]))
 
 
 def scale_positions(element: Element, features: Features, scale: float) -> None:
@@ -172,7 +172,7 @@ def scale_attribute(element: Element, key: str, factor: float, default: str | No
     """Multiply an attribute by ``factor``; an absent one is ``default``, and left out where that is None."""
     text = element.get(key, default)
     if text is not None and factor != 1.0:
-        element.set(key, word(float(text) * factor))
+        element.set(key, short_number(float(text) * factor))
 
 
 def write_inertial(link: Element, physics: LinkPhysics) -> None:
@@ -180,10 +180,12 @@ def write_inertial(link: Element, physics: LinkPhysics) -> None:
     for old in link.findall("inertial"):
         link.remove(old)
     inertial = etree.Element("inertial")
-    etree.SubElement(inertial, "origin", xyz=words(physics.com), rpy="0 0 0")
-    etree.SubElement(inertial, "mass", value=word(physics.mass_kg))
+    etree.SubElement(inertial, "origin", xyz=short_numbers(physics.com), rpy="0 0 0")
+    etree.SubElement(inertial, "mass", value=short_number(physics.mass_kg))
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    etree.SubElement(inertial, "inertia", {name: word(v) for name, v in zip(names, physics.inertia, strict=True)})
+    etree.SubElement(
+        inertial, "inertia", {name: short_number(v) for name, v in zip(names, physics.inertia, strict=True)}
+    )
     link.insert(0, inertial)
 
 
@@ -192,11 +194,11 @@ def write_contact(link: Element, friction: float, rolling_friction_m: float) -> 
     where the file states a coefficient there it becomes the object's, without bouncing."""
     stated = link.find("contact")
     if stated is not None:
-        child(stated, "lateral_friction").set("value", word(friction))
+        ensure_child(stated, "lateral_friction").set("value", short_number(friction))
         for old in stated.findall("restitution"):
             stated.remove(old)
     if rolling_friction_m > 0.0:
-        child(child(link, "contact"), "rolling_friction").set("value", word(rolling_friction_m))
+        ensure_child(ensure_child(link, "contact"), "rolling_friction").set("value", short_number(rolling_friction_m))
 
 
 def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics, settings: PhysicsSettings) -> None:
@@ -206,38 +208,38 @@ def write_joint(element: Element, authored: JointFeatures, physics: JointPhysics
     and ``geared_reference`` beside ``armature``, what a mechanism exerts in ``bias_slope`` and its like. Our adapters
     read those; ``overlay.json`` has them too."""
     element.set("type", physics.type)
-    child(element, "axis").set("xyz", words(authored.axis))
-    limit = child(element, "limit")
+    ensure_child(element, "axis").set("xyz", short_numbers(authored.axis))
+    limit = ensure_child(element, "limit")
     for key, value in (("lower", physics.lower), ("upper", physics.upper)):
         limit.attrib.pop(key, "")
         if value is not None:
-            limit.set(key, word(value))
-    limit.set("effort", word(effort_limit(authored.effort, physics, settings)))
-    limit.set("velocity", word(authored.velocity if authored.velocity else settings.default_velocity))
-    dynamics = child(element, "dynamics")
-    dynamics.set("damping", word(physics.damping))
-    dynamics.set("friction", word(physics.friction))
+            limit.set(key, short_number(value))
+    limit.set("effort", short_number(effort_limit(authored.effort, physics, settings)))
+    limit.set("velocity", short_number(authored.velocity if authored.velocity else settings.default_velocity))
+    dynamics = ensure_child(element, "dynamics")
+    dynamics.set("damping", short_number(physics.damping))
+    dynamics.set("friction", short_number(physics.friction))
     dynamics.attrib.pop("start", "")
     stiffness, reference = plain_spring(physics, settings)
-    dynamics.set("spring_stiffness", word(stiffness))
-    dynamics.set("spring_reference", word(reference))
+    dynamics.set("spring_stiffness", short_number(stiffness))
+    dynamics.set("spring_reference", short_number(reference))
     for key in BIAS:
         dynamics.attrib.pop(key, "")
         if physics.bias is not None:
-            dynamics.set(key, word(getattr(physics.bias, key.removeprefix("bias_"))))
+            dynamics.set(key, short_number(getattr(physics.bias, key.removeprefix("bias_"))))
     geared = {"armature": physics.armature, "geared_stiffness": physics.stiffness}
     for key, value in (geared | {"geared_reference": physics.spring_reference}).items():
         dynamics.attrib.pop(key, "")
         if physics.armature > 0.0:
-            dynamics.set(key, word(value))
+            dynamics.set(key, short_number(value))
 
 
 def lock_joint(element: Element, authored: JointFeatures, scale: float) -> None:
     """Write a joint without a range as fixed where its limits hold it."""
-    held = locked(authored)
-    origin = child(element, "origin")
-    origin.set("xyz", words([scale * value for value in held.origin_xyz]))
-    origin.set("rpy", words(held.origin_rpy))
+    held = locked_joint(authored)
+    origin = ensure_child(element, "origin")
+    origin.set("xyz", short_numbers([scale * value for value in held.origin_xyz]))
+    origin.set("rpy", short_numbers(held.origin_rpy))
     element.set("type", "fixed")
     for tag in ("axis", "limit", "dynamics", "mimic"):
         for old in element.findall(tag):
@@ -259,7 +261,7 @@ def state_comment(overlay: PhysicsOverlay) -> "etree._Comment":
     return etree.Comment(f" asset2sim: scale {overlay.scale:.6g}; initial joint positions (rad, m): {state} ")
 
 
-def child(element: Element, tag: str) -> Element:
+def ensure_child(element: Element, tag: str) -> Element:
     """The element's child of that tag, made if there is none."""
     found = element.find(tag)
     return etree.SubElement(element, tag) if found is None else found
@@ -271,11 +273,11 @@ def serialised(robot: Element) -> bytes:
     return bytes(etree.tostring(robot, xml_declaration=True, encoding="utf-8", pretty_print=True))
 
 
-def word(value: float) -> str:
+def short_number(value: float) -> str:
     """One number with the digits that a float holds, short where it can be."""
     return f"{float(value):.9g}"
 
 
-def words(values: "list[float] | tuple[float, ...] | np.ndarray") -> str:
+def short_numbers(values: "list[float] | tuple[float, ...] | np.ndarray") -> str:
     """Several numbers, separated by spaces."""
-    return " ".join(word(value) for value in values)
+    return " ".join(short_number(value) for value in values)

@@ -38,11 +38,11 @@ def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Pat
         if file not in taken:
             place = path_in_target(file, source, len(taken))
             if file.suffix.lower() in (*COPIED, *PICTURES):
-                copy(file, target / place)
+                copy_file(file, target / place)
                 if file.suffix.lower() == ".obj":
                     copy_materials(file, (target / place).parent, target)
             else:
-                place = convert(file, target, place)
+                place = convert_to_obj(file, target, place)
             taken[file] = place
         placed[reference] = taken[file]
     return placed
@@ -57,7 +57,7 @@ def path_in_target(file: Path, source: Path, number: int) -> str:
         return f"{OUTSIDE}/{number}/{file.name}"
 
 
-def copy(file: Path, place: Path) -> None:
+def copy_file(file: Path, place: Path) -> None:
     """Copy one file's bytes, making its folder."""
     place.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(file, place)
@@ -67,16 +67,16 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
     """Copy the material libraries that an OBJ names and the textures that those name, at the same relative paths. A
     relative path that would leave the target is skipped: the mesh stays, without that texture."""
     for library in libraries_of(obj):
-        file, place = obj.parent / library, inside(folder / library, target)
+        file, place = obj.parent / library, path_inside(folder / library, target)
         if place is None or place.is_file():
             continue
         if library_problem(file) is not None:
             continue
-        copy(file, place)
+        copy_file(file, place)
         for name in textures_of(file):
-            texture_place = inside(place.parent / name, target)
+            texture_place = path_inside(place.parent / name, target)
             if texture_place is not None and not texture_place.is_file():
-                copy(file.parent / name, texture_place)
+                copy_file(file.parent / name, texture_place)
 
 
 Counts = Callable[[Path], bool]
@@ -172,13 +172,13 @@ def read_head(obj: Path) -> str:
         return stream.read(65_536).decode("utf-8", errors="replace")
 
 
-def inside(path: Path, folder: Path) -> Path | None:
+def path_inside(path: Path, folder: Path) -> Path | None:
     """The normalised path if it lies inside the folder, which is resolved, else None."""
     resolved = path.resolve()
     return resolved if resolved.is_relative_to(folder) else None
 
 
-def convert(file: Path, target: Path, place: str) -> str:
+def convert_to_obj(file: Path, target: Path, place: str) -> str:
     """Write a COLLADA or glTF file as OBJ with its materials beside it; the new path relative to the target."""
     path = PurePosixPath(place)
     # One folder a file: exporters name their material and texture files alike.

@@ -22,11 +22,11 @@ warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 def read_mimics(robot: Element) -> dict[str, Mimic]:
     """Joint → what it follows, chains resolved to the joint that follows none; unusable ones are left out."""
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
-    found = {name: resolved(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
+    found = {name: last_leader(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
     return {name: mimic for name, mimic in found.items() if isinstance(mimic, Mimic)}
 
 
-def resolved(name: str, joints: Mapping[str, Element]) -> Mimic | str:
+def last_leader(name: str, joints: Mapping[str, Element]) -> Mimic | str:
     """The joint that the named one follows in the end, or why it cannot."""
     multiplier, offset, at, seen = 1.0, 0.0, name, [name]
     while (mimic := joints[at].find("mimic")) is not None:
@@ -63,7 +63,7 @@ def drop_unusable_mimics(robot: Element) -> list[Finding]:
     """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each of them, and for
     each that is honoured."""
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
-    found = {name: resolved(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
+    found = {name: last_leader(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
     findings = []
     for name, problem in found.items():
         if isinstance(problem, str):
@@ -93,7 +93,7 @@ def coupled(joints: Sequence[JointFeatures]) -> tuple[list[JointFeatures], list[
     for name, joint in by_name.items():
         if joint.mimic is not None:
             leader = by_name[joint.mimic.joint]
-            lower, upper = image(joint.mimic, leader.lower, leader.upper)
+            lower, upper = follower_range(joint.mimic, leader.lower, leader.upper)
             limited = joint.type != "continuous" and lower is not None
             by_name[name] = joint.model_copy(
                 update={"lower": lower if limited else None, "upper": upper if limited else None}
@@ -124,7 +124,7 @@ def narrowed(leader: JointFeatures, joint: JointFeatures, mimic: Mimic) -> tuple
     return changed, [warning(code="mimic_limits", message=message, joint=leader.name, value=upper - lower)]
 
 
-def image(mimic: Mimic, lower: float | None, upper: float | None) -> tuple[float | None, float | None]:
+def follower_range(mimic: Mimic, lower: float | None, upper: float | None) -> tuple[float | None, float | None]:
     """The range of a follower whose leader has this one; none where the leader has none."""
     if lower is None or upper is None:
         return None, None

@@ -31,6 +31,8 @@ COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
 }
 """Element → attribute → how many numbers it holds. Those of an inertial are left to extraction, which goes on without
 it, those of a mimic and of shapes to what drops them."""
+CONTACTS = ("lateral_friction", "restitution", "mu1")
+"""Elements of a link's contacts that are read, Bullet's and Gazebo's."""
 SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1},
          "capsule": {"radius": 1, "length": 1}}  # fmt: skip
 """Shape → the attributes that it must state, and how many positive numbers each holds."""
@@ -50,7 +52,7 @@ def check_numbers(path: Path, robot: Element) -> None:
                 largest = LARGEST if element.tag in ("origin", "axis") else LARGEST_LIMIT
                 if text is not None and (problem := problem_of(text, counts, largest)) is not None:
                     raise bad_number(
-                        path, part, f"<{element.tag} {key}='{shown(text)}'> of '{part.get('name')}'", *problem
+                        path, part, f"<{element.tag} {key}='{shortened_text(text)}'> of '{part.get('name')}'", *problem
                     )
 
 
@@ -81,9 +83,23 @@ def problem_of(text: str, counts: tuple[int, ...], largest: float) -> tuple[str,
     return None
 
 
-def shown(text: str) -> str:
+def shortened_text(text: str) -> str:
     """An attribute's text for a message."""
     return text if len(text) <= 60 else f"{text[:60]}…"
+
+
+def drop_unusable_contacts(robot: Element) -> list[Finding]:
+    """Remove friction and restitution of contacts that are not one finite number; a finding for each."""
+    findings = []
+    for item in list(robot.iter(*CONTACTS)):
+        text, above = item.get("value", item.text or ""), item.getparent()
+        problem = problem_of(text, (1,), LARGEST_LIMIT)
+        if problem is not None and above is not None:
+            name = str(above.get("reference") or getattr(above.getparent(), "attrib", {}).get("name"))
+            message = f"<{item.tag}> '{shortened_text(text)}' of link '{name}' {problem[1]}; it is left out"
+            findings.append(warning(code="contact_number", message=message, link=name))
+            above.remove(item)
+    return findings
 
 
 def drop_unusable_shapes(path: Path, robot: Element) -> list[Finding]:
@@ -123,13 +139,13 @@ def problem_of_shape(shape: Element) -> str | None:
         text = shape.get("scale")
         if not text or not text.strip() or is_scale(text):
             return None
-        named = f"mesh '{shown(str(shape.get('filename')))}' has the scale '{shown(text)}'"
+        named = f"mesh '{shortened_text(str(shape.get('filename')))}' has the scale '{shortened_text(text)}'"
         return f"{named}: state one number or three, finite and none of them 0"
     for key, count in SIZES.get(str(shape.tag), {}).items():
         text = shape.get(key, "")
         if problem_of(text, (count,), LARGEST) is not None or min(map(float, text.split())) <= 0.0:
             wanted = "a number above 0" if count == 1 else f"{count} numbers above 0"
-            return f"its <{shape.tag}> has the {key} '{shown(text)}': state {wanted}, in metres"
+            return f"its <{shape.tag}> has the {key} '{shortened_text(text)}': state {wanted}, in metres"
     return None
 
 
@@ -158,9 +174,8 @@ def drop_unusable_inertials(robot: Element) -> list[Finding]:
             if element is None:
                 continue
             name = str(link.get("name"))
-            message = (
-                f"link '{name}': its inertial counts as none, since <{element.tag} {key}='{shown(text)}'> {problem}"
-            )
+            term = f"<{element.tag} {key}='{shortened_text(text)}'>"
+            message = f"link '{name}': its inertial counts as none, since {term} {problem}"
             findings.append(warning(code="inertial_unusable", message=message, link=name))
             link.remove(inertial)
     return findings

@@ -13,11 +13,11 @@ import yourdfpy
 from lxml import etree
 
 from asset2sim.assets.urdf.capsule import as_cylinders, read_capsules
-from asset2sim.assets.urdf.document import invalid, known_robot, unreadable
+from asset2sim.assets.urdf.document import invalid_joint_error, known_robot, unreadable_error
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, transform
+from asset2sim.physics.kinematics import TreeJoint, origin_transform
 from schemas.errors import AssetError
 from schemas.features import LinkContact
 from schemas.vocabulary import FailureMode
@@ -45,7 +45,7 @@ def read_urdf(path: Path) -> yourdfpy.Robot:
         content = io.BytesIO(etree.tostring(as_cylinders(document)))
         model = yourdfpy.URDF.load(content, **graphs, load_meshes=False, load_collision_meshes=False)
     except Exception as error:  # yourdfpy raises what its parsers raise: any of them means a URDF that cannot be read
-        raise unreadable(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
+        raise unreadable_error(path, "not_urdf", f"yourdfpy cannot read it: {type(error).__name__}: {error}") from error
     check_tree(path, model.robot)
     read_capsules(document, model.robot)
     mimics = read_mimics(document)
@@ -68,7 +68,7 @@ def tree_joint(joint: yourdfpy.Joint) -> TreeJoint:
     return TreeJoint(joint.name, joint.type, joint.parent, joint.child, origin, axis, joint.mimic)
 
 
-def numbers(element: "etree._Element | None", key: str, default: str) -> list[float]:
+def numbers_of_attribute(element: "etree._Element | None", key: str, default: str) -> list[float]:
     """The numbers of one attribute, or of the default where element or attribute is absent or empty."""
     return [float(word) for word in str((element is not None and element.get(key)) or default).split()]
 
@@ -76,12 +76,12 @@ def numbers(element: "etree._Element | None", key: str, default: str) -> list[fl
 def element_pose(element: "etree._Element") -> Array:
     """(4, 4) transform of the origin of a URDF's ``<joint>``, ``<inertial>``, ``<visual>`` or ``<collision>``."""
     origin = element.find("origin")
-    return transform(numbers(origin, "xyz", "0 0 0"), numbers(origin, "rpy", "0 0 0"))
+    return origin_transform(numbers_of_attribute(origin, "xyz", "0 0 0"), numbers_of_attribute(origin, "rpy", "0 0 0"))
 
 
 def element_joint(element: "etree._Element") -> TreeJoint:
     """As ``tree_joint``, of a ``<joint>`` element; yourdfpy's transforms differ from it in the last digits."""
-    axis = np.array(numbers(element.find("axis"), "xyz", "1 0 0"))
+    axis = np.array(numbers_of_attribute(element.find("axis"), "xyz", "1 0 0"))
     parent, child = element.find("parent"), element.find("child")
     return TreeJoint(
         str(element.get("name")),
@@ -98,7 +98,7 @@ def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
     than can be simulated."""
     links = [link.name for link in robot.links]
     if not links:
-        raise unreadable(path, "no_links", "it has no link")
+        raise unreadable_error(path, "no_links", "it has no link")
     if len(links) > MOST_LINKS:
         remedy = f"PyBullet simulates at most {MOST_LINKS}; merge those that are fixed to one another"
         message = f"{path.name}: it has {len(links)} links, and {remedy}"
@@ -106,38 +106,44 @@ def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
     for kind, names in (("link", links), ("joint", [joint.name for joint in robot.joints])):
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
-            raise unreadable(path, f"duplicate_{kind}", f"{kind} '{twice[0]}' is defined twice; rename one")
+            raise unreadable_error(path, f"duplicate_{kind}", f"{kind} '{twice[0]}' is defined twice; rename one")
     for joint in robot.joints:
         check_joint(path, joint, links)
     parents = Counter(joint.child for joint in robot.joints)
     for name, count in parents.items():
         if count > 1:
-            raise unreadable(path, "two_parents", f"link '{name}' is the child of {count} joints; a URDF is a tree")
+            raise unreadable_error(
+                path, "two_parents", f"link '{name}' is the child of {count} joints; a URDF is a tree"
+            )
     roots = [name for name in links if name not in parents]
     if len(roots) != 1:
         listed = ", ".join(roots) or "none: its joints form a loop"
-        raise unreadable(path, "roots", f"it must have one root link and has {len(roots)} ({listed})")
-    lost = unreached(robot, roots[0], links)
+        raise unreadable_error(path, "roots", f"it must have one root link and has {len(roots)} ({listed})")
+    lost = unreached_links(robot, roots[0], links)
     if lost:
-        raise unreadable(path, "loop", f"links {', '.join(lost[:5])} are not connected to root '{roots[0]}'")
+        raise unreadable_error(path, "loop", f"links {', '.join(lost[:5])} are not connected to root '{roots[0]}'")
 
 
 def check_joint(path: Path, joint: yourdfpy.Joint, links: list[str]) -> None:
     """Refuse one joint whose links do not exist, whose type no engine knows, or whose axis has no direction."""
     for role, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
-            raise invalid(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
+            raise invalid_joint_error(path, "unknown_link", joint.name, f"its {role} '{name}' is not a link")
     if joint.parent == joint.child:
-        raise invalid(path, "loop", joint.name, f"its parent and its child are both '{joint.child}'; name two links")
+        raise invalid_joint_error(
+            path, "loop", joint.name, f"its parent and its child are both '{joint.child}'; name two links"
+        )
     if joint.type not in JOINT_TYPES:
-        raise invalid(path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}")
+        raise invalid_joint_error(
+            path, "joint_type", joint.name, f"type '{joint.type}'; use one of {', '.join(JOINT_TYPES)}"
+        )
     if joint.axis is not None and joint.type != "fixed":
         length = float(np.linalg.norm(joint.axis))
         if not math.isfinite(length) or length < 1e-9:
-            raise invalid(path, "zero_axis", joint.name, "its axis has no direction: state one, as 0 0 1")
+            raise invalid_joint_error(path, "zero_axis", joint.name, "its axis has no direction: state one, as 0 0 1")
 
 
-def unreached(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
+def unreached_links(robot: yourdfpy.Robot, root: str, links: list[str]) -> list[str]:
     """The links that no chain of joints connects to the root."""
     reached, frontier = {root}, [root]
     while frontier:

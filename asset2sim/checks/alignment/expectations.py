@@ -70,7 +70,7 @@ def unknown_assets(expectations: Expectations, asset_ids: Collection[str]) -> tu
 
 def expectations_met(record: AssetRecord) -> tuple[Expected, ...]:
     """How a record meets each of its expectations."""
-    return tuple(meet(record, expectation) for expectation in record.ref.expectations)
+    return tuple(met_expectation(record, expectation) for expectation in record.ref.expectations)
 
 
 def misfits(features: Features, expectations: Sequence[Expectation]) -> tuple[Finding, ...]:
@@ -81,7 +81,7 @@ def misfits(features: Features, expectations: Sequence[Expectation]) -> tuple[Fi
     )
 
 
-def meet(record: AssetRecord, expectation: Expectation) -> Expected:
+def met_expectation(record: AssetRecord, expectation: Expectation) -> Expected:
     """How a record meets one expectation; an asset that never came to an overlay meets none.
 
     A joint is met at rest if it ends there in every engine that verified the asset; one in which the simulation became
@@ -98,11 +98,11 @@ def meet(record: AssetRecord, expectation: Expectation) -> Expected:
         return Expected(expectation=expectation, reason=why)
     if expectation.what == SIZE:
         size = CM_PER_M * overlay.scale * max(features.closed_size)
-        return Expected(expectation=expectation, at_start=off(expectation, size) <= SLACK, start=size)
+        return Expected(expectation=expectation, at_start=distance_outside(expectation, size) <= SLACK, start=size)
     joint = next(item for item in features.movable_joints if item.name == expectation.what)
     unit = overlay.scale if joint.prismatic else 1.0
     start = _turned(expectation, initial_positions(record)[joint.name] / unit, joint)
-    found = Expected(expectation=expectation, at_start=off(expectation, start) <= SLACK, start=start)
+    found = Expected(expectation=expectation, at_start=distance_outside(expectation, start) <= SLACK, start=start)
     if not rests or not record.reports:
         return found
     ends: list[tuple[float, float | None, str]] = []
@@ -113,14 +113,14 @@ def meet(record: AssetRecord, expectation: Expectation) -> Expected:
             ends.append((math.inf, None, report.engine.value))
             continue
         rest = _turned(expectation, moved[joint.name] / unit, joint)
-        ends.append((off(expectation, rest), rest, report.engine.value))
+        ends.append((distance_outside(expectation, rest), rest, report.engine.value))
     furthest, rest_of, engine = max(ends, key=lambda end: end[0])
     told = {"at_rest": furthest <= SLACK, "rest": rest_of, "rest_engine": engine}
     reason = "" if math.isfinite(furthest) else f"{engine} measured no rest"
     return found.model_copy(update={**told, "reason": reason})
 
 
-def off(expectation: Expectation, value: float) -> float:
+def distance_outside(expectation: Expectation, value: float) -> float:
     """How far a value is outside the nearest of the ranges, in their unit; 0 within one."""
     return min(max(low - value, value - high, 0.0) for low, high in expectation.ranges)
 
@@ -132,7 +132,7 @@ def _turned(expectation: Expectation, position: float, joint: JointFeatures) -> 
     turn = 2.0 * math.pi
     middles = [(low + high) / 2.0 for low, high in expectation.ranges]
     near = [middle + math.remainder(position - middle, turn) for middle in middles]
-    return min([position, *near], key=lambda value: off(expectation, value))
+    return min([position, *near], key=lambda value: distance_outside(expectation, value))
 
 
 def _stated(cells: Mapping[str, str], line: int, where: str) -> Expectation:

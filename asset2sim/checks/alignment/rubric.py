@@ -33,7 +33,8 @@ class Rubric(Frozen):
     """Share of the range in use that a part is open which must be slightly open: visibly, and about a quarter at most,
     as readers of such words expect."""
     open_share: Fraction = 0.85
-    """Share of its range from which a part counts as open, or fully open; up to ``near_share`` beyond its open end."""
+    """Share of its range from which a part counts as fully open, and of that in use as open; up to ``near_share``
+    beyond its open end."""
     near_share: Fraction = 0.10
     """How far a part may be from a stated share, angle or pose, as a share of its range."""
     none_share: Fraction = 0.35
@@ -72,7 +73,7 @@ def score_state(positions: Mapping[str, float], scale: float, features: Features
             earned.append((0.0, f"{wish}: joint '{item.joint}' has no position"))
             continue
         share = _share(joint, positions[item.joint], scale)
-        credit = _credit(share, band(item, joint), RUBRIC.none_share)
+        credit = _credit(share, accepted_shares(item, joint), RUBRIC.none_share)
         earned.append((credit, f"{wish}: joint '{item.joint}' is {100.0 * share:.0f} % open"))
     worst = min(earned, key=lambda pair: pair[0])[1]
     value = math.fsum(credit for credit, _ in earned) / len(earned)
@@ -81,7 +82,7 @@ def score_state(positions: Mapping[str, float], scale: float, features: Features
     return Score(value=min(1.0, value), reason=f"{counted}{'worst: ' if met < len(earned) else ''}{worst}")
 
 
-def band(asked: StateCriterion, joint: JointFeatures) -> ShareBand:
+def accepted_shares(asked: StateCriterion, joint: JointFeatures) -> ShareBand:
     """The shares of a joint's range that meet an asked state."""
     state = asked.state
     if state.kind == "open" and state.measure is None:
@@ -95,6 +96,9 @@ def band(asked: StateCriterion, joint: JointFeatures) -> ShareBand:
             return ShareBand(min(0.0, closed - RUBRIC.closed_share), closed + RUBRIC.closed_share, False)
         if state.share == 1.0:
             return ShareBand(RUBRIC.open_share, 1.0 + RUBRIC.near_share, True)
+        if state.in_use:
+            in_use = asked.usual_range / _range(joint)
+            return ShareBand(RUBRIC.open_share * in_use, 1.0 + RUBRIC.near_share, True)
     share = _share(joint, asked.position, 1.0)
     return ShareBand(share - RUBRIC.near_share, share + RUBRIC.near_share, share > RUBRIC.near_share)
 

@@ -11,7 +11,7 @@ from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import MovablePart, parts_of
 from asset2sim.guidance.placing import asked_position, useful_travel
-from asset2sim.guidance.sizing import EDGES, dimension, edge_m, extreme_word
+from asset2sim.guidance.sizing import dimension, edge_m, extreme_word, is_of_object
 from asset2sim.models.object_facts import object_info
 from schemas.features import Features, JointFeatures
 from schemas.guidance import AskedScale, AskedSize, Guidance, State
@@ -141,6 +141,6 @@ def _stated(info: ObjectInfo, asked: AskedSize) -> float | None:
         return asked.scale.value
     for length in asked.lengths:
         edge = edge_m(info.size_closed_m, length.following)
-        if (length.following in EDGES or length.beside) and edge > 0.0:
+        if (length.beside or is_of_object(length)) and edge > 0.0:
             return length.metres / edge
     return None

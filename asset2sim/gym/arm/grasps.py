@@ -7,7 +7,7 @@ from itertools import pairwise, product
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.paths import ToolPath, carried, vertices
+from asset2sim.gym.arm.paths import ToolPath, vertices, welded_bodies
 from asset2sim.gym.arm.scene import BOWL_HIGH_M, BOWL_RADIUS_M, Bowl, CompiledScene
 from asset2sim.physics.arrays import Array
 
@@ -50,7 +50,7 @@ def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:
     mass = stage.model.body_mass[sorted(bodies)]
     center = mass @ stage.data.xipos[sorted(bodies)] / mass.sum()
     low, high = points.min(axis=0), points.max(axis=0)
-    groups = [carried(stage.model, body) for body in bodies]
+    groups = [welded_bodies(stage.model, body) for body in bodies]
     heavy = max(groups, key=lambda group: float(stage.model.body_mass[sorted(group)].sum()))
     found = []
     for x, y in product(SPREAD, SPREAD):
@@ -60,7 +60,7 @@ def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:
         for depth, turn in product(DEPTHS_M, range(DIRECTIONS)) if top > 0.0 else ():
             across = np.array([math.cos(math.pi * turn / DIRECTIONS), math.sin(math.pi * turn / DIRECTIONS), 0.0])
             hold = np.array([at[0], at[1], max(top - depth, stage.gripper.lowest_m)])
-            span = between(stage, hold, across, heavy, np.array([0.0, 0.0, 1.0]))
+            span = material_between(stage, hold, across, heavy, np.array([0.0, 0.0, 1.0]))
             if (
                 span is not None
                 and span[1] - span[0] <= stage.gripper.opening_m - 2.0 * ROOM_M
@@ -71,7 +71,7 @@ def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:
                 cost = span[1] - span[0] + CENTER_WEIGHT * off - 0.3 * depth + (0.0 if span[2] else LOOSE_COST)
                 found.append((cost, held, across, span[1] - span[0]))
     for _, held, across, width in sorted(found, key=lambda item: item[0]):
-        yield lifted(held, across, opened_for(stage, width), bowl, float(held[2] - low[2]), float(high[2]))
+        yield lift_path(held, across, opened_for(stage, width), bowl, float(held[2] - low[2]), float(high[2]))
 
 
 def height_at(stage: CompiledScene, at: Array, top: float) -> float:
@@ -88,7 +88,7 @@ def first_hit_m(stage: CompiledScene, source: Array, towards: Array) -> float:
     return float(mujoco.mj_ray(stage.model, stage.data, source, towards, None, 1, -1, geom))
 
 
-def between(
+def material_between(
     stage: CompiledScene, hold: Array, across: Array, firmly: frozenset[int], back: Array
 ) -> tuple[float, float, bool] | None:
     """Material between the fingers about a place, from and to, m along ``across``, and whether it is of the bodies
@@ -106,13 +106,13 @@ def between(
             if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < most:
                 nearest.append(distance)
                 firm &= int(stage.model.geom_bodyid[geom[0]]) in firmly
-        if not nearest or min(nearest) < ROOM_M or slants(nearest):
+        if not nearest or min(nearest) < ROOM_M or is_askew(nearest):
             return None
         ends.append(sign * (most / 2.0 - min(nearest)))
     return (ends[0], ends[1], firm) if ends[0] < ends[1] else None
 
 
-def slants(distances: list[float]) -> bool:
+def is_askew(distances: list[float]) -> bool:
     """Whether a surface lies so askew to a finger that it would slide off; what is much further away is another."""
     nearest = min(distances)
     return any(SLANT_M < distance - nearest < BEHIND_M for distance in distances)
@@ -123,7 +123,7 @@ def opened_for(stage: CompiledScene, width: float) -> float:
     return min(stage.gripper.opening_m, width + 4.0 * ROOM_M)
 
 
-def lifted(held: Array, across: Array, open_m: float, bowl: Bowl, below: float, top: float) -> ToolPath:
+def lift_path(held: Array, across: Array, open_m: float, bowl: Bowl, below: float, top: float) -> ToolPath:
     """The way of one hold: down to it, close, up, over the bowl, down, open, up. ``below`` is how far the object
     reaches below the hold, m."""
     up = np.array([0.0, 0.0, 1.0])

@@ -8,7 +8,7 @@ from itertools import product
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.scene import CompiledScene, place
+from asset2sim.gym.arm.scene import CompiledScene, place_joints
 from asset2sim.gym.arm.tasks import Verb
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
@@ -49,19 +49,19 @@ def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: V
     None where no place of the part can be seen from the side that must be pushed."""
     body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
     start = stage.about_positions[joint.name]
-    for contact, normal in contacts(stage, joint, body, math.copysign(1.0, start - target)):
+    for contact, normal in pushed_places(stage, joint, body, math.copysign(1.0, start - target)):
         for lean in LEANS:
             path = push_path(stage, joint, body, contact, normal, (start, target), lean, verb)
             if path is not None:
                 yield path
 
 
-def contacts(stage: CompiledScene, joint: JointPhysics, body: int, away: float) -> Iterator[tuple[Array, Array]]:
+def pushed_places(stage: CompiledScene, joint: JointPhysics, body: int, away: float) -> Iterator[tuple[Array, Array]]:
     """Places of a part and the directions away from it there, m, world, in which it moves when its joint goes ``away``
     (1 or -1): found by rays from that side."""
     number = int(stage.model.joint(stage.prefix + joint.name).id)
     axis, anchor = stage.data.xaxis[number].copy(), stage.data.xanchor[number].copy()
-    bodies = carried(stage.model, body)
+    bodies = welded_bodies(stage.model, body)
     points = vertices(stage, bodies) - anchor
     if not len(points):
         return
@@ -76,7 +76,7 @@ def contacts(stage: CompiledScene, joint: JointPhysics, body: int, away: float) 
             middle = (
                 anchor + (low + high) / 2.0 + (height * up * np.ptp(flat @ up) + across * side * np.ptp(flat @ side))
             )
-            yield from hit(stage, bodies, middle + axis * along.mean(), normal, float(np.ptp(along)))
+            yield from first_hit(stage, bodies, middle + axis * along.mean(), normal, float(np.ptp(along)))
         return
     radial = points - np.outer(along, axis)
     outward = (radial * np.linalg.norm(radial, axis=1, keepdims=True)).sum(axis=0)
@@ -85,10 +85,10 @@ def contacts(stage: CompiledScene, joint: JointPhysics, body: int, away: float) 
     normal = away * np.cross(axis, outward)
     for out, share in product(OUT, ALONG):
         place_at = anchor + axis * (along.min() + share * np.ptp(along)) + outward * out * reach
-        yield from hit(stage, bodies, place_at, normal, float(np.ptp(radial @ normal)))
+        yield from first_hit(stage, bodies, place_at, normal, float(np.ptp(radial @ normal)))
 
 
-def hit(
+def first_hit(
     stage: CompiledScene, bodies: frozenset[int], middle: Array, normal: Array, thick: float
 ) -> Iterator[tuple[Array, Array]]:
     """The first place of these bodies that a ray against ``normal`` through a point meets, unless another body's is
@@ -100,7 +100,7 @@ def hit(
         yield source - normal * distance, normal
 
 
-def carried(model: mujoco.MjModel, body: int) -> frozenset[int]:
+def welded_bodies(model: mujoco.MjModel, body: int) -> frozenset[int]:
     """A body and those that are welded to it."""
     return frozenset(index for index in range(model.nbody) if model.body_weldid[index] == model.body_weldid[body])
 
@@ -130,7 +130,7 @@ def push_path(
     would point upwards."""
     start, target = way
     name = joint.name
-    place(stage, {name: start})
+    place_joints(stage, {name: start})
     here = pose_of(stage, body)
     local, local_normal = here[:3, :3].T @ (contact - here[:3, 3]), here[:3, :3].T @ normal
     arm = float(np.linalg.norm(contact - stage.data.xanchor[int(stage.model.joint(stage.prefix + name).id)]))
@@ -139,12 +139,12 @@ def push_path(
     points, normals, at = [], [], []
     for share in np.linspace(0.0, 1.0, count):
         position = start + share * (target - start)
-        place(stage, {name: position})
+        place_joints(stage, {name: position})
         pose = pose_of(stage, body)
         normals.append(pose[:3, :3] @ local_normal)
         points.append(pose[:3, :3] @ local + pose[:3, 3] + normals[-1] * (stage.gripper.finger_m - PRESSED_M))
         at.append(position)
-    place(stage, {name: start})
+    place_joints(stage, {name: start})
     points.append(points[-1] - normals[-1] * BEYOND_M)
     normals.append(normals[-1])
     at.append(target)

@@ -21,7 +21,7 @@ from asset2sim.gym.arm.scene import (
     CompiledScene,
     base_at,
     build_stage,
-    place,
+    place_joints,
     pusher_spec,
     quaternion,
 )
@@ -82,17 +82,17 @@ def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[
             if tried > TRIED:
                 return None
             chosen = sorted({round(at) for at in np.linspace(0, len(path.points) - 1, COARSE)})
-            coarse = follow(arm, base, path, chosen, tilt_rad)
+            coarse = joints_along(arm, base, path, chosen, tilt_rad)
             if coarse is None:
                 continue
             if path.across is not None and not hand_fits(stage, arm, path, base, coarse[0], tilt_rad):
                 if path.axes[0, 2] < FROM_ABOVE:
                     break  # nor does it from anywhere else: hand and forearm are the same
                 continue
-            found = follow(arm, base, path, range(len(path.points)), tilt_rad)
+            found = joints_along(arm, base, path, range(len(path.points)), tilt_rad)
             if found is None:
                 continue
-            plan = timed(arm, base, path, found)
+            plan = timed_motion(arm, base, path, found)
             if not runs_into(stage, joint, path, plan):
                 return plan
     return None
@@ -106,12 +106,12 @@ def hand_fits(stage: CompiledScene, arm: Arm, path: ToolPath, base: Array, near:
     found = arm.reach(turn @ (path.points[last] - base[:3, 3]), turn @ path.axes[last], near, turn @ across)
     move_base(stage, base)
     fingers = arm.gripper.servos(path.opening[last : last + 1])[0]
-    place(stage, stage.about_positions, np.concatenate([found.joints, fingers]))
-    deep = deepest(stage, tips=True)
+    place_joints(stage, stage.about_positions, np.concatenate([found.joints, fingers]))
+    deep = deepest_overlap(stage, tips=True)
     return found.off_m <= OFF_M and found.tilt_rad <= tilt_rad and deep <= OVERLAP_M
 
 
-def follow(arm: Arm, base: Array, path: ToolPath, chosen: Sequence[int], tilt_rad: float) -> Array | None:
+def joints_along(arm: Arm, base: Array, path: ToolPath, chosen: Sequence[int], tilt_rad: float) -> Array | None:
     """(n, 7) joint positions along the chosen points; None where one cannot be reached."""
     turn, origin = base[:3, :3], base[:3, 3]
     across = None if path.across is None else path.across @ turn
@@ -129,7 +129,7 @@ def follow(arm: Arm, base: Array, path: ToolPath, chosen: Sequence[int], tilt_ra
     return np.array(found)
 
 
-def timed(arm: Arm, base: Array, path: ToolPath, joints: Array) -> ToolPlan:
+def timed_motion(arm: Arm, base: Array, path: ToolPath, joints: Array) -> ToolPlan:
     """The arm's whole motion: wait, come from above, follow the way, go back up, wait."""
     lifted = []
     for index in (0, -1):
@@ -190,15 +190,15 @@ def runs_into(stage: CompiledScene, joint: str | None, path: ToolPath, plan: Too
                 if path.across is not None:  # what the fingers hold keeps them apart
                     at[7:] = plan.commands[0, 7:]
                 position = whole[index - 1] + share * (whole[index] - whole[index - 1])
-                place(stage, {joint: float(position)} if joint else {}, at)
-                if deepest(stage, tips=not meant) > OVERLAP_M:
+                place_joints(stage, {joint: float(position)} if joint else {}, at)
+                if deepest_overlap(stage, tips=not meant) > OVERLAP_M:
                     return True
         return False
     finally:
-        place(stage, stage.about_positions, plan.commands[0])
+        place_joints(stage, stage.about_positions, plan.commands[0])
 
 
-def deepest(stage: CompiledScene, *, tips: bool) -> float:
+def deepest_overlap(stage: CompiledScene, *, tips: bool) -> float:
     """How deep the arm is in anything else, m; its finger tips count only if asked."""
     contact, ours = stage.data.contact, stage.tool_geoms
     if not len(contact.dist):
@@ -234,7 +234,7 @@ def planned(
     arm = Arm(gripper)
     bowl = bowl_for(build_stage(folder, None, np.eye(4))) if joint is None else None
     stage = build_stage(folder, franka_spec(gripper), base_at(0.0, 1.0), bowl, gripper)
-    place(stage, stage.about_positions, waiting(gripper))
+    place_joints(stage, stage.about_positions, waiting(gripper))
     mujoco.mj_forward(stage.model, stage.data)
     if joint is None:
         assert bowl is not None
@@ -249,7 +249,7 @@ def planned(
     if joint is None:
         return None, bowl
     stage = build_stage(folder, pusher_spec(), np.eye(4))
-    place(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
+    place_joints(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
     mujoco.mj_forward(stage.model, stage.data)
     plan = plan_pusher(stage, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
     return (None if plan is None else PlannedTrial("pusher", stage, plan)), None

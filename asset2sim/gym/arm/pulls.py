@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from asset2sim.gym.arm.grasps import ROOM_M, between, first_hit_m, opened_for
-from asset2sim.gym.arm.paths import PACE_M, ToolPath, carried, pose_of
-from asset2sim.gym.arm.scene import CompiledScene, place
+from asset2sim.gym.arm.grasps import ROOM_M, first_hit_m, material_between, opened_for
+from asset2sim.gym.arm.paths import PACE_M, ToolPath, pose_of, welded_bodies
+from asset2sim.gym.arm.scene import CompiledScene, place_joints
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -39,7 +39,7 @@ def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iter
     first = np.cross(out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < 0.9 else np.array([1.0, 0.0, 0.0]))
     first /= float(np.linalg.norm(first))
     second = np.cross(out, first)
-    bodies = carried(stage.model, body)
+    bodies = welded_bodies(stage.model, body)
     for across_m, along_m, turn in product(OFFSETS_M, OFFSETS_M, range(TURNS)):
         aim = middle + across_m * first + along_m * second
         front = first_hit_m(stage, aim + out * (BEFORE_M + 0.1), -out)
@@ -49,14 +49,14 @@ def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iter
         across = math.cos(angle) * second + math.sin(angle) * first
         for depth in DEPTHS_M:
             hold = aim + out * (BEFORE_M + 0.1 - front - depth)
-            span = between(stage, hold, across, bodies, out)
+            span = material_between(stage, hold, across, bodies, out)
             if span is not None and span[2] and span[1] - span[0] <= stage.gripper.opening_m - 2.0 * ROOM_M:
                 held = hold + across * (span[0] + span[1]) / 2.0
-                yield pulled(stage, joint, body, held, out, across, (span[1] - span[0], target))
+                yield pull_path(stage, joint, body, held, out, across, (span[1] - span[0], target))
                 break
 
 
-def pulled(
+def pull_path(
     stage: CompiledScene,
     joint: JointPhysics,
     body: int,
@@ -67,7 +67,7 @@ def pulled(
 ) -> ToolPath:
     """The way of one hold: to it, close, along with the part, open, and back; hand and part turn together."""
     (width, target), start = width_target, joint.initial_position
-    place(stage, {joint.name: start})
+    place_joints(stage, {joint.name: start})
     here = pose_of(stage, body)
     turn, origin = here[:3, :3].T, here[:3, 3]
     local, local_out, local_across = turn @ (held - origin), turn @ out, turn @ across
@@ -80,11 +80,11 @@ def pulled(
     opening = np.array([open_m, open_m, *[0.0] * (moving + 1), open_m, open_m])
     points, axes, sides = [], [], []
     for position in at:
-        place(stage, {joint.name: float(position)})
+        place_joints(stage, {joint.name: float(position)})
         pose = pose_of(stage, body)
         points.append(pose[:3, :3] @ local + pose[:3, 3])
         axes.append(-pose[:3, :3] @ local_out)
         sides.append(pose[:3, :3] @ local_across)
-    place(stage, {joint.name: start})
+    place_joints(stage, {joint.name: start})
     points[0], points[-1] = points[0] - axes[0] * BEFORE_M, points[-1] - axes[-1] * BEFORE_M
     return ToolPath(np.array(points), np.array(axes), np.array(sides), opening, phases, np.array(at))

@@ -131,7 +131,7 @@ class TrackSamples:
         self.rows.append(
             (data.qpos[self.places].copy(), data.qvel[self.dofs].copy(), data.qpos[self.stage.tool_places].copy())
         )
-        force, depth, touched = felt(self.stage)
+        force, depth, touched = tool_force(self.stage)
         self.felt.append((force, depth, touched, given, work))
 
     def track(self, plan: ToolPlan, finite: bool) -> Track:
@@ -150,7 +150,7 @@ class TrackSamples:
         )  # fmt: skip
 
 
-def felt(stage: CompiledScene) -> tuple[float, float, float]:
+def tool_force(stage: CompiledScene) -> tuple[float, float, float]:
     """The force between tool and object, N, how deep the tool is in it, m, and 1 where they touch."""
     total, depth, touched = np.zeros(3), 0.0, 0.0
     for number, _, _, force in pressures(stage.model, stage.data, stage.tool_geoms, stage.object_geoms):

@@ -222,7 +222,7 @@ def yaw_tilt(yaw: float, tilt: float) -> Array:
     return turned
 
 
-def place(stage: CompiledScene, positions: Mapping[str, float], tool: Array | None = None) -> None:
+def place_joints(stage: CompiledScene, positions: Mapping[str, float], tool: Array | None = None) -> None:
     """Set joints of the object (rad or m) and, if given, the tool's to where these commands lead them, and what follows
     from that: poses and contacts."""
     for name, value in positions.items():

@@ -102,8 +102,8 @@ def large_parts(overlay: PhysicsOverlay) -> list[JointPhysics]:
     """Joints of what a hand may be asked to move: not what the object rolls on or is carried by, nor what hardly moves,
     nor what is small beside the largest."""
     found = [joint for joint in overlay.joints if joint.mimic is None and travel_of(joint) >= least_travel(joint)]
-    found = [joint for joint in found if overlay.support.fixed or not named(joint, ROLLING)]
-    found = [joint for joint in found if joint.holds or not named(joint, HANGING) or kind_of(joint) is Verb.PRESS]
+    found = [joint for joint in found if overlay.support.fixed or not is_called(joint, ROLLING)]
+    found = [joint for joint in found if joint.holds or not is_called(joint, HANGING) or kind_of(joint) is Verb.PRESS]
     least = LARGE_SHARE * max(map(inertia_at_hand, found), default=0.0)
     return [joint for joint in found if inertia_at_hand(joint) >= least]
 
@@ -123,7 +123,7 @@ def is_ajar(joint: JointPhysics) -> bool:
     return openness(joint) > 0.0 and not is_near(joint, joint.initial_position, joint.closed)
 
 
-def named(joint: JointPhysics, words: tuple[str, ...]) -> bool:
+def is_called(joint: JointPhysics, words: tuple[str, ...]) -> bool:
     """Whether a part is called by one of these words."""
     return any(word in joint.label.lower() or word in joint.name.lower() for word in words)
 

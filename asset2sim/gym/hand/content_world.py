@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.scene import CONTACT_TIME_S, object_world
-from asset2sim.gym.hand.holds import frame
+from asset2sim.gym.hand.holds import body_pose
 from asset2sim.gym.hand.used import hand_force
 from asset2sim.load.in_mujoco import MuJoCoObject
 from asset2sim.physics.arrays import Array
@@ -108,7 +108,7 @@ class ContentWorld:
             return LEAST_LEVER_M
         here = self.data.joint(self.loaded.prefix + joint)
         body = self.model.body(self.loaded.prefix + about.link).id
-        off = (frame(self.data, body) @ np.array([*about.pull, 1.0]))[:3] - here.xanchor
+        off = (body_pose(self.data, body) @ np.array([*about.pull, 1.0]))[:3] - here.xanchor
         return max(float(np.linalg.norm(np.cross(here.xaxis, off))), LEAST_LEVER_M)
 
     def lead(self, joint: JointPhysics, target: float) -> None:
@@ -148,7 +148,7 @@ def open_contents(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, set
     return ContentWorld(loaded, overlay, model, data, radius, hand, settings)
 
 
-def moving(world: ContentWorld, link: str) -> list[str]:
+def joints_to_root(world: ContentWorld, link: str) -> list[str]:
     """The joints between the root and a link, by name."""
     model, found = world.model, []
     body = int(model.body(world.loaded.prefix + link).id)
@@ -159,7 +159,7 @@ def moving(world: ContentWorld, link: str) -> list[str]:
     return found
 
 
-def operate(world: ContentWorld, joints: Sequence[JointPhysics], to: Mapping[str, float]) -> tuple[list[str], str]:
+def lead_joints(world: ContentWorld, joints: Sequence[JointPhysics], to: Mapping[str, float]) -> tuple[list[str], str]:
     """Lead the joints to positions (rad or m) one after another, what others cover after these: in the order in which
     they got there, and the name of one that did not, or empty."""
     done, left = list[str](), list(joints)
@@ -186,10 +186,12 @@ def open_and_close(world: ContentWorld, joints: Sequence[JointPhysics], left: Ca
         return reason, ""
     share = world.hand.opened_share
     shut = {joint.name: world.position(joint.name) for joint in joints}
-    opened, stuck = operate(world, joints, {one.name: one.closed + share * (one.open - one.closed) for one in joints})
+    opened, stuck = lead_joints(
+        world, joints, {one.name: one.closed + share * (one.open - one.closed) for one in joints}
+    )
     reason = left("on opening")
     if stuck or reason:
         return reason, stuck
     known = {joint.name: joint for joint in joints}
-    _, stuck = operate(world, [known[name] for name in reversed(opened)], shut)
+    _, stuck = lead_joints(world, [known[name] for name in reversed(opened)], shut)
     return left("on closing"), stuck

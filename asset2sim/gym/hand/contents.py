@@ -18,11 +18,11 @@ from asset2sim.gym.hand.content_world import (
     HALF_HIGH,
     PARKED_M,
     ContentWorld,
-    moving,
+    joints_to_root,
     open_and_close,
     open_contents,
 )
-from asset2sim.gym.hand.holds import below, frame
+from asset2sim.gym.hand.holds import body_pose, body_subtree
 from asset2sim.gym.hand.surfaces import triangles_of
 from asset2sim.gym.hand.used import no_task
 from asset2sim.physics.arrays import Array
@@ -55,7 +55,7 @@ class Kept:
     shut: bool = False
 
 
-def keep(
+def content_records(
     folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: ContentSettings,
     states: dict[str, list[Array]] | None = None,
 ) -> list[Kept]:  # fmt: skip
@@ -88,10 +88,11 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
     size = float(np.ptp(np.vstack(list(seen.values())).reshape(-1, 3), axis=0).max())
     radius = min(world.settings.least_m, world.settings.least_share * size) / 2.0
     movers = {
-        link: [joint for joint in world.loaded.about.joints if joint.name in moving(world, link)] for link in seen
+        link: [joint for joint in world.loaded.about.joints if joint.name in joints_to_root(world, link)]
+        for link in seen
     }
     slid = {link for link, joints in movers.items() if any(joint.type == "prismatic" for joint in joints)}
-    shift = frame(world.data, world.model.body(world.loaded.prefix + world.loaded.about.root).id)[:3, 3]
+    shift = body_pose(world.data, world.model.body(world.loaded.prefix + world.loaded.about.root).id)[:3, 3]
     found = []
     for link, own in seen.items():
         if any(joint.type != "prismatic" for joint in movers[link]):
@@ -106,7 +107,7 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
     return found
 
 
-def spots(inside: Interior, settings: ContentSettings) -> tuple[float, Array]:
+def clear_spots(inside: Interior, settings: ContentSettings) -> tuple[float, Array]:
     """The radius of three bodies, m, and (n, 3) places on the floor where one is clear of all faces, of which three are
     far enough apart; none where even the smallest do not fit."""
     radius = min(settings.most_m / 2.0, settings.room_share * float(inside.clearance_m.max()))
@@ -114,15 +115,15 @@ def spots(inside: Interior, settings: ContentSettings) -> tuple[float, Array]:
         low = inside.height_m <= radius + FLOOR_CELLS * inside.cell_m
         fits = inside.points[(inside.clearance_m >= radius) & low]
         if len(fits):
-            fits = away(fits, inside.cell_m, settings.finger_m)
+            fits = places_off_edge(fits, inside.cell_m, settings.finger_m)
             fits = fits[np.random.default_rng(0).permutation(len(fits))[:LOOKED_AT]]
-            if apart(fits, radius) is not None:
+            if places_apart(fits, radius) is not None:
                 return radius, fits
         radius *= SMALLER
     return 0.0, np.zeros((0, 3))
 
 
-def apart(places: Array, radius: float) -> Array | None:
+def places_apart(places: Array, radius: float) -> Array | None:
     """Three of these places as far apart as may be, the first in the middle; None where bodies of this radius touch."""
     if not len(places):
         return None
@@ -135,7 +136,7 @@ def apart(places: Array, radius: float) -> Array | None:
     return places[chosen]
 
 
-def away(places: Array, cell_m: float, margin: float) -> Array:
+def places_off_edge(places: Array, cell_m: float, margin: float) -> Array:
     """Of these (n, 3) places, those that are this far from the edge of all, m, seen from above; or the half that is
     furthest from it."""
     index = np.round(places[:, :2] / cell_m).astype(int)
@@ -149,15 +150,15 @@ def away(places: Array, cell_m: float, margin: float) -> Array:
 
 def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[str, float]) -> list[Kept]:
     """The record of one interior; nothing where three bodies do not fit into it."""
-    radius, fits = spots(inside, world.settings)
+    radius, fits = clear_spots(inside, world.settings)
     if not len(fits):
         return []
     world.reset(closed, radius)
     kept = Kept(link, inside.volume_m3, free_share(world, inside.points), 2.0 * radius)
     body = int(world.model.body(world.loaded.prefix + link).id)
-    joints = enclosing(world, body, inside.points)
+    joints = enclosing_joints(world, body, inside.points)
     kept = replace(kept, joints=tuple(joint.name for joint in joints))
-    places = apart(np.array([at for at in fits if is_free(world, at, radius)]), radius)
+    places = places_apart(np.array([at for at in fits if is_free(world, at, radius)]), radius)
     if places is None or kept.free < world.settings.free_share:
         said = "leave no place for three bodies" if places is None else "fill it"
         return [replace(kept, reason=f"collision shapes {said}: {kept.free:.0%} of its room is free of them")]
@@ -199,18 +200,18 @@ def in_link(world: ContentWorld, name: str, body: int) -> Array:
     return off
 
 
-def enclosing(world: ContentWorld, body: int, places: Array) -> list[JointPhysics]:
+def enclosing_joints(world: ContentWorld, body: int, places: Array) -> list[JointPhysics]:
     """The joints that a hand operates to get into an interior of this body: those of the parts that are above, below
     and beside these places in it, hinges first, and its own."""
     model, known = world.model, {joint.name: joint for joint in world.overlay.joints if not no_task(joint)}
-    own = moving(world, model.body(body).name.removeprefix(world.loaded.prefix))
+    own = joints_to_root(world, model.body(body).name.removeprefix(world.loaded.prefix))
     geom, met = np.array([-1], dtype=np.int32), list[str]()
     for at in places[np.linspace(0, len(places) - 1, SEEN_FROM).astype(int)]:
         for way in np.vstack([np.eye(3), -np.eye(3)]):
             if mujoco.mj_ray(model, world.data, at, way, None, 1, -1, geom) >= 0.0:
                 name = model.body(int(model.geom_bodyid[geom[0]])).name
                 if name.startswith(world.loaded.prefix):
-                    met += moving(world, name.removeprefix(world.loaded.prefix))
+                    met += joints_to_root(world, name.removeprefix(world.loaded.prefix))
     found = [known[name] for name in dict.fromkeys((*met, *own)) if name in known]
     found = [joint for joint in found if joint.lower is not None and joint.upper is not None]
     if any(known[name].type == "prismatic" for name in own if name in known):  # the drawer beside it stays shut
@@ -250,7 +251,7 @@ def free_share(world: ContentWorld, points: Array) -> float:
     points = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
     taken = np.zeros(len(points), dtype=bool)
     model, root = world.model, int(world.model.body(world.loaded.prefix + world.loaded.about.root).id)
-    bodies = below(model, root)
+    bodies = body_subtree(model, root)
     for geom in range(model.ngeom):
         if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]:
             turn = world.data.geom_xmat[geom].reshape(3, 3)

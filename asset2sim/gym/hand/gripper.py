@@ -36,6 +36,10 @@ HELD_M = 0.3
 """How high the other hand holds an object, m."""
 PARKED_M = 20.0
 """Height at which the hand is out of the way, m."""
+SUBSTEPS = 2
+"""Steps of the engine for each of the hand, which is led at 250 Hz: half the time of a step is the hand's."""
+CALM = 2e-3
+"""What stays moves by no more than this share of its range, or by so much, rad or m, where it has none."""
 FINGERS = ("left", "right")
 STAND = "stand"
 """Name of the round stand under an object that juts out over it."""
@@ -75,8 +79,8 @@ def hand_spec(scale: float, settings: HandSettings) -> mujoco.MjSpec:
 @dataclass(eq=False)
 class HandWorld:
     """An object, a hand of a ``scale`` and what lies in it, compiled. ``probe`` is the model in which the hand alone
-    collides with the object, to look where it fits; ``object_geoms`` and ``hand_geoms`` are masks. ``watch`` is called
-    after each step."""
+    collides with the object, to look where it fits; ``object_geoms`` and ``hand_geoms`` are masks, ``calm`` is by
+    how much each velocity may change a position that stays. ``watch`` is called after each step."""
 
     about: Description
     prefix: str
@@ -88,6 +92,7 @@ class HandWorld:
     spare: mujoco.MjData
     object_geoms: Array
     hand_geoms: Array
+    calm: Array
     watch: Callable[[], None] = field(default=lambda: None)
     target: Array = field(default_factory=lambda: np.eye(4))
     speed: Array = field(default_factory=lambda: np.zeros(6))
@@ -122,6 +127,11 @@ class HandWorld:
         others = self.model.geom_bodyid[geoms[:, ::-1][hand]] if hand.any() else ()
         return any(int(body) in bodies for body in others)
 
+    def stays(self, seconds: float) -> bool:
+        """Whether, at its speed and acceleration, nothing moves by more than ``calm`` in a time, s."""
+        ahead = np.abs(self.data.qvel) * seconds + np.abs(self.data.qacc) * seconds**2 / 2.0
+        return bool((ahead <= self.calm).all())
+
     def put(self, data: mujoco.MjData, pose: Array, half_open: float) -> None:
         """Put the hand somewhere, its fingers open, at rest."""
         data.qpos[self.place : self.place + 3] = pose[:3, 3]
@@ -142,7 +152,7 @@ class HandWorld:
         mujoco.mj_forward(self.model, self.data)
 
     def step(self) -> float:
-        """One step under the hand's forces; the power of its wrench, W."""
+        """One step of the hand under its forces; the power of its wrench, W."""
         data, settings = self.data, self.settings
         turned = data.xmat[self.body].reshape(3, 3)
         linear, angular = data.qvel[self.dof : self.dof + 3], turned @ data.qvel[self.dof + 3 : self.dof + 6]
@@ -150,20 +160,26 @@ class HandWorld:
         force += LINEAR_DAMPING * (self.speed[:3] - linear)
         torque = TURN_SPRING * rotation_vector(self.target[:3, :3] @ turned.T)
         torque += TURN_DAMPING * (self.speed[3:] - angular)
-        force, torque = capped(force, self.force * self.most_n), capped(torque, settings.torque_n_m)
+        force, torque = capped_vector(force, self.force * self.most_n), capped_vector(torque, settings.torque_n_m)
         data.xfrc_applied[self.body, :3], data.xfrc_applied[self.body, 3:] = force, torque
-        for joint, place, dof in self.biased:
-            data.qfrc_applied[dof] = joint.exerted(float(data.qpos[place]))
         for place, dof in zip(self.fingers, self.finger_dofs, strict=True):
             most = settings.grip_n * (1.0 if self.scale == 1.0 else self.scale)
             data.qfrc_applied[dof] = most * min(max((self.grip - float(data.qpos[place])) / 0.002, -1.0), 1.0)
-        mujoco.mj_step(self.model, data)
+        for _ in range(SUBSTEPS):
+            for joint, place, dof in self.biased:
+                data.qfrc_applied[dof] = joint.exerted(float(data.qpos[place]))
+            mujoco.mj_step(self.model, data)
         self.watch()
         return float(force @ linear + torque @ angular)
 
+    @property
+    def dt(self) -> float:
+        """Time of a step of the hand, s."""
+        return SUBSTEPS * self.settings.timestep_s
+
     def steps(self, seconds: float) -> int:
         """Steps of a time, s."""
-        return max(1, round(seconds / self.settings.timestep_s))
+        return max(1, round(seconds / self.dt))
 
 
 def open_world(
@@ -198,15 +214,17 @@ def open_world(
         for joint in loaded.about.joints
         if joint.name in ours
     ]
+    calm, limited = np.full(model.nv, CALM), model.jnt_limited != 0
+    calm[model.jnt_dofadr[limited]] *= np.ptp(model.jnt_range[limited], axis=1)
     return HandWorld(
-        loaded.about, loaded.prefix, scale, settings, model, data, probe, mujoco.MjData(probe), mine, hand,
+        loaded.about, loaded.prefix, scale, settings, model, data, probe, mujoco.MjData(probe), mine, hand, calm,
         place=int(free.qposadr[0]), dof=int(free.dofadr[0]), body=int(model.body(f"{TOOL}hand").id),
         fingers=(int(ends[0].qposadr[0]), int(ends[1].qposadr[0])),
         finger_dofs=(int(ends[0].dofadr[0]), int(ends[1].dofadr[0])), biased=biased,
     )  # fmt: skip
 
 
-def capped(vector: Array, most: float) -> Array:
+def capped_vector(vector: Array, most: float) -> Array:
     """A vector, shortened to a length."""
     length = math.sqrt(vector @ vector)
     return vector if length <= most else vector * (most / length)

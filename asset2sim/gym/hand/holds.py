@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from asset2sim.gym.hand.gripper import HandWorld
 from asset2sim.gym.hand.poses import TURNS, Kind, Solid, at_places
-from asset2sim.gym.hand.surfaces import REACH_M, ROOM_M, inside, surface, through
+from asset2sim.gym.hand.surfaces import (
+    REACH_M,
+    ROOM_M,
+    places_before_back,
+    places_inside,
+    share_between_pads,
+    surface_places,
+)
 from asset2sim.physics.arrays import Array
 
 LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700, "rub": 700}
@@ -39,6 +46,10 @@ FACING = 0.6
 ALONG, RUB_M = 0.3, 0.01
 """Most cosine between the part's way and the normal of what is rubbed, and how far a finger is led into it, m: with
 half of that ahead, friction holds, of 1 and of 0.6."""
+BARELY, HELD = 0.5, 1.0 / 3.0
+"""What a grasp is worth less that has nothing between its pads, and the share of these that is enough: a rod's."""
+SLIPPED = 0.5
+"""What a kind of hold is worth less each time that one slipped."""
 APART_M, SMALL = 0.02, 0.25
 """Distance from which on two holds are different, m, and the share of a small part's length that is as much."""
 
@@ -77,7 +88,7 @@ class Way:
 
     def motion(self, by: float) -> Array:
         """(4, 4) motion of the part in the world as its joint goes by that much, rad or m."""
-        return motion(self.slides, self.axis, self.anchor, by)
+        return axis_motion(self.slides, self.axis, self.anchor, by)
 
     def velocity(self, points: Array) -> Array:
         """(n, 3) velocities of (n, 3) points as the joint goes towards its target at 1 rad/s or m/s."""
@@ -86,7 +97,7 @@ class Way:
         return np.asarray(self.sign * np.cross(self.axis, points - self.anchor))
 
 
-def motion(slides: bool, axis: Array, anchor: Array, by: float) -> Array:
+def axis_motion(slides: bool, axis: Array, anchor: Array, by: float) -> Array:
     """(4, 4) motion along, or about, an axis through an anchor by that much, m or rad."""
     moved = np.eye(4)
     if slides:
@@ -106,13 +117,13 @@ def way_of(world: HandWorld, joint: str, target: float) -> Way:
     number = world.joint(joint)
     model, data = world.model, world.data
     slides = bool(model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE)
-    bodies = below(model, int(model.jnt_bodyid[number]))
+    bodies = body_subtree(model, int(model.jnt_bodyid[number]))
     mujoco.mj_kinematics(model, data)
     axis, anchor = data.xaxis[number].copy(), data.xanchor[number].copy()
     return Way(joint, slides, axis, anchor, world.position(joint), target, bodies)
 
 
-def below(model: mujoco.MjModel, body: int) -> frozenset[int]:
+def body_subtree(model: mujoco.MjModel, body: int) -> frozenset[int]:
     """A body and all that hang on it."""
     found = {body}
     for index in range(body + 1, model.nbody):
@@ -121,10 +132,13 @@ def below(model: mujoco.MjModel, body: int) -> frozenset[int]:
     return frozenset(found)
 
 
-def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]) -> list[Hold]:
-    """The best holds, each at another place, of which none is at a place (in its body's frame) to avoid. ``near`` is
-    where people take hold of the part, in the frame of the joint's own body."""
-    points, normals, bodies = surface(world, way.bodies)
+def best_holds(
+    world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array], slipped: Sequence[Kind] = ()
+) -> list[Hold]:
+    """The best holds, each at another place, of which none is at a place (in its body's frame) to avoid; kinds that
+    ``slipped`` come after others. ``near`` is where people take hold of the part, in the frame of the joint's own
+    body."""
+    points, normals, bodies = surface_places(world, way.bodies)
     velocity = way.velocity(points) if len(points) else points
     lever = np.linalg.norm(velocity, axis=1)
     if not (lever > 0.0).any():
@@ -132,12 +146,12 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
     push = -np.einsum("ij,ij->i", normals, velocity) / np.maximum(lever, 1e-9)
     worth = 0.6 * lever / float(lever.max())
     if near is not None:
-        body = frame(world.data, min(way.bodies))
+        body = body_pose(world.data, min(way.bodies))
         off = np.linalg.norm(points - (body[:3, :3] @ near + body[:3, 3]), axis=1)
         worth = worth - 0.5 * np.minimum(off / max(float(np.ptp(points, axis=0).max()), 1e-3), 1.0)
     most = (world.settings.opening_m - ROOM_M) * world.scale
     pushed, along = np.flatnonzero(push > FACING), np.flatnonzero(np.abs(push) < ALONG)
-    grasped, widths = through(world, points, normals, way.bodies, most)
+    grasped, widths = places_before_back(world, points, normals, way.bodies, most)
     width = np.zeros(len(points))
     width[grasped] = widths
     scores = {
@@ -151,9 +165,9 @@ def holds(world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array]
     solid = solid_of(world, way.bodies, points)
     for kind in LOOKED_AT:
         if kind != "rub" or avoid or not fits:
-            fits += fitting(world, way, kind, found_at, scores[kind], avoid, solid, rng)
+            fits += holds_with_room(world, way, kind, found_at, scores[kind], avoid, solid, rng)
     kept: list[Hold] = []
-    for hold in sorted(fits, key=lambda hold: -hold.score):
+    for hold in sorted(fits, key=lambda hold: SLIPPED * slipped.count(hold.kind) - hold.score):
         places = [one.pose[:3, 3] - hold.pose[:3, 3] for one in kept]
         if len(kept) < KEPT and all(off @ off >= apart**2 for off in places):
             kept.append(hold)
@@ -165,7 +179,7 @@ def apart_m(world: HandWorld, points: Array) -> float:
     return min(APART_M * world.scale, SMALL * float(np.ptp(points, axis=0).max()))
 
 
-def fitting(
+def holds_with_room(
     world: HandWorld, way: Way, kind: Kind, found_at: tuple[Array, Array, NDArray[np.int64], Array],
     scores: tuple[NDArray[Any], Array],
     avoid: Sequence[Array], solid: Solid, rng: np.random.Generator,
@@ -178,18 +192,22 @@ def fitting(
     best = np.argsort(-score - SPREAD * rng.random(len(score)))[: LOOKED_AT[kind]]
     places, turned = chosen[best], best % turns
     poses, halves = at_places(world, kind, points[places], normals[places], turned, width[places])
-    frames = {int(body): frame(world.data, int(body)) for body in np.unique(bodies[places])}
+    frames = {int(body): body_pose(world.data, int(body)) for body in np.unique(bodies[places])}
     apart = apart_m(world, points)
     for index in solid.free(world, poses, halves, CLEAR_M * world.scale):
         place, pose, half = int(places[index]), poses[index], float(halves[index])
         body = int(bodies[place])
-        local = np.linalg.inv(frames[body]) @ pose
-        if any(float(np.linalg.norm(local[:3, 3] - other)) < apart for other in avoid):
+        there = frames[body][:3, :3].T @ (pose[:3, 3] - frames[body][:3, 3])
+        if any(float(np.linalg.norm(there - other)) < apart for other in avoid):
             continue
         room = room_of(world, way, pose, half)
         if room is not None:
+            local = np.linalg.inv(frames[body]) @ pose
             into = frames[body][:3, :3].T @ normals[place] * (-RUB_M if kind == "rub" else 0.0)
-            found.append(Hold(kind, body, local, half, float(score[best[index]]) + 0.8 * room, room, into))
+            worth = float(score[best[index]]) + 0.8 * room
+            if kind == "grasp":
+                worth -= BARELY * max(0.0, 1.0 - share_between_pads(world, pose, half, way.bodies) / HELD)
+            found.append(Hold(kind, body, local, half, worth, room, into))
         if len(found) >= ENOUGH:
             break
     return found
@@ -198,8 +216,8 @@ def fitting(
 def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> Solid:
     """Places of the object at which no hand may be that holds the part of these ``bodies``, of whose (n, 3) places
     some are taken."""
-    others = frozenset(range(world.model.nbody)) - below(world.model, world.body) - bodies
-    some = [points[:OF_PART], inside(world, others, points, HAND_M * world.scale)]
+    others = frozenset(range(world.model.nbody)) - body_subtree(world.model, world.body) - bodies
+    some = [points[:OF_PART], places_inside(world, others, points, HAND_M * world.scale)]
     floors = (world.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (world.probe.geom_conaffinity != 0)
     floor_m = float(world.data.geom_xpos[floors, 2].max()) - BESIDE_M if floors.any() else -math.inf
     return Solid(np.concatenate(some), np.repeat([0.4 * INTO_M, BESIDE_M], [len(part) for part in some]), floor_m)
@@ -252,7 +270,6 @@ def runs_into(world: HandWorld, way: Way, pose: Array, half_open_m: float, into_
     data, probe = world.spare, world.probe
     world.put(data, pose, half_open_m)
     mujoco.mj_kinematics(probe, data)
-    mujoco.mj_comPos(probe, data)
     mujoco.mj_collision(probe, data)
     for number in range(data.ncon):
         contact = data.contact[number]
@@ -267,7 +284,7 @@ def cross(a: Array, b: Array) -> Array:
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def frame(data: mujoco.MjData, body: int) -> Array:
+def body_pose(data: mujoco.MjData, body: int) -> Array:
     """(4, 4) pose of a body in the world."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]

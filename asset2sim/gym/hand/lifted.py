@@ -10,16 +10,16 @@ import numpy as np
 
 from asset2sim.gym.arm.scene import yaw_tilt
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.holds import APART_M, CLEAR_M, Hold, Way, below, fitting, frame, solid_of
-from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, glide, wait
-from asset2sim.gym.hand.surfaces import ROOM_M, surface, through
+from asset2sim.gym.hand.holds import APART_M, CLEAR_M, Hold, Way, body_pose, body_subtree, holds_with_room, solid_of
+from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, move_hand, wait
+from asset2sim.gym.hand.surfaces import ROOM_M, places_before_back, surface_places
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import HandSettings, LiftSettings
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.support import SupportKind
 
-EVERY = 10
+EVERY = 5
 """Steps between two looks at the joints."""
 STAND_SHARE = 0.3
 """Radius of the stand over the least width of what is on it: it stands there, and juts out by two fifths."""
@@ -70,10 +70,10 @@ def lift(
     reason, stand_m = "", 0.0
     for where, (scale, tool) in product(("", " at an edge"), ((1.0, "gripper"), (hand.tip_scale, "fingertips"))):
         world = open_world(folder, hand, scale, stand_m=stand_m if where else 0.0)
-        put(world)
+        set_turned(world)
         world.model.geom_friction[world.hand_geoms, 0] = min(hand.pad_friction, overlay.contact_friction)
         root = int(world.model.body(world.prefix + world.about.root).id)
-        points, _, _ = surface(world, below(world.model, root))
+        points, _, _ = surface_places(world, body_subtree(world.model, root))
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
         heavy = overlay.mass_kg > hand.steadied_kg
         if overlay.support.kind is not SupportKind.HANDHELD and (heavy or size > settings.carried_m):
@@ -101,7 +101,7 @@ def at_yaws(
         reasons = []
         for grasp in grasps:
             yaw = 2.0 * math.pi * number / settings.yaws
-            reasons.append(carried(world, overlay, grasp, yaw, settings, states))
+            reasons.append(why_not_lifted(world, overlay, grasp, yaw, settings, states))
             if not reasons[-1]:
                 grasps = [grasp, *(other for other in grasps if other is not grasp)]
                 break
@@ -112,13 +112,13 @@ def at_yaws(
 
 def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]:
     """The best grasps of the whole object, near its centre of mass or over it, each at another place."""
-    bodies = below(world.model, root)
+    bodies = body_subtree(world.model, root)
     mujoco.mj_forward(world.model, world.data)
-    points, normals, owners = surface(world, bodies)
+    points, normals, owners = surface_places(world, bodies)
     if not len(points):
         return []
     most = (world.settings.opening_m - ROOM_M) * world.scale
-    chosen, widths = through(world, points, normals, bodies, most)
+    chosen, widths = places_before_back(world, points, normals, bodies, most)
     width = np.zeros(len(points))
     width[chosen] = widths
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
@@ -132,7 +132,7 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
     solid = solid_of(world, bodies, points)
     places, rng, found = (points, normals, owners, width), np.random.default_rng(0), list[Hold]()
     for part in (~loose, loose):  # by a part that a joint moves where the body has no such place
-        found = found or fitting(world, up, "grasp", places, (chosen[part], score[part]), [], solid, rng)
+        found = found or holds_with_room(world, up, "grasp", places, (chosen[part], score[part]), [], solid, rng)
     kept: list[Hold] = []
     for hold in sorted(found, key=lambda hold: -hold.score):
         apart = [np.linalg.norm(one.pose[:3, 3] - hold.pose[:3, 3]) >= APART_M * world.scale for one in kept]
@@ -141,13 +141,13 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
     return kept
 
 
-def carried(
+def why_not_lifted(
     world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings,
     states: list[Array] | None,
 ) -> str:  # fmt: skip
     """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; empty where it
     was."""
-    put(world, yaw)
+    set_turned(world, yaw)
     root = int(world.model.body(world.prefix + world.about.root).id)
     kept = {
         joint.name: (world.position(joint.name), joint.upper - joint.lower)
@@ -158,28 +158,28 @@ def carried(
     watch = Watch(world, kept, states)
     wait(watch, REST_S)
     center, up = world.data.subtree_com[root].copy(), world.data.xmat[root].reshape(3, 3)[:, 2].copy()
-    pose = frame(world.data, grasp.body) @ grasp.pose
+    pose = body_pose(world.data, grasp.body) @ grasp.pose
     before = pose.copy()
     before[:3, 3] -= CLEAR_M * world.scale * pose[:3, 2]
     world.put(world.data, before, grasp.half_open_m)
     world.grip = grasp.half_open_m
-    glide(watch, before, pose, world.settings.speed_m_s)
+    move_hand(watch, before, pose, world.settings.speed_m_s)
     world.grip = -1.0
     wait(watch, GRIP_S)
     high = pose.copy()
     high[2, 3] += settings.high_m
-    glide(watch, pose, high, settings.speed_m_s)
+    move_hand(watch, pose, high, settings.speed_m_s)
     wait(watch, REST_S)
     risen = float(world.data.subtree_com[root, 2] - center[2])
-    tilted = tilt(world, root, up)
-    glide(watch, high, pose, settings.speed_m_s)
+    tilted = object_tilt(world, root, up)
+    move_hand(watch, high, pose, settings.speed_m_s)
     wait(watch, PAUSE_S)
     world.grip = min(grasp.half_open_m + ROOM_M, world.settings.opening_m / 2.0 * world.scale)
     wait(watch, RELEASE_S)
-    glide(watch, pose, before, world.settings.speed_m_s)
+    move_hand(watch, pose, before, world.settings.speed_m_s)
     world.target[2, 3] += 1.0
     wait(watch, REST_S)
-    return reason_of(world, overlay, root, (risen, tilted, tilt(world, root, up)), watch, center, settings)
+    return reason_of(world, overlay, root, (risen, tilted, object_tilt(world, root, up)), watch, center, settings)
 
 
 def reason_of(
@@ -207,18 +207,18 @@ def reason_of(
     return ""
 
 
-def put(world: HandWorld, yaw: float = 0.0) -> None:
+def set_turned(world: HandWorld, yaw: float = 0.0) -> None:
     """Everything as it was written, the object turned by this yaw, rad, and a stand, if there is one, below its centre
     of mass."""
     world.reset()
     root = int(world.model.body(world.prefix + world.about.root).id)
-    turn(world, root, yaw)
+    turn_object(world, root, yaw)
     if world.model.nmocap:
         world.data.mocap_pos[0, :2] = world.data.subtree_com[root, :2]
         mujoco.mj_forward(world.model, world.data)
 
 
-def turn(world: HandWorld, root: int, yaw: float) -> None:
+def turn_object(world: HandWorld, root: int, yaw: float) -> None:
     """Turn the object about the vertical through the origin."""
     place = int(world.model.jnt_qposadr[world.model.body_jntadr[root]])
     quaternion, turned = yaw_tilt(yaw, 0.0), np.zeros(4)
@@ -229,6 +229,6 @@ def turn(world: HandWorld, root: int, yaw: float) -> None:
     mujoco.mj_forward(world.model, world.data)
 
 
-def tilt(world: HandWorld, root: int, up: Array) -> float:
+def object_tilt(world: HandWorld, root: int, up: Array) -> float:
     """Angle of the object's own upright axis from where it pointed, rad."""
     return math.acos(float(np.clip(world.data.xmat[root].reshape(3, 3)[:, 2] @ up, -1.0, 1.0)))

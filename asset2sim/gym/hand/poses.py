@@ -32,8 +32,8 @@ def at_places(
     scale, poses = world.scale, np.tile(np.eye(4), (len(points), 1, 1))
     points_at = turns == TURNS if kind == "rub" else np.full(len(points), kind == "press")
     aside = np.where(points_at[:, None], [0.0, 0.0, 1.0], normals)
-    towards = np.where(points_at[:, None], -normals, around(normals, 2.0 * math.pi * turns / TURNS))
-    poses[:, :3, :3] = facing(towards, aside)
+    towards = np.where(points_at[:, None], -normals, directions_around(normals, 2.0 * math.pi * turns / TURNS))
+    poses[:, :3, :3] = hand_rotations(towards, aside)
     tips = np.where(turns >= TURNS, TIP_M * scale, 0.0)[:, None] * poses[:, :3, 2]
     if kind == "grasp":
         poses[:, :3, 3] = points - tips - normals * widths[:, None] / 2.0
@@ -44,7 +44,7 @@ def at_places(
     return poses, np.zeros(len(points))
 
 
-def facing(towards: Array, beside: Array) -> Array:
+def hand_rotations(towards: Array, beside: Array) -> Array:
     """(n, 3, 3) rotations of a hand that points ``towards``, and closes as far as it can along ``beside``."""
     z = towards / np.linalg.norm(towards, axis=1)[:, None]
     y = beside - np.einsum("ij,ij->i", beside, z)[:, None] * z
@@ -54,7 +54,7 @@ def facing(towards: Array, beside: Array) -> Array:
     return np.stack([np.cross(y, z), y, z], axis=2)
 
 
-def around(normals: Array, angles: Array) -> Array:
+def directions_around(normals: Array, angles: Array) -> Array:
     """(n, 3) directions square to (n, 3) normals, at (n,) angles about them, from as near to down as there is."""
     down = np.where(np.abs(normals[:, 2:]) < 0.9, [0.0, 0.0, -1.0], [1.0, 0.0, 0.0])
     first = down - np.einsum("ij,ij->i", down, normals)[:, None] * normals

@@ -12,15 +12,16 @@ from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
 
-SAMPLE_STEPS = 5
-"""Steps between two samples."""
-GUARDS = GuardSettings()
+SAMPLE_STEPS = 3
+"""Steps between two samples, 12 ms."""
+GUARDS = GuardSettings(away_samples=8)
+"""Bounds of the guards: what is away for a tenth of a second, as in the environment."""
 
 
 @dataclass(eq=False)
 class Recorder:
     """Samples of a way: positions, whether the hand touched the part, its work, and how the object stands; ``most_n``
-    is the largest force on the object of a finger or of the palm, N."""
+    is the largest force on the object of a finger or of the palm, N, ``missed`` how many grasps closed on nothing."""
 
     world: HandWorld
     joint: JointPhysics
@@ -30,6 +31,7 @@ class Recorder:
     most_n: float = 0.0
     touched: bool = False
     count: int = 0
+    missed: int = 0
     rows: list[tuple[float, bool, float, float]] = field(default_factory=list)
     roots: list[tuple[Array, Array]] = field(default_factory=list)
     states: list[Array] | None = None
@@ -37,7 +39,7 @@ class Recorder:
 
     def step(self) -> None:
         """A step of the world, and now and then a sample."""
-        self.work_j += self.world.step() * self.world.settings.timestep_s
+        self.work_j += self.world.step() * self.world.dt
         self.touched = self.touched or self.world.touches(self.bodies)  # a blow may be over before the sample
         self.count += 1
         if self.count % SAMPLE_STEPS == 0:
@@ -75,14 +77,14 @@ def span(joint: JointPhysics) -> tuple[float, float]:
     return joint.lower, joint.upper
 
 
-def displaced(recorder: Recorder) -> bool:
+def is_displaced(recorder: Recorder) -> bool:
     """Whether the object lies or stands elsewhere by now."""
     (center, up), (first, upright), limits = recorder.roots[-1], recorder.roots[0], GUARDS
     tilted, off = float(up @ upright) < math.cos(limits.tilt_rad), center - first
     return tilted or math.sqrt(off @ off) > limits.travel_m
 
 
-def blocked(recorder: Recorder) -> bool:
+def presses_elsewhere(recorder: Recorder) -> bool:
     """Whether the hand presses more on other parts of the object than on the one that it moves."""
     world, bodies, pressed = recorder.world, recorder.bodies, {True: 0.0, False: 0.0}
     for _, _, geom, force in pressures(world.model, world.data, world.hand_geoms, world.object_geoms):

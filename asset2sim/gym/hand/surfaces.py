@@ -16,11 +16,15 @@ ROOM_M = 0.004
 """Room beside each open finger, m."""
 OFF_M, REACH_M = 0.0005, 1.0
 """Distance of a finger from what it will push, and length of the arm behind a hand, m."""
+OPPOSITE = 0.8
+"""Least cosine between the normals of both sides of what two fingers hold: friction of 0.8 holds up to 39°."""
+PADS_M = np.array([(x, z) for x in (-0.006, 0.0, 0.006) for z in (-0.005, 0.002, 0.009)])
+"""Places on a pad, across it and towards the tip, m."""
 FRONT, SKIP_M = 0.6, 1e-6
 """Least cosine between a part's way and the inner normal of its front, and step past a shape that is its own, m."""
 
 
-def surface(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
+def surface_places(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
     """(n, 3) places on the collision shapes of these bodies and (n, 3) outward normals there, world, and their bodies:
     as many of each shape, on faces by the root of their areas, so that small faces have theirs."""
     model, data = world.model, world.data
@@ -61,7 +65,7 @@ def on_shape(model: mujoco.MjModel, geom: int, count: int, rng: np.random.Genera
     return places, normals[chosen] / areas[chosen, None]
 
 
-def inside(world: HandWorld, bodies: frozenset[int], near: Array, off_m: float) -> Array:
+def places_inside(world: HandWorld, bodies: frozenset[int], near: Array, off_m: float) -> Array:
     """(n, 3) places in the collision shapes of these bodies, world, no further than ``off_m`` along each axis from the
     box of the (k, 3) places ``near``: half of them on the surface."""
     model, data, rng = world.model, world.data, np.random.default_rng(0)
@@ -93,16 +97,16 @@ def triangles_of(model: mujoco.MjModel, geom: int) -> Array:
     return np.asarray(trimesh.creation.box(2.0 * size).triangles)
 
 
-def through(
+def places_before_back(
     world: HandWorld, points: Array, normals: Array, bodies: frozenset[int], most: float
 ) -> tuple[NDArray[np.int64], Array]:
-    """Of these places, those behind which the other side of the same part is no further than ``most``, m, and how far:
-    a ray comes from beyond."""
-    kept, widths, geom = [], [], np.array([-1], dtype=np.int32)
+    """Of these places, those behind which the other side of the same part is no further than ``most``, m, and faces
+    away, so that it does not slip out of two fingers, and how far it is: a ray comes from beyond."""
+    kept, widths, geom, facing = [], [], np.array([-1], dtype=np.int32), np.zeros(3)
     for index, (point, normal) in enumerate(zip(points, normals, strict=True)):
         source = point - normal * (most + ROOM_M)
-        distance = mujoco.mj_ray(world.model, world.data, source, normal, None, 1, -1, geom)
-        if distance > 0.0 and int(world.model.geom_bodyid[geom[0]]) in bodies:
+        distance = mujoco.mj_ray(world.model, world.data, source, normal, None, 1, -1, geom, facing)
+        if distance > 0.0 and int(world.model.geom_bodyid[geom[0]]) in bodies and facing @ normal < -OPPOSITE:
             width = most + ROOM_M - distance
             if width > 0.0008:
                 kept.append(index)
@@ -110,9 +114,19 @@ def through(
     return np.array(kept, dtype=int), np.array(widths)
 
 
+def share_between_pads(world: HandWorld, pose: Array, half_open_m: float, bodies: frozenset[int]) -> float:
+    """Share of its pads, by nine rays, between which a hand at a (4, 4) pose, so far open, has these bodies."""
+    geom, found = np.array([-1], dtype=np.int32), 0
+    for x, z in PADS_M * world.scale:
+        source = pose[:3, 3] + pose[:3, :3] @ (x, -half_open_m, z)
+        distance = mujoco.mj_ray(world.model, world.data, source, pose[:3, 1], None, 1, world.body, geom)
+        found += 0.0 <= distance < 2.0 * half_open_m and int(world.model.geom_bodyid[geom[0]]) in bodies
+    return found / len(PADS_M)
+
+
 def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
     """Whether no place of a part sees out, each in another direction: it is inside, and no hand gets to it."""
-    points, normals, _ = surface(world, bodies)
+    points, normals, _ = surface_places(world, bodies)
     directions = np.random.default_rng(0).normal(size=points.shape)
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     directions *= np.sign(np.einsum("ij,ij->i", directions, normals))[:, None]
@@ -126,7 +140,7 @@ def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
 def stands_out(world: HandWorld, bodies: frozenset[int], ahead: Array) -> float:
     """How far a part stands out of the object's other collision shapes, m: the way along ``ahead``, (3,), from its
     front to the first of these shapes, at the place where that is longest; infinite where none is there."""
-    points, normals, _ = surface(world, bodies)
+    points, normals, _ = surface_places(world, bodies)
     shapes = shapes_of(world.model, frozenset(range(world.model.nbody)) - bodies)
     others = {geom for geom in shapes if world.object_geoms[geom]}
     fronts = points[normals @ ahead < -FRONT]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.operate import Led, lead
+from asset2sim.gym.hand.operate import Led, lead_joint
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import HandSettings
 from schemas.learning_settings import GuardSettings
@@ -68,18 +68,18 @@ def no_task(joint: JointPhysics) -> str:
     return "" if endless or joint.closed != joint.open else "it is open where it is closed"
 
 
-def tried(joints: Sequence[JointPhysics], most: int) -> list[JointPhysics]:
+def joints_to_try(joints: Sequence[JointPhysics], most: int) -> list[JointPhysics]:
     """At most so many joints, spread over all."""
     if len(joints) <= most:
         return list(joints)
     return [joints[round(index)] for index in np.linspace(0, len(joints) - 1, most)]
 
 
-def use(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -> list[UsedJoint]:
+def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -> list[UsedJoint]:
     """Every joint that a hand operates, used from the object's initial state, and each other with the task's fault."""
     worlds, reasons = Worlds(folder, settings), {joint.name: no_task(joint) for joint in overlay.joints}
     operated = [joint for joint in overlay.joints if not reasons[joint.name]]
-    found = [use_joint(worlds, joint, overlay) for joint in tried(operated, settings.most_joints)]
+    found = [use_joint(worlds, joint, overlay) for joint in joints_to_try(operated, settings.most_joints)]
     return found + [UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason]
 
 
@@ -110,19 +110,25 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
         found = both_ways(world, joint, " and ".join(filter(None, tools)) + (", other parts open" if others else ""))
         if found.done:
             return found
-        best = found if best is None or progress(found) > progress(best) else best
+        better = best is None or (share_done(found), found_holds(found)) > (share_done(best), found_holds(best))
+        best = found if better else best
     assert best is not None, "a hand has at least one way to try"
     return best
 
 
-def progress(found: UsedJoint) -> float:
+def share_done(found: UsedJoint) -> float:
     """How much of both ways was done."""
     return round(sum(min(max(led.reached, 0.0), 1.0) for led in found.ways), 2)
 
 
+def found_holds(found: UsedJoint) -> bool:
+    """Whether a hold was found for the last way that was tried."""
+    return bool(found.ways and found.ways[-1].holds)
+
+
 def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array] | None = None) -> UsedJoint:
     """The joint led to one end and back to the other: from nearer closed it is opened first."""
-    low, high = ends(joint, world.settings)
+    low, high = shut_and_open(joint, world.settings)
     world.most_n = hand_force(joint, world.settings)
     here, before = world.position(joint.name), {one.name: world.position(one.name) for one in world.about.joints}
     first, second = (high, low) if abs(here - low) <= abs(here - high) else (low, high)
@@ -138,17 +144,17 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
         left = abs(world.position(joint.name) - target)
         if left <= world.settings.closed_share * abs(high - low):
             continue  # it is there: it went back by itself, or began there
-        led = lead(world, joint, target, near, states)
+        led = lead_joint(world, joint, target, near, states)
         ways.append(led)
         fault, reason = fault_of(led, joint, target == low, world.settings)
         if fault:
             verb = "shut" if target == low else "opened"
-            said = "; ".join(filter(None, (f"not {verb}: {reason}", meanwhile(world, joint.name, before))))
+            said = "; ".join(filter(None, (f"not {verb}: {reason}", moved_meanwhile(world, joint.name, before))))
             return UsedJoint(joint.name, False, by, fault, said, tuple(ways))
-    return UsedJoint(joint.name, True, by, reason=meanwhile(world, joint.name, before), ways=tuple(ways))
+    return UsedJoint(joint.name, True, by, reason=moved_meanwhile(world, joint.name, before), ways=tuple(ways))
 
 
-def meanwhile(world: HandWorld, joint: str, before: Mapping[str, float]) -> str:
+def moved_meanwhile(world: HandWorld, joint: str, before: Mapping[str, float]) -> str:
     """The other joints than the one used, and those that follow it, in words: those that rest more than ``LEFT`` of
     their range away from where they were ``before``, rad or m; empty where none does."""
     follow, said = world.about.followed({joint: 0.0}), list[str]()
@@ -161,7 +167,7 @@ def meanwhile(world: HandWorld, joint: str, before: Mapping[str, float]) -> str:
     return "; ".join(said)
 
 
-def ends(joint: JointPhysics, settings: HandSettings) -> tuple[float, float]:
+def shut_and_open(joint: JointPhysics, settings: HandSettings) -> tuple[float, float]:
     """Where it is shut and open, rad or m: of what has no limits, or goes on for more than a turn, as screws and reels,
     where it is and a quarter of a turn on."""
     first, turned = joint.initial_position, settings.turned_rad
@@ -185,13 +191,14 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
     most_n = hand_force(joint, settings)
     went, rests = f"it went {led.reached:.0%} of its way", f"{led.rested:.0%} of its way"
     deeper = f"it goes {led.deeper_m * 1e3:.1f} mm deeper than it stands out of what is around it"
+    drifts, untouched = stays and guards.drifted, f"{guards.drift_share:.0%} of its way"
     sprung_away = joint.stiffness > 0.0 and RETURNED < led.rested < enough - LEFT
     faults = (
         (led.deeper_m > 0.0 and not done, "object", f"{deeper}; {went}"),
         (guards.tilted_rad > most * limits.tilt_rad, "object", f"it tips by {math.degrees(guards.tilted_rad):.0f}°"),
         (guards.lifted_m > most * limits.lift_m, "object", f"it is lifted by {guards.lifted_m * 100.0:.0f} cm"),
         (guards.travelled_m > most * limits.travel_m, "object", f"it is shoved by {guards.travelled_m * 100.0:.0f} cm"),
-        (stays and guards.drifted, "object", f"it goes {guards.drift_share:.0%} of its way before it is touched"),
+        (drifts and (done or not led.in_the_way), "object", f"it goes {untouched} before it is touched"),
         (led.contact_n > settings.grip_n + settings.most_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
         (led.covered and not done, "object", "it lies inside its other parts, where no hand gets to it"),
         (not led.holds and not done, "hand", "no hold was found at which a hand has room"),

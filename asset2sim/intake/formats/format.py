@@ -10,7 +10,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.physics.arrays import Array, Faces
 from asset2sim.physics.kinematics import rpy_of
@@ -51,7 +51,7 @@ def included_in(text: str) -> set[str]:
     return {re.split(r"[/\\]", path)[-1] for path in INCLUDED.findall(text)}
 
 
-def outermost(texts: Mapping[str, str]) -> list[str]:
+def outermost_files(texts: Mapping[str, str]) -> list[str]:
     """The files, texts by name, that no other includes; all where each is included."""
     every = {name for text in texts.values() for name in included_in(text)}
     return [name for name in texts if PurePosixPath(name).name not in every] or list(texts)
@@ -99,19 +99,19 @@ def pose_of(position: Array, quaternion: Array) -> Array:
     return pose
 
 
-def unconvertible(file: Path, code: str, problem: str) -> AssetError:
+def unconvertible_error(file: Path, code: str, problem: str) -> AssetError:
     """An unreadable_asset error that names the file that cannot be converted."""
     return AssetError(FailureMode.UNREADABLE_ASSET, code, f"{file.name}: {problem}")
 
 
-def add(parent: Element, tag: str, **attributes: str) -> Element:
+def add_child(parent: Element, tag: str, **attributes: str) -> Element:
     """A new child with these attributes; an underscore at the end of a name is dropped."""
     return etree.SubElement(parent, tag, {key.rstrip("_"): value for key, value in attributes.items()})
 
 
 def add_origin(parent: Element, pose: Array) -> None:
     """State the (4, 4) pose of an element in its link, or of a joint in its parent link."""
-    add(parent, "origin", xyz=words(pose[:3, 3]), rpy=words(rpy_of(pose[:3, :3])))
+    add_child(parent, "origin", xyz=short_numbers(pose[:3, 3]), rpy=short_numbers(rpy_of(pose[:3, :3])))
 
 
 def settle_free(robot: Element, world: str, free: Sequence[str]) -> tuple[str, ...]:
@@ -129,10 +129,10 @@ def settle_free(robot: Element, world: str, free: Sequence[str]) -> tuple[str, .
 
 def add_joint(robot: Element, name: str, kind: str, parent: str, child: str, pose: Array) -> Element:
     """A new joint between two links; ``pose`` is its (4, 4) own in the parent."""
-    element = add(robot, "joint", name=name, type=kind)
+    element = add_child(robot, "joint", name=name, type=kind)
     add_origin(element, pose)
-    add(element, "parent", link=parent)
-    add(element, "child", link=child)
+    add_child(element, "parent", link=parent)
+    add_child(element, "child", link=child)
     return element
 
 
@@ -162,18 +162,18 @@ def add_contact(
     each is the format's ``default``, which is no statement."""
     said = any(value != default for value in frictions)
     if said or restitution is not None:
-        contact = add(link, "contact")
+        contact = add_child(link, "contact")
         if said:
-            add(contact, "lateral_friction", value=words([sum(frictions) / len(frictions)]))
+            add_child(contact, "lateral_friction", value=short_numbers([sum(frictions) / len(frictions)]))
         if restitution is not None:
-            add(contact, "restitution", value=words([restitution]))
+            add_child(contact, "restitution", value=short_numbers([restitution]))
 
 
 def add_inertial(link: Element, mass: float, pose: Array, inertia: Sequence[float]) -> None:
     """State a link's mass (kg) and its inertia about the centre of mass (ixx ixy ixz iyy iyz izz, kg·m²) in the axes of
     ``pose``, which lies in the centre of mass."""
-    element = add(link, "inertial")
+    element = add_child(link, "inertial")
     add_origin(element, pose)
-    add(element, "mass", value=words([mass]))
+    add_child(element, "mass", value=short_numbers([mass]))
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    add(element, "inertia", **{name: words([value]) for name, value in zip(names, inertia, strict=True)})
+    add_child(element, "inertia", **{name: short_numbers([value]) for name, value in zip(names, inertia, strict=True)})

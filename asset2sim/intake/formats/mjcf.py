@@ -15,19 +15,19 @@ import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders
 from asset2sim.intake.formats.format import (
     Converted,
     Format,
-    add,
+    add_child,
     add_contact,
     add_inertial,
     add_joint,
     add_origin,
     pose_of,
     settle_free,
-    unconvertible,
+    unconvertible_error,
     world_name,
     write_obj,
 )
@@ -54,7 +54,7 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
         import mujoco
     except ModuleNotFoundError as error:
         problem = "reading MJCF needs MuJoCo: pip install mujoco, or keep a URDF of it"
-        raise unconvertible(file, "mujoco_missing", problem) from error
+        raise unconvertible_error(file, "mujoco_missing", problem) from error
     notes: tuple[str, ...] = ()
     radians = False
     with suppress(AssetError, ValueError):  # reading it says what is wrong
@@ -62,25 +62,27 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
     try:
         if pictures_outside:
             raise ValueError("pictures that it names lie outside the dataset")
-        spec, model = compiled(mujoco.MjSpec.from_file(str(file)), radians)
+        spec, model = compiled_model(mujoco.MjSpec.from_file(str(file)), radians)
     except (ValueError, OSError) as error:
         text, notes = mended_document(file, reach)
         try:
             spec = mujoco.MjSpec.from_string(text.decode())
             # What has no mass is to be given one later; MuJoCo only has to read it.
             spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS_KG, LEAST_INERTIA_KG_M2
-            stated = [body.name for body in spec.bodies if body.explicitinertial and impossible(body)]
+            stated = [body.name for body in spec.bodies if body.explicitinertial and is_impossible(body)]
             spec.compiler.balanceinertia = True
-            spec, model = compiled(spec, radians)
+            spec, model = compiled_model(spec, radians)
             notes += tuple(f"the inertia of body '{name}', which no body can have, is made a ball's" for name in stated)
         except (ValueError, OSError) as left:
-            raise unconvertible(file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(left).split())}") from error
+            raise unconvertible_error(
+                file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(left).split())}"
+            ) from error
     if radians:
         notes += ("it states no unit of angles; none is over 3.15, and they are read as radians, not as degrees",)
     return _Model(file, work, mujoco, spec, model, notes).converted()
 
 
-def compiled(spec: Any, radians: bool) -> tuple[Any, Any]:
+def compiled_model(spec: Any, radians: bool) -> tuple[Any, Any]:
     """The specification and its model, in which static bodies and geoms that are only seen are kept, and no mass or
     inertia is raised to a bound, which says nothing of a body; its angles in ``radians`` whatever its file says."""
     spec.compiler.degree = spec.compiler.degree and not radians
@@ -90,6 +92,8 @@ def compiled(spec: Any, radians: bool) -> tuple[Any, Any]:
     return spec, spec.compile()
 
 
+MOSTLY = 0.9
+"""Share of a body's compiled mass from which what its geoms state is its mass; the rest is at the density of water."""
 ROUNDING = 1e-9
 """Share by which a sum of stated numbers may be off."""
 
@@ -122,7 +126,7 @@ class _Model:
         if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
             self.add_body(robot, tops[0], None, np.eye(4))
         else:
-            world, base = self.base, add(robot, "link", name=self.base)
+            world, base = self.base, add_child(robot, "link", name=self.base)
             free = tuple(self.name("body", body) for body in loose)
             for geom in solid:
                 self.add_geom(base, geom, np.eye(4))
@@ -138,7 +142,7 @@ class _Model:
         self.notes += [*untied, *tie(robot, ties)]
         masks = masks_of(m, links, self.ground())
         for first, second in let_pass(self.mj, m, links, masks):
-            add(robot, "disable_collisions", link1=first, link2=second, reason="Never")
+            add_child(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
         left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
         left |= {"further keyframes": max(m.nkey - 1, 0), "height fields": m.nhfield}
@@ -150,7 +154,7 @@ class _Model:
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""
-        return unconvertible(self.file, code, problem)
+        return unconvertible_error(self.file, code, problem)
 
     def name(self, kind: str, index: int) -> str:
         """The name of a body, joint, geom or mesh, or one that is made for it."""
@@ -215,11 +219,11 @@ class _Model:
                 raise self.refused("mjcf_joint", f"body '{name}' has joints beside a free one")
             self.add_joint(robot, joint, turn, parent, child, pose @ step)
             if not last:
-                add(robot, "link", name=child)
+                add_child(robot, "link", name=child)
             parent, pose = child, np.eye(4)
         if not joints and parent is not None:
             add_joint(robot, f"{name}_fixed", "fixed", parent, name, pose)
-        link = add(robot, "link", name=name)
+        link = add_child(robot, "link", name=name)
         body_to_link = np.eye(4)
         body_to_link[:3, 3] = -anchor
         if self.weighed(body):
@@ -233,10 +237,14 @@ class _Model:
                 self.add_body(robot, other, name, body_to_link)
 
     def weighed(self, body: int) -> bool:
-        """Whether a body's mass is stated: by itself, or by each of its geoms that weighs anything (else it is NaN)."""
+        """Whether a body's mass is stated: by itself, or by its geoms that weigh anything (one that states none has
+        NaN), be it that those without a mass of their own add little to it, as what is only seen."""
         (low, high), own = self.spec.compiler.inertiagrouprange, self.spec.bodies[body]
         counted = [geom for geom in own.geoms if low <= geom.group <= high and geom.density > 0.0 and geom.mass != 0.0]
-        return bool(own.explicitinertial or (counted and np.isfinite([geom.mass for geom in counted]).all()))
+        stated = [geom.mass for geom in counted if np.isfinite(geom.mass)]
+        # Any share of a total that the file sets (settotalmass) is stated where every geom states its own.
+        every = bool(stated) and len(stated) == len(counted)
+        return bool(own.explicitinertial or every or sum(stated) > MOSTLY * self.model.body_mass[body])
 
     def add_mass(self, link: Element, body: int, body_to_link: Array) -> None:
         """A body's stated inertial; one that MuJoCo makes of geoms at the density of water is left out."""
@@ -251,27 +259,27 @@ class _Model:
         if turn is not None:
             turned = name if turn == 2 else f"{name}_{turn}"
             element = add_joint(robot, turned, "continuous", parent, child, pose)
-            add(element, "axis", xyz=words(np.eye(3)[turn]))
-            add(element, "dynamics", damping=words([first(m.dof_damping[m.jnt_dofadr[joint]])]))
+            add_child(element, "axis", xyz=short_numbers(np.eye(3)[turn]))
+            add_child(element, "dynamics", damping=short_numbers([linear_term(m.dof_damping[m.jnt_dofadr[joint]])]))
             self.notes.append(f"ball joint '{name}' is three hinges")
             return
         hinge = m.jnt_type[joint] == self.mj.mjtJoint.mjJNT_HINGE
         limited, dof, at = bool(m.jnt_limited[joint]), m.jnt_dofadr[joint], m.jnt_qposadr[joint]
         kind = ("revolute" if limited else "continuous") if hinge else "prismatic"
         element = add_joint(robot, name, kind, parent, child, pose)
-        add(element, "axis", xyz=words(m.jnt_axis[joint]))
+        add_child(element, "axis", xyz=short_numbers(m.jnt_axis[joint]))
         zero = float(m.qpos0[at])
         if limited:
             lower, upper = (float(value) - zero for value in m.jnt_range[joint])
-            add(element, "limit", lower=words([lower]), upper=words([upper]))
-        dynamics = {"damping": first(m.dof_damping[dof]), "friction": float(m.dof_frictionloss[dof]),
-                    "spring_stiffness": first(m.jnt_stiffness[joint]),
+            add_child(element, "limit", lower=short_numbers([lower]), upper=short_numbers([upper]))
+        dynamics = {"damping": linear_term(m.dof_damping[dof]), "friction": float(m.dof_frictionloss[dof]),
+                    "spring_stiffness": linear_term(m.jnt_stiffness[joint]),
                     "spring_reference": float(m.qpos_spring[at]) - zero}  # fmt: skip
         if (armature := float(m.dof_armature[dof])) > 0.0:
             dynamics["armature"] = armature
         if m.nkey:
             dynamics["start"] = float(m.key_qpos[self.key()][at]) - zero
-        add(element, "dynamics", **{key: words([value]) for key, value in dynamics.items()})
+        add_child(element, "dynamics", **{key: short_numbers([value]) for key, value in dynamics.items()})
 
     def add_geom(self, link: Element, geom: int, body_to_link: Array) -> None:
         """A geom as visual, collision or both. Its pose is in its body."""
@@ -284,11 +292,11 @@ class _Model:
         a, b, c = (float(value) for value in m.geom_size[geom])
         shape, values = "mesh", {}
         if kind == kinds.mjGEOM_BOX:
-            shape, values = "box", {"size": words([2.0 * a, 2.0 * b, 2.0 * c])}
+            shape, values = "box", {"size": short_numbers([2.0 * a, 2.0 * b, 2.0 * c])}
         elif kind == kinds.mjGEOM_SPHERE:
-            shape, values = "sphere", {"radius": words([a])}
+            shape, values = "sphere", {"radius": short_numbers([a])}
         elif kind == kinds.mjGEOM_CYLINDER:
-            shape, values = "cylinder", {"radius": words([a]), "length": words([2.0 * b])}
+            shape, values = "cylinder", {"radius": short_numbers([a]), "length": short_numbers([2.0 * b])}
         elif kind == kinds.mjGEOM_MESH:
             values = {"filename": self.mesh_file(int(m.geom_dataid[geom]))}
         elif kind == kinds.mjGEOM_CAPSULE:
@@ -303,13 +311,13 @@ class _Model:
         collides = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
         roles = (["visual"] if not collides or m.geom_group[geom] in SHOWN_GROUPS else []) + ["collision"] * collides
         for role in roles:
-            element = add(link, role)
+            element = add_child(link, role)
             add_origin(element, pose)
-            add(add(element, "geometry"), shape, **values)
+            add_child(add_child(element, "geometry"), shape, **values)
             if role == "visual":
                 material = int(m.geom_matid[geom])
                 color = m.geom_rgba[geom] if material < 0 else m.mat_rgba[material]
-                add(add(element, "material", name=f"color_{geom}"), "color", rgba=words(color))
+                add_child(add_child(element, "material", name=f"color_{geom}"), "color", rgba=short_numbers(color))
 
     def mesh_file(self, mesh: int) -> str:
         """The file of a compiled mesh, in which its pose is that of its geoms; written once."""
@@ -321,7 +329,7 @@ class _Model:
         return self.meshes[mesh]
 
 
-def impossible(body: Any) -> bool:
+def is_impossible(body: Any) -> bool:
     """Whether no body can have the inertia that one states: one moment is larger than the sum of the others."""
     xx, yy, zz, xy, xz, yz = body.fullinertia
     full = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -329,7 +337,7 @@ def impossible(body: Any) -> bool:
     return bool(2.0 * np.max(moments) > np.sum(moments) * (1.0 + ROUNDING))
 
 
-def first(value: object) -> float:
+def linear_term(value: object) -> float:
     """The number, or the linear term of a polynomial."""
     return float(np.ravel(np.asarray(value, dtype=float))[0])
 

@@ -36,12 +36,12 @@ def let_pass(
         if own == other == NO_BITS:
             apart = in_one_frame(model, first, second)
         stated = contactless or {(first, second), (second, first)} & excluded
-        if (stated or apart) and not adjoining(model, first, second):
+        if (stated or apart) and not are_adjoining(model, first, second):
             found.append((links[first], links[second]))
     return found
 
 
-def adjoining(model: Any, first: int, second: int) -> bool:
+def are_adjoining(model: Any, first: int, second: int) -> bool:
     """Whether one of two bodies is the other's parent, or both stand still in the world."""
     parents, welds = model.body_parentid, model.body_weldid
     return bool(parents[first] == second or parents[second] == first or not (welds[first] or welds[second]))

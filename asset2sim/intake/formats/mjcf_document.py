@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.document import parse_xml, unreadable
+from asset2sim.assets.urdf.document import parse_xml, unreadable_error
 from asset2sim.assets.urdf.references import AllowedFolders, lies_outside
-from asset2sim.intake.formats.format import included_in, unconvertible
+from asset2sim.intake.formats.format import included_in, unconvertible_error
 from asset2sim.storage.regular_files import is_file
 
 FOLDER_OF = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
@@ -50,6 +50,7 @@ def mended_document(file: Path, reach: AllowedFolders) -> tuple[bytes, tuple[str
     root = inlined(file)
     absolute_folders(root, file.parent)
     mends = (
+        without_plugins,
         without_unknown,
         without_repeated_names,
         partial(without_missing_files, reach=reach),
@@ -63,17 +64,18 @@ def mended_document(file: Path, reach: AllowedFolders) -> tuple[bytes, tuple[str
 
 def is_in_radians(file: Path) -> bool:
     """Whether a file that states no unit of angles, for which MuJoCo takes degrees, has them in radians, as one does
-    that a program puts into a scene of its own: no angle is over half a turn, and not all ranges are whole numbers.
+    that a program puts into a scene of its own: no angle is over half a turn, and some range is written with a point.
     Raises AssetError and ValueError for what cannot be read."""
     root = inlined(file)
     if any("angle" in compiler.attrib for compiler in root.iter("compiler")):
         return False
     ranges = [str(item.get("range", "")).split() for item in root.iter("joint") if item.get("type") != "slide"]
-    turns = [float(word) for words in ranges for word in words]
+    turns = [word for words in ranges for word in words]
     others = [words[start:] for key, start in (("euler", 0), ("axisangle", 3))
               for words in (str(item.get(key, "")).split() for item in root.iter(etree.Element))]  # fmt: skip
-    angles = [*turns, *(float(word) for words in others for word in words)]
-    return any(turn % 1.0 for turn in turns) and all(abs(angle) <= MOST_RAD for angle in angles)
+    angles = [float(word) for word in (*turns, *(word for words in others for word in words))]
+    exact = any("." in word and float(word) for word in turns)
+    return exact and all(abs(angle) <= MOST_RAD for angle in angles)
 
 
 def inlined(file: Path) -> Element:
@@ -83,15 +85,18 @@ def inlined(file: Path) -> Element:
         included += 1
         name = str(include.get("file"))
         if included > MAX_INCLUDES:
-            raise unreadable(
+            raise unreadable_error(
                 file, "mjcf_refused", f"more than {MAX_INCLUDES} includes, '{name}' among them; break the circle"
             )
         place, parent = file.parent / name, include.getparent()
-        assert parent is not None
+        if parent is None:
+            raise unreadable_error(
+                file, "mjcf_refused", "it is an <include> and nothing else: name the file of the model"
+            )
         if not is_file(place):
             where = include.get("named_in") or f"line {include.sourceline}"
             problem = f"its include '{name}' ({where}) is not there: restore the file, or take the include out"
-            raise unreadable(file, "mjcf_refused", problem)
+            raise unreadable_error(file, "mjcf_refused", problem)
         at, inner = parent.index(include), parse_xml(place, "MJCF")[0]
         for item in inner.iter("include"):
             item.set("named_in", f"{place.name}, line {item.sourceline}")
@@ -108,6 +113,14 @@ def absolute_folders(root: Element, base: Path) -> None:
         for key in ("assetdir", *folders):
             compiler.attrib.pop(key, "")
     etree.SubElement(root, "compiler", folders)
+
+
+def without_plugins(root: Element) -> Iterator[str]:
+    """Remove plugins, libraries that lie elsewhere; a note for each kind."""
+    for plugin in [item for item in root.iter("plugin", "extension") if item.getparent() is not None]:
+        if plugin.get("plugin"):
+            yield f"plugin '{plugin.get('plugin')}' is left out"
+        _remove(plugin)
 
 
 def without_unknown(root: Element) -> Iterator[str]:
@@ -271,7 +284,9 @@ def check_files(file: Path, reach: AllowedFolders) -> bool:
             beyond = [path for path in paths if not reach.allows(path)]
             outside |= picture and bool(beyond)
             if beyond and not picture:
-                raise unconvertible(file, "outside_dataset", f"'{beyond[0].name}' {lies_outside(beyond[0], reach)}")
+                raise unconvertible_error(
+                    file, "outside_dataset", f"'{beyond[0].name}' {lies_outside(beyond[0], reach)}"
+                )
             unread += [path for path in paths if path.suffix == ".xml" and path not in {*read, *beyond}]
     return outside
 

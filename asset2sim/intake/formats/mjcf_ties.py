@@ -7,8 +7,8 @@ from typing import Any
 
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.edit import words
-from asset2sim.intake.formats.format import add
+from asset2sim.assets.urdf.edit import short_numbers
+from asset2sim.intake.formats.format import add_child
 
 SAME = 1e-9
 """Logarithm of a ratio below which two joints move alike."""
@@ -109,8 +109,8 @@ def tie(robot: Element, ties: Sequence[Tie]) -> Iterator[str]:
         scale, shift = group[leader]
         for name, (ratio, offset) in group.items():
             if name != leader:
-                add(joints[name], "mimic", joint=leader, multiplier=words([ratio / scale]),
-                    offset=words([offset - ratio * shift / scale]))  # fmt: skip
+                add_child(joints[name], "mimic", joint=leader, multiplier=short_numbers([ratio / scale]),
+                    offset=short_numbers([offset - ratio * shift / scale]))  # fmt: skip
 
 
 def collides(robot: Element, joint: Element) -> bool:

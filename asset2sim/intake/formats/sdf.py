@@ -13,18 +13,18 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.document import parse_xml
-from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.intake.formats.format import (
     Converted,
     Format,
-    add,
+    add_child,
     add_contact,
     add_inertial,
     add_joint,
     add_origin,
     settle_free,
-    unconvertible,
+    unconvertible_error,
     world_name,
     write_obj,
 )
@@ -34,10 +34,10 @@ from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_model import SdfModel
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten, name_nameless
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, mass_of, solid_of
-from asset2sim.intake.formats.sdf_tree import as_tree
+from asset2sim.intake.formats.sdf_tree import as_tree, limits_in_axes
 from asset2sim.intake.formats.tree import unused
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import transform
+from asset2sim.physics.kinematics import origin_transform
 
 SHAPES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 JOINTS = ("revolute", "continuous", "prismatic", "fixed", "screw", "revolute2", "universal", "ball")
@@ -57,27 +57,27 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders, expanded: Path | 
     files, missing = included(document, file, reach) if document.find("include") is not None else ([], [])
     models, worlds = document.findall("model"), document.findall("world")
     if missing and not models and not worlds:
-        raise unconvertible(file, "sdf_nested", MISSING.format(", ".join(missing)))
+        raise unconvertible_error(file, "sdf_nested", MISSING.format(", ".join(missing)))
     if not models and len(worlds) == 1:
         files, missing = included(worlds[0], file, reach)
         models = [model for model in worlds[0].findall("model") if is_object(model)]
         if missing and models:
             recovered = (*recovered, f"what it includes is left out ({', '.join(missing)}): {FLATTEN}")
         if missing and not models:
-            raise unconvertible(file, "sdf_nested", MISSING.format(", ".join(missing)))
+            raise unconvertible_error(file, "sdf_nested", MISSING.format(", ".join(missing)))
         if len(models) > 1:
             taken = set[str]()
             for model in models:
                 model.set("name", unused(str(model.get("name")), taken))
             whole = etree.Element("model", name=str(worlds[0].get("name") or file.stem))
-            whole.extend(models)
+            whole.extend([*models, *worlds[0].findall("frame"), *worlds[0].findall("joint")])
             return replace(_Model(file, work, whole, version_of(document), recovered).converted(), files=tuple(files))
     if document.tag != "sdf" or len(models) != 1:
         problem = f"an SDF file of one <model> is needed; it has {len(models)} in <{document.tag}>; {FLATTEN}"
-        raise unconvertible(file, "sdf_models", problem)
+        raise unconvertible_error(file, "sdf_models", problem)
     inner, missing = included(models[0], file, reach)
     if missing:
-        raise unconvertible(file, "sdf_nested", MISSING.format(", ".join(missing)))
+        raise unconvertible_error(file, "sdf_nested", MISSING.format(", ".join(missing)))
     made = _Model(file, work, models[0], version_of(document), recovered).converted()
     return replace(made, files=(*files, *inner))
 
@@ -98,7 +98,7 @@ class _Model(SdfModel):
         self.is_world = bool(inner) and not model.findall("link") and not model.findall("joint")
         name_nameless(model)
         flatten(model, version, file)
-        self.notes, self.work = [*notes, *as_tree(model)], work
+        self.notes, self.work = [*notes, *limits_in_axes(model), *as_tree(model)], work
         super().__init__(file, model, version)
         self.is_still = self.text(model, "static") in ("1", "true")
         self.base = world_name(self.links)
@@ -131,7 +131,7 @@ class _Model(SdfModel):
         if len(roots) == 1 and self.base not in children and robot.find(f"link[@name='{self.base}']") is None:
             return "", ()
         if robot.find(f"link[@name='{self.base}']") is None:
-            add(robot, "link", name=self.base)
+            add_child(robot, "link", name=self.base)
         fixed = {name for name in roots if name in self.joint_of}  # by a joint to the world
         held = {name for name in roots if self.is_still or name in fixed or name.startswith(self.still)}
         for name in roots:
@@ -148,12 +148,12 @@ class _Model(SdfModel):
 
     def add_link(self, robot: Element, name: str) -> None:
         """A link with its inertial, visuals and collisions."""
-        source, link = self.named[name], add(robot, "link", name=name)
+        source, link = self.named[name], add_child(robot, "link", name=name)
         to_link = np.linalg.inv(self.frame(name)) @ self.pose(name)
         inertial = source.find("inertial")
         if inertial is not None and inertial.get("auto") in ("1", "true"):
             if weighed := mass_of(source.findall("collision"), inertial, self.numbers, self.own_pose):
-                add_inertial(link, weighed[0], to_link @ transform(weighed[1]), NO_INERTIA)
+                add_inertial(link, weighed[0], to_link @ origin_transform(weighed[1]), NO_INERTIA)
         elif inertial is not None and inertial.find("mass") is not None:
             # A mass alone is stated, too: zeros say that its inertia is not.
             least = "0" if inertial.find("inertia") is None else "1"
@@ -179,27 +179,29 @@ class _Model(SdfModel):
             if shape is not None and shape.tag != "empty":
                 self.notes.append(f"link '{link.get('name')}': its <{shape.tag}> is left out")
             return
-        element = add(link, str(item.tag), name=str(item.get("name") or ""))
+        element = add_child(link, str(item.tag), name=str(item.get("name") or ""))
         add_origin(element, pose)
-        geometry = add(element, "geometry")
+        geometry = add_child(element, "geometry")
         if shape.tag == "mesh":
             if shape.find("submesh") is not None:
                 self.notes.append(f"link '{link.get('name')}': its mesh is taken whole, not its <submesh>")
             scale = self.numbers(shape, "scale", "1 1 1")
-            add(geometry, "mesh", filename=self.text(shape, "uri"), scale=words(scale))
+            add_child(geometry, "mesh", filename=self.text(shape, "uri"), scale=short_numbers(scale))
         elif shape.tag in SOLIDS:
             name = f"{link.get('name')}_{item.tag}_{item.get('name')}"
             try:
                 vertices, faces = solid_of(found.findall(str(shape.tag)), self.numbers)
             except ValueError as error:
                 raise self.refused("sdf_shape", f"link '{link.get('name')}': <{shape.tag}> is {error}") from error
-            add(geometry, "mesh", filename=write_obj(self.work, name, vertices, faces))
+            add_child(geometry, "mesh", filename=write_obj(self.work, name, vertices, faces))
         else:
-            values = {key: words(self.numbers(shape, key, "1")) for key in SHAPES[str(shape.tag)]}
-            add(geometry, str(shape.tag), **values)
+            values = {key: short_numbers(self.numbers(shape, key, "1")) for key in SHAPES[str(shape.tag)]}
+            add_child(geometry, str(shape.tag), **values)
         color = self.text(item, "material/diffuse")
         if item.tag == "visual" and color:
-            add(add(element, "material", name=f"{link.get('name')}_{item.get('name')}"), "color", rgba=color)
+            add_child(
+                add_child(element, "material", name=f"{link.get('name')}_{item.get('name')}"), "color", rgba=color
+            )
 
     def add_joint(self, robot: Element, joint: Element) -> None:
         """A joint, or the chain of hinges that stands for one of several axes. One that fixes a link to the world only
@@ -214,7 +216,7 @@ class _Model(SdfModel):
         if parent == "world":
             parent = self.base
             if all(link.get("name") != parent for link in robot.findall("link")):
-                add(robot, "link", name=parent)
+                add_child(robot, "link", name=parent)
         if kind == "screw":
             self.notes.append(f"screw '{name}' turns without its thread, which a URDF cannot say")
         steps, pose = self.axes(joint, kind), np.linalg.inv(above) @ self.pose(name)
@@ -222,7 +224,7 @@ class _Model(SdfModel):
             last = number == len(steps) - 1
             end = child if last else unused(f"{child}_{number + 1}", self.taken)
             if not last:
-                add(robot, "link", name=end)
+                add_child(robot, "link", name=end)
             simple = kind if kind in ("prismatic", "fixed") else "revolute"
             self.add_step(robot, name if last else f"{name}_{number + 1}", simple, axis, (parent, end), pose, name)
             parent, pose = end, np.eye(4)
@@ -271,25 +273,31 @@ class _Model(SdfModel):
         kind = "continuous" if kind == "revolute" and "lower" not in limit else kind
         element = add_joint(robot, name, kind, *ends, pose)
         if axis is not None and kind != "fixed":
-            add(element, "axis", xyz=words(self.axis_in_joint(axis, self.pose(of))))
+            add_child(element, "axis", xyz=short_numbers(self.axis_in_joint(axis, self.pose(of))))
             self.add_terms(element, axis, limit)
 
     def add_terms(self, element: Element, axis: Element, limit: dict[str, str]) -> None:
         """A joint's limits, dynamics and mimic."""
         if limit:
-            add(element, "limit", **limit)
+            add_child(element, "limit", **limit)
         keys = ("damping", "friction", "spring_stiffness", "spring_reference")
         stated = [key for key in keys if axis.find(f"dynamics/{key}") is not None]
-        terms = {key: words(self.numbers(axis, f"dynamics/{key}", "0")) for key in stated}
+        terms = {key: short_numbers(self.numbers(axis, f"dynamics/{key}", "0")) for key in stated}
         if axis.find("initial_position") is not None:
-            terms["start"] = words(self.numbers(axis, "initial_position", "0"))
+            terms["start"] = short_numbers(self.numbers(axis, "initial_position", "0"))
         if terms:
-            add(element, "dynamics", **terms)
+            add_child(element, "dynamics", **terms)
         mimic = axis.find("mimic")
         if mimic is not None:
             ratio = self.numbers(mimic, "multiplier", "1")[0]
             offset = self.numbers(mimic, "offset", "0")[0] - ratio * self.numbers(mimic, "reference", "0")[0]
-            add(element, "mimic", joint=str(mimic.get("joint")), multiplier=words([ratio]), offset=words([offset]))
+            add_child(
+                element,
+                "mimic",
+                joint=str(mimic.get("joint")),
+                multiplier=short_numbers([ratio]),
+                offset=short_numbers([offset]),
+            )
 
 
 FORMAT = Format("SDF", ".sdf", 2, urdf_of_sdf, preferred="model.sdf", of_several=newest, further=(".world",))

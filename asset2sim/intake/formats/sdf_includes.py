@@ -9,7 +9,7 @@ from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.references import MODEL_FILE, PARENTS_SEARCHED, AllowedFolders, lies_outside, path_in
-from asset2sim.intake.formats.format import unconvertible
+from asset2sim.intake.formats.format import unconvertible_error
 from asset2sim.storage.regular_files import is_file
 
 VERSIONED = re.compile(r"(.*?)[-_](1[._]\d+)\.sdf$")
@@ -40,10 +40,12 @@ def included(holder: Element, file: Path, reach: AllowedFolders) -> tuple[list[P
             missing.append(uri)
             continue
         if not reach.allows(place):
-            raise unconvertible(file, "outside_dataset", f"'{uri}' {lies_outside(place, reach)}")
+            raise unconvertible_error(file, "outside_dataset", f"'{uri}' {lies_outside(place, reach)}")
         files.append(place)
         if len(files) > MOST_INCLUDES:
-            raise unconvertible(file, "sdf_nested", f"over {MOST_INCLUDES} models are included, '{uri}' among them")
+            raise unconvertible_error(
+                file, "sdf_nested", f"over {MOST_INCLUDES} models are included, '{uri}' among them"
+            )
         model = _model_in(place, include)
         if model is None:
             missing.append(uri)

@@ -8,11 +8,11 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.urdf.edit import words
-from asset2sim.intake.formats.format import unconvertible
+from asset2sim.assets.urdf.edit import short_numbers
+from asset2sim.intake.formats.format import unconvertible_error
 from asset2sim.intake.formats.sdf_includes import FRAMED_AXES
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import transform
+from asset2sim.physics.kinematics import origin_transform
 from schemas.errors import AssetError
 
 UNLIMITED = 1e15
@@ -38,11 +38,11 @@ class SdfModel:
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""
-        return unconvertible(self.file, code, problem)
+        return unconvertible_error(self.file, code, problem)
 
     def text(self, element: Element, path: str, default: str = "") -> str:
-        """The stripped text below an element."""
-        return str(element.findtext(path) or default).strip()
+        """The stripped text below an element, the ``default`` where it is empty, as Gazebo has it."""
+        return (element.findtext(path) or "").strip() or default
 
     def numbers(self, element: Element, path: str, default: str) -> list[float]:
         """The numbers below an element."""
@@ -63,13 +63,13 @@ class SdfModel:
         pose = element.find("pose")
         values = self.numbers(element, "pose", "0 0 0 0 0 0")
         if pose is not None and pose.get("rotation_format") == "quat_xyzw":
-            found = transform(values[:3])
+            found = origin_transform(values[:3])
             found[:3, :3] = Rotation.from_quat(values[3:7]).as_matrix()
             return found
         if len(values) != 6:
             raise self.unreadable(element, "pose", f"it has {len(values)} numbers of 6")
         degrees = pose is not None and pose.get("degrees") == "true"
-        return transform(values[:3], [math.radians(v) if degrees else v for v in values[3:]])
+        return origin_transform(values[:3], [math.radians(v) if degrees else v for v in values[3:]])
 
     def pose(self, name: str, asked: tuple[str, ...] = ()) -> Array:
         """The pose of a link, joint or frame in the model's frame."""
@@ -102,7 +102,7 @@ class SdfModel:
         stated = {key: self.numbers(axis, path, "0")[0] for key, path in paths.items() if axis.find(path) is not None}
         if not all(abs(stated.get(key, UNLIMITED)) < UNLIMITED for key in ("lower", "upper")):
             stated = {key: value for key, value in stated.items() if key not in ("lower", "upper")}
-        return {key: words([value]) for key, value in stated.items()}
+        return {key: short_numbers([value]) for key, value in stated.items()}
 
     def axis_in_joint(self, axis: Element, joint_pose: Array) -> Array:
         """(3,) the axis in the joint's frame: up to SDF 1.4 it is stated in the model's frame, to 1.6 there on request,

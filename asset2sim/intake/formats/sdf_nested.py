@@ -6,7 +6,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.intake.formats.sdf_includes import FRAMED_AXES
 from asset2sim.intake.formats.sdf_model import SdfModel
 from asset2sim.intake.formats.tree import unused
@@ -50,6 +50,19 @@ def flatten(model: Element, version: tuple[int, ...], file: Path) -> None:
     for joint in model.findall("joint"):
         for end in (*joint.findall("parent"), *joint.findall("child")):
             end.text = str(end.text or "").strip().replace("::", SEPARATOR)
+    _name_frames(model)
+
+
+def _name_frames(model: Element) -> None:
+    """Name frames that poses and axes are relative to as they are called in the flat model: ``shelf::door``, and a
+    nested model by its own name."""
+    items = [item for kind in KINDS for item in model.findall(kind)]
+    names = {str(item.get("name")) for item in items}
+    for holder in (each for item in items for each in (item, *item.findall("pose"), *item.iterfind("*/xyz"))):
+        for key in ("relative_to", "attached_to", "expressed_in"):
+            frame = str(holder.get(key) or "").replace("::", SEPARATOR)
+            if frame:
+                holder.set(key, frame_of(frame) if frame not in names and frame_of(frame) in names else frame)
 
 
 def place_by(frame: Element, inner: SdfModel, placement: str) -> None:
@@ -59,7 +72,7 @@ def place_by(frame: Element, inner: SdfModel, placement: str) -> None:
     pose = etree.SubElement(frame, "pose") if pose is None else pose
     stated = inner.own_pose(frame) if (pose.text or "").strip() else np.eye(4)
     placed = stated @ np.linalg.inv(inner.pose(placement))
-    pose.text = words([*placed[:3, 3], *rpy_of(placed[:3, :3])])
+    pose.text = short_numbers([*placed[:3, 3], *rpy_of(placed[:3, :3])])
     for key in ("rotation_format", "degrees"):
         pose.attrib.pop(key, "")
 

@@ -40,6 +40,15 @@ def as_tree(model: Element) -> Iterator[str]:
             turn(joints[usable[number]])
 
 
+def limits_in_axes(model: Element) -> Iterator[str]:
+    """Put into a joint's one axis the limits that stand beside it, where a URDF has them; a note on each."""
+    for joint in model.findall("joint"):
+        axis, limit = joint.find("axis"), joint.find("limit")
+        if axis is not None and limit is not None and axis.find("limit") is None:
+            axis.append(limit)
+            yield f"joint '{joint.get('name')}' states its limits beside its axis, not within: they are taken"
+
+
 def link_of(model: Element, joint: Element, side: str) -> str:
     """The link at one side of a joint, which may name a frame or a nested model; it names the link afterwards, and the
     joint's own pose stays relative to what it was."""

@@ -11,23 +11,30 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
-from asset2sim.assets.urdf.edit import words
+from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders
 from asset2sim.intake.formats.format import (
     Converted,
     Format,
-    add,
+    add_child,
     add_contact,
     add_inertial,
     add_joint,
     add_origin,
-    outermost,
+    outermost_files,
     settle_free,
     world_name,
     write_obj,
 )
 from asset2sim.intake.formats.tree import spanning, unused
-from asset2sim.intake.formats.usd_joints import Step, UsdJoint, one_after_another, pass_each_other, read_joints
+from asset2sim.intake.formats.usd_joints import (
+    Step,
+    UsdJoint,
+    as_it_stands,
+    one_after_another,
+    pass_each_other,
+    read_joints,
+)
 from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
 from asset2sim.intake.formats.usd_shapes import (
     BOUNDS,
@@ -86,7 +93,8 @@ class _Object:
                 break
         self.shapes[WORLD] = [prim for prim in self.shapes[WORLD] if prim.GetParent() not in grounds]
         read = (joint for joint in read_joints(stage, self.body_of) if {*joint.bodies} - {WORLD} <= self.bodies.keys())
-        self.joints = sorted(one_after_another(list(read)), key=lambda joint: joint.spare)
+        joints = (as_it_stands(stage, joint, self.bodies) for joint in one_after_another(list(read)))
+        self.joints = sorted(joints, key=lambda joint: joint.spare)
         self.names = unique_names(self.bodies)
         self.names[WORLD] = world_name(set(self.names.values()))
         self.taken = set(self.names.values())
@@ -131,7 +139,7 @@ class _Object:
             self.add_chain(robot, joint, turned)
         self.add_mimics(robot, [joint for joint, _ in tree])
         for one, other in pass_each_other(self.bodies):
-            add(robot, "disable_collisions", link1=self.names[one], link2=self.names[other], reason="Never")
+            add_child(robot, "disable_collisions", link1=self.names[one], link2=self.names[other], reason="Never")
         stage.notes += settle_free(robot, world, free) if world else ()
         notes = tuple(dict.fromkeys(stage.notes))
         return Converted(robot, stage.layers, notes, metric=stage.states_metres, world=world, free=free)
@@ -205,14 +213,14 @@ class _Object:
             if last:
                 self.add_link(robot, child)
             else:
-                add(robot, "link", name=below)
+                add_child(robot, "link", name=below)
             element = add_joint(robot, name, step.kind, above, below, pose)
             add_step(element, step, to_child[:3, :3].T @ step.axis * (-1.0 if turned else 1.0))
             above, pose = below, np.eye(4)
 
     def add_link(self, robot: Element, body: str) -> None:
         """A body's link with its mass, visuals and collisions; nothing of one between joints that follow each other."""
-        link = add(robot, "link", name=self.names[body])
+        link = add_child(robot, "link", name=self.names[body])
         if body not in (*self.bodies, WORLD):
             return
         to_link: Array = np.asarray(np.linalg.inv(self.in_body[body]), dtype=float)
@@ -234,7 +242,7 @@ class _Object:
             elif shown:
                 unweighed.append(form)
         if body != WORLD:
-            found = mass_of(self.stage, self.bodies[body], weighed or [WeighedForm(form) for form in unweighed])
+            found = mass_of(self.stage, self.bodies[body], weighed, unweighed)
             if found is not None:
                 mass, pose, inertia = found
                 add_inertial(link, mass, to_link @ pose, inertia)
@@ -247,20 +255,24 @@ class _Object:
         for index, (piece, paint) in enumerate(painted(self.stage, prim, form)):
             item = self.add_shape(link, "visual", f"{prim.GetPath()}_{index}", piece, to_link)
             if paint is not None:
-                material = add(item, "material", name=f"{link.get('name')}_{len(link)}")
-                add(material, "color", rgba=words(paint.color))
+                material = add_child(item, "material", name=f"{link.get('name')}_{len(link)}")
+                add_child(material, "color", rgba=short_numbers(paint.color))
                 if picture := picture_file(paint.picture, self.work, self.reach):
-                    add(material, "texture", filename=picture)
+                    add_child(material, "texture", filename=picture)
 
     def add_shape(self, link: Element, role: str, name: str, form: Form, to_link: Array) -> Element:
         """A visual or collision; a mesh is written in its link's frame, under the path of its prim."""
-        element = add(link, role)
+        element = add_child(link, role)
         if form.kind == "mesh":
             file = write_obj(self.work, f"{role}{name}", apply(to_link, form.vertices), form.faces, form.uv)
-            add(add(element, "geometry"), "mesh", filename=file)
+            add_child(add_child(element, "geometry"), "mesh", filename=file)
         else:
             add_origin(element, to_link @ form.pose)
-            add(add(element, "geometry"), form.kind, **{key: words(value) for key, value in form.size.items()})
+            add_child(
+                add_child(element, "geometry"),
+                form.kind,
+                **{key: short_numbers(value) for key, value in form.size.items()},
+            )
         return element
 
     def add_mimics(self, robot: Element, joints: Sequence[UsdJoint]) -> None:
@@ -274,18 +286,18 @@ class _Object:
             if leader not in single:
                 self.stage.notes.append(f"{joint.path} follows {leader}, which is no hinge or slider: it moves freely")
                 continue
-            add(elements[self.joint_names[joint.path]], "mimic", joint=self.joint_names[leader],
-                multiplier=words([multiplier]), offset=words([offset]))  # fmt: skip
+            add_child(elements[self.joint_names[joint.path]], "mimic", joint=self.joint_names[leader],
+                multiplier=short_numbers([multiplier]), offset=short_numbers([offset]))  # fmt: skip
 
 
 def add_step(element: Element, step: Step, axis: Array) -> None:
     """State the axis, limits and dynamics of one degree of freedom."""
     if step.kind == "fixed":
         return
-    add(element, "axis", xyz=words(axis))
+    add_child(element, "axis", xyz=short_numbers(axis))
     for tag, numbers in (("limit", step.limit), ("dynamics", step.dynamics)):
         if numbers:
-            add(element, tag, **{key: words([value]) for key, value in numbers.items()})
+            add_child(element, tag, **{key: short_numbers([value]) for key, value in numbers.items()})
 
 
 def unique_names(prims: Mapping[str, "Usd.Prim"]) -> dict[str, str]:
@@ -302,7 +314,7 @@ def unique_names(prims: Mapping[str, "Usd.Prim"]) -> dict[str, str]:
 
 def whole(texts: Mapping[str, str]) -> list[str]:
     """The file that is named for its folder, or those of which no other is composed; binary files do not tell."""
-    found = outermost(texts)
+    found = outermost_files(texts)
     return [file for file in found if PurePosixPath(file).stem == PurePosixPath(file).parent.name] or found
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.intake.formats.format import pose_of
@@ -20,6 +21,10 @@ UNLIMITED = 1e15
 ALONG = 0.98
 """Cosine of the angle between two axes, 11°, above which they are one."""
 DEGREE = math.radians(1.0)
+MEET_M = 1e-3
+"""Distance between the two frames of a joint on the stage from which they do not meet."""
+LEAST_START = 1e-4
+"""Position of a joint on the stage, rad or m, below which it is rounding."""
 AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
 FREE = (-math.inf, math.inf)
 FREEDOMS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
@@ -106,6 +111,25 @@ def one_after_another(joints: Sequence[UsdJoint]) -> Iterator[UsdJoint]:
         yield replace(joint, bodies=(first, second), frames=(above, joint.frames[1]))
 
 
+def as_it_stands(stage: UsdStage, joint: UsdJoint, bodies: Mapping[str, "Usd.Prim"]) -> UsdJoint:
+    """The joint, of one degree of freedom without a stated start with that at which its bodies stand on the stage, as
+    one has it that was saved with its drawer open. Where the bodies do not stand as it holds them a note says so."""
+    if len(joint.steps) > 1 or {*joint.bodies} - {*bodies, ""}:
+        return joint
+    step, places = joint.steps[0], [stage.rigid(bodies[path]) if path else np.eye(4) for path in joint.bodies]
+    apart = np.linalg.inv(places[0] @ joint.frames[0]) @ places[1] @ joint.frames[1]
+    shift, turn = apart[:3, 3], Rotation.from_matrix(apart[:3, :3]).as_rotvec()
+    moved = {"fixed": np.zeros(3), "prismatic": shift}.get(step.kind, turn)
+    start = float(moved @ step.axis)
+    moved -= start * step.axis
+    if (np.linalg.norm(shift) > MEET_M or np.linalg.norm(turn) > DEGREE) and (joint.bodies[0] or step.kind != "fixed"):
+        off = f"{np.linalg.norm(shift):.3g} m and {np.linalg.norm(turn) / DEGREE:.3g} degrees"
+        stage.notes.append(f"the bodies of joint {joint.path} stand {off} off its frames, and are put there")
+    if "start" in step.dynamics or abs(start) < LEAST_START:
+        return joint
+    return replace(joint, steps=(replace(step, dynamics=step.dynamics | {"start": start}),))
+
+
 def unlike(one: UsdJoint, other: UsdJoint) -> bool:
     """Whether two joints of one axis between the same bodies are two freedoms."""
     axes = [joint.frames[0][:3, :3] @ joint.steps[0].axis for joint in (one, other)]
@@ -138,7 +162,7 @@ def steps_of(stage: UsdStage, prim: "Usd.Prim", angle: float) -> Iterator[Step]:
     nothing. ``angle`` is the unit of MuJoCo's own angles, rad."""
     from pxr import UsdPhysics
 
-    first = str(prim.GetAttribute("physics:axis").Get() or "X")
+    first = stage.axis(prim, "physics:axis", "X")
     if prim.IsA(UsdPhysics.RevoluteJoint) or prim.IsA(UsdPhysics.PrismaticJoint):
         ends = ends_of(stage, prim, "physics:lowerLimit", "physics:upperLimit")
         words = ("angular", "rotX") if prim.IsA(UsdPhysics.RevoluteJoint) else ("linear", "transX")
@@ -157,7 +181,7 @@ def steps_of(stage: UsdStage, prim: "Usd.Prim", angle: float) -> Iterator[Step]:
     elif not prim.IsA(UsdPhysics.FixedJoint):
         for name in FREEDOMS:
             ends = ends_of(stage, prim, f"limit:{name}:physics:low", f"limit:{name}:physics:high")
-            if ends[0] <= ends[1]:
+            if ends[0] < ends[1] or ends[0] == ends[1] != 0.0:  # from 0 to 0 is as locked as the wrong way round
                 yield step(stage, prim, (name,), AXES[name[-1]], ends, angle)
 
 
@@ -251,6 +275,9 @@ def mimic_of(stage: UsdStage, prim: "Usd.Prim") -> tuple[str, float, float] | No
         else:
             continue
         leader = stage.stage.GetPrimAtPath(targets[0])
+        if not leader:
+            stage.notes.append(f"{prim.GetPath()} follows {targets[0]}, which is not there: it moves freely")
+            continue
         own, other = (stage.metre if "Prismatic" in str(item.GetTypeName()) else angle for item in (prim, leader))
         return str(targets[0]), ratio * own / other, offset * own
     return None

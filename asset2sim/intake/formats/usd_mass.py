@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import trimesh
 
-from asset2sim.assets.meshes.volume import Solid, combined, shape_of
+from asset2sim.assets.meshes.volume import Solid, combined_solid, shape_of
 from asset2sim.intake.formats.format import pose_of
 from asset2sim.intake.formats.usd_shapes import Form
 from asset2sim.intake.formats.usd_stage import UsdStage, wxyz
-from asset2sim.physics.arrays import Array, six
+from asset2sim.physics.arrays import Array, inertia_terms
 from schemas.base import Inertia6
 
 if TYPE_CHECKING:
     from pxr import Usd
 
+ALIKE = 0.02
+"""Relative difference of two masses below which they are one."""
 WATER_KG_M3 = 1000.0
 """Density that UsdPhysics gives to a shape without any."""
 
@@ -51,6 +53,8 @@ class WeighedForm:
     material_kg_m3: float = 0.0
     friction: float = 0.0
     restitution: float = 0.0
+    assumed: bool = False
+    """Whether its density is the one that MuJoCo's exporter writes for geoms that state none."""
 
     @classmethod
     def of(cls, stage: UsdStage, prim: "Usd.Prim", form: Form) -> "WeighedForm":
@@ -64,8 +68,9 @@ class WeighedForm:
             density = stage.number(material.GetPrim(), "physics:density") * unit
             friction = stage.number(material.GetPrim(), "physics:dynamicFriction", "physics:staticFriction")
             bounce = stage.number(material.GetPrim(), "physics:restitution")
-        mass = stage.number(prim, "physics:mass") * stage.kilogram
-        return cls(form, mass, stage.number(prim, "physics:density") * unit, density, friction, bounce)
+        mass, own = stage.number(prim, "physics:mass") * stage.kilogram, stage.number(prim, "physics:density") * unit
+        exported = "MjcCollisionAPI" in prim.GetPrimTypeInfo().GetAppliedAPISchemas()
+        return cls(form, mass, own, density, friction, bounce, exported and own == WATER_KG_M3)
 
     def solid(self) -> Solid | None:
         """Volume, centre and inertia; None for a sheet, which has none."""
@@ -79,13 +84,16 @@ class WeighedForm:
         return centered.moved(self.form.pose[:3, :3], self.form.pose[:3, 3])
 
 
-def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> tuple[float, Array, Inertia6] | None:
-    """A body's mass (kg), and its inertia about its centre (kg·m²) in the axes of the (4, 4) pose there; None where
-    neither it nor its shapes nor their materials state a mass or a density."""
+def mass_of(
+    stage: UsdStage, prim: "Usd.Prim", collides: Sequence[WeighedForm], shown: Sequence[Form]
+) -> tuple[float, Array, Inertia6] | None:
+    """A body's mass (kg), and its inertia about its centre (kg·m²) in the axes of the (4, 4) pose there, by what
+    ``collides``, else by what is only ``shown``; None where neither it nor its shapes nor their materials state a mass
+    or a density, and where MuJoCo's exporter computed it at a density that nobody stated."""
+    forms = collides or [WeighedForm(form) for form in shown]
     mass = stage.number(prim, "physics:mass") * stage.kilogram
     density = stage.number(prim, "physics:density") * stage.kilogram / stage.metre**3
-    told = (mass, density, *(item.mass_kg + item.density_kg_m3 + item.material_kg_m3 for item in forms))
-    if max(told) <= 0.0:
+    if not is_stated(stage, prim, mass, density, forms, shown):
         return None
     center, moments = (
         prim.GetAttribute(f"physics:{name}").Get(stage.time) for name in ("centerOfMass", "diagonalInertia")
@@ -111,7 +119,24 @@ def mass_of(stage: UsdStage, prim: "Usd.Prim", forms: Sequence[WeighedForm]) -> 
         x, y, z = (float(value) * stage.kilogram * stage.metre**2 for value in moments)
         return mass, pose, (x, 0.0, 0.0, y, 0.0, z)
     stage.notes.append(f"{prim.GetPath()} states no inertia: that of its shapes is taken")
-    return mass, pose, six(np.zeros((3, 3)) if whole is None else whole.inertia * mass / whole.volume)
+    return mass, pose, inertia_terms(np.zeros((3, 3)) if whole is None else whole.inertia * mass / whole.volume)
+
+
+def is_stated(
+    stage: UsdStage, prim: "Usd.Prim", mass: float, density: float, forms: Sequence[WeighedForm], shown: Sequence[Form]
+) -> bool:
+    """Whether somebody stated what a body weighs: its mass, its density, or what its shapes have, but not where
+    MuJoCo's exporter computed the mass at its default density."""
+    if max(mass, density, *(item.mass_kg + item.density_kg_m3 + item.material_kg_m3 for item in forms)) <= 0.0:
+        return False
+    if not any(item.assumed for item in forms):
+        return True
+    wholes = [weighed([*forms, *further], 0.0) for further in ([], [WeighedForm(form) for form in shown])]
+    if mass and not any(whole and abs(whole.volume - mass) < ALIKE * mass for whole in wholes):
+        return True
+    said = "is its shapes' at the density of water, MuJoCo's default, and counts as not stated"
+    stage.notes.append(f"the mass of {prim.GetPath()} {said}")
+    return False
 
 
 def weighed(forms: Sequence[WeighedForm], density: float) -> Solid | None:
@@ -124,4 +149,4 @@ def weighed(forms: Sequence[WeighedForm], density: float) -> Solid | None:
             continue
         share = item.mass_kg / solid.volume or item.density_kg_m3 or density or item.material_kg_m3 or WATER_KG_M3
         found.append(Solid(solid.volume * share, solid.center, solid.inertia * share))
-    return combined(found) if found else None
+    return combined_solid(found) if found else None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import trimesh
 
+from asset2sim.assets.urdf.numbers import LARGEST
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.intake.formats.usd_stage import UsdStage
 from asset2sim.physics.arrays import Array, Faces
@@ -91,7 +92,9 @@ def read_form(stage: UsdStage, prim: "Usd.Prim", to_frame: Array) -> Form | None
         return mesh_form(stage, prim, to_frame)
     radius, height, edge = (float(prim.GetAttribute(name).Get(stage.time) or 0.0) if prim.HasAttribute(name) else 0.0
                             for name in ("radius", "height", "size"))  # fmt: skip
-    axis = TO_AXIS[str(prim.GetAttribute("axis").Get() or "Z")] if prim.HasAttribute("axis") else np.eye(4)
+    if not max(abs(radius), abs(height), abs(edge)) * np.abs(to_frame[:3, :3]).max() < LARGEST:
+        raise stage.refused("usd_number", f"{prim.GetPath()} is over {LARGEST:g} m large: mend its size or scale")
+    axis = TO_AXIS[stage.axis(prim, "axis", "Z")]
     return primitive(kind, (edge,) * 3 if kind == "Cube" else (radius, height), to_frame @ axis)
 
 
@@ -236,10 +239,10 @@ def paint_of(stage: UsdStage, prim: "Usd.Prim") -> Paint | None:
         if color is not None or picture:
             alpha = 1.0 if opacity is None else float(opacity[0])
             return Paint((*(np.ones(3) if color is None else color)[:3].tolist(), alpha), picture)
-    primvars = UsdGeom.PrimvarsAPI(prim)
+    found = UsdGeom.PrimvarsAPI(prim if prim.IsA(UsdGeom.Gprim) else prim.GetParent())  # a mesh's subset has its mesh's
     values, alphas = (
-        primvars.FindPrimvarWithInheritance(f"primvars:{name}").Get(stage.time)
-        for name in ("displayColor", "displayOpacity")
+        primvar.Get(stage.time) if primvar else None
+        for primvar in (found.FindPrimvarWithInheritance(name) for name in ("displayColor", "displayOpacity"))
     )
     if values is None or len(values) == 0:
         return None

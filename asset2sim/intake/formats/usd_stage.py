@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from asset2sim.assets.urdf.references import AllowedFolders, lies_outside
-from asset2sim.intake.formats.format import unconvertible
+from asset2sim.intake.formats.format import unconvertible_error
 from asset2sim.physics.arrays import Array
 from asset2sim.storage.regular_files import file_problem
 from schemas.errors import AssetError
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 Y_UP_TO_Z_UP = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 """What is y-up faces +z by custom; turned upright it faces +x (see ``intake.origin.TO_Z_UP``)."""
+LARGEST_UNIT = 1e12
+"""Largest unit, m or kg, that is taken for one, and the inverse of the least: a nanogram is 1e-12 kg."""
 LEAST_SCALE = 1e-12
 """Length of a transform's axis, m, below which it leaves nothing of what it scales."""
 
@@ -35,9 +37,12 @@ class UsdStage:
         self.metre = float(UsdGeom.GetStageMetersPerUnit(stage))
         self.kilogram = float(UsdPhysics.GetStageKilogramsPerUnit(stage))
         self.states_metres = bool(stage.HasAuthoredMetadata(UsdGeom.Tokens.metersPerUnit))
-        if not all(np.isfinite(unit) and unit > 0.0 for unit in (self.metre, self.kilogram)):
-            problem = f"its metersPerUnit is {self.metre:g} and its kilogramsPerUnit {self.kilogram:g}: state both > 0"
-            raise unconvertible(file, "usd_number", problem)
+        if not all(1.0 / LARGEST_UNIT <= unit <= LARGEST_UNIT for unit in (self.metre, self.kilogram)):
+            problem = (
+                f"its metersPerUnit is {self.metre:g} and its kilogramsPerUnit {self.kilogram:g}: "
+                f"state both, from {1.0 / LARGEST_UNIT:g} to {LARGEST_UNIT:g}"
+            )
+            raise unconvertible_error(file, "usd_number", problem)
         if not self.states_metres:
             notes.append("it states no metersPerUnit: USD's own is taken, centimetres")
         upright = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
@@ -86,9 +91,17 @@ class UsdStage:
                 return float(value)
         return default
 
+    def axis(self, prim: "Usd.Prim", name: str, default: str) -> str:
+        """X, Y or Z, as an attribute says. Raises AssetError for any other word."""
+        attribute = prim.GetAttribute(name)
+        found = str(attribute.Get() or default) if attribute else default
+        if found not in tuple("XYZ"):
+            raise self.refused("usd_axis", f"'{name}' of {prim.GetPath()} is '{found}': state X, Y or Z")
+        return found
+
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""
-        return unconvertible(self.file, code, problem)
+        return unconvertible_error(self.file, code, problem)
 
 
 def wxyz(quaternion: Any) -> Array:
@@ -104,7 +117,7 @@ def opened(file: Path, reach: AllowedFolders) -> Iterator[UsdStage]:
         from pxr import Pcp, Tf, Usd, UsdUtils
     except ModuleNotFoundError as error:
         problem = "reading USD needs usd-core: pip install 'asset2sim[usd]', or keep a URDF of it"
-        raise unconvertible(file, "usd_missing", problem) from error
+        raise unconvertible_error(file, "usd_missing", problem) from error
     quiet = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         layers = checked_layers(file, reach)
@@ -112,13 +125,13 @@ def opened(file: Path, reach: AllowedFolders) -> Iterator[UsdStage]:
         for problem in stage.GetCompositionErrors():
             where, text = str(problem.rootSite.path), " ".join(str(problem).split())
             if isinstance(problem, Pcp.ErrorArcCycle):
-                raise unconvertible(file, "usd_cycle", f"{where} refers to itself: break the circle ({text})")
+                raise unconvertible_error(file, "usd_cycle", f"{where} refers to itself: break the circle ({text})")
             if isinstance(problem, Pcp.ErrorInvalidSublayerPath):
-                raise unconvertible(file, "usd_layer", f"{text} Restore the layer")
+                raise unconvertible_error(file, "usd_layer", f"{text} Restore the layer")
             notes.append(f"{where}: {text}")
         yield UsdStage(file, stage, layers, list(dict.fromkeys(notes)))
     except Tf.ErrorException as error:
-        raise unconvertible(
+        raise unconvertible_error(
             file, "usd_unreadable", f"no USD that can be read; export it again: {told(error)}"
         ) from error
     finally:
@@ -127,9 +140,13 @@ def opened(file: Path, reach: AllowedFolders) -> Iterator[UsdStage]:
 
 
 def told(error: Exception) -> str:
-    """USD's own words on an error, without the places in its source."""
-    said = re.findall(r" : '(.*?)'\s*(?=\n\s*Error in|$)", str(error), re.DOTALL)
-    return " ".join("; ".join(said or [str(error)]).split())
+    """USD's own words on an error, without the places in its source; where they quote what is no text, that."""
+    try:
+        text = str(error)
+    except UnicodeDecodeError:
+        return "it is no UTF-8"
+    said = re.findall(r" : '(.*?)'\s*(?=\n\s*Error in|$)", text, re.DOTALL)
+    return " ".join("; ".join(said or [text]).split())
 
 
 def checked_layers(file: Path, reach: AllowedFolders) -> tuple[Path, ...]:
@@ -146,13 +163,13 @@ def checked_layers(file: Path, reach: AllowedFolders) -> tuple[Path, ...]:
         read.add(place)
         path = Path(Ar.SplitPackageRelativePathOuter(place)[0])
         if not reach.allows(path):
-            raise unconvertible(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
+            raise unconvertible_error(file, "outside_dataset", f"'{path.name}' {lies_outside(path, reach)}")
         if (problem := file_problem(path)) is not None:
-            raise unconvertible(file, "usd_layer", f"'{path.name}' {problem}: replace it by a file")
+            raise unconvertible_error(file, "usd_layer", f"'{path.name}' {problem}: replace it by a file")
         layer = Sdf.Layer.FindOrOpen(name)
         if layer is None:
             problem = f"'{path.name}' is no USD that can be read, or is cut off: export it again"
-            raise unconvertible(file, "usd_unreadable", problem)
+            raise unconvertible_error(file, "usd_unreadable", problem)
         files[path] = None
         for dependency in filter(None, layer.GetCompositionAssetDependencies()):
             if Sdf.VariableExpression.IsExpression(dependency):
@@ -172,4 +189,6 @@ def refuse_clips(file: Path, reach: AllowedFolders, layer: Any, at: Any) -> None
 def refuse_unchecked(file: Path, reach: AllowedFolders, problem: str) -> None:
     """Refuse what names files only as it is evaluated, but where all may be read."""
     if not reach.anywhere:
-        raise unconvertible(file, "outside_dataset", f"{problem} (usdcat --flatten), or allow it by --allow-outside")
+        raise unconvertible_error(
+            file, "outside_dataset", f"{problem} (usdcat --flatten), or allow it by --allow-outside"
+        )

@@ -14,7 +14,7 @@ from lxml import etree
 from xacro import substitution_args
 
 from asset2sim.assets.urdf.references import ANYWHERE, PARENTS_SEARCHED, AllowedFolders, lies_outside
-from asset2sim.intake.formats.format import Converted, Format, outermost, unconvertible
+from asset2sim.intake.formats.format import Converted, Format, outermost_files, unconvertible_error
 from asset2sim.intake.formats.sdf import urdf_of_sdf
 from asset2sim.intake.formats.xacro_expressions import evaluated
 from schemas.errors import AssetError
@@ -74,12 +74,14 @@ def instance_of(file: Path, module: Any, chosen: str = "") -> tuple[Any, str] | 
     remedy = "add an instance of one, as <xacro:{} …/>, or name its URDF"
     if (chosen and chosen not in macros) or (not chosen and len(whole) > 1):
         problem = f"it has no link, only macros{f', and none of them is {chosen!r}' if chosen else ''}: {listed}"
-        raise unconvertible(file, "xacro_macros", f"{problem}; name one by --macro, or {remedy.format(whole[0])}")
+        raise unconvertible_error(file, "xacro_macros", f"{problem}; name one by --macro, or {remedy.format(whole[0])}")
     name = chosen or whole[0]
     values, blocks, unknown = arguments_of(str(macros[name].get("params", "")))
     if unknown:
         problem = f"its macro {name} ({macros[name].get('params')}) has no default for {', '.join(unknown)}"
-        raise unconvertible(file, "xacro_macros", f"{problem}: give it one, as NAME:=VALUE, or {remedy.format(name)}")
+        raise unconvertible_error(
+            file, "xacro_macros", f"{problem}: give it one, as NAME:=VALUE, or {remedy.format(name)}"
+        )
     module.init_stacks(str(file.resolve()))
     document = module.parse(None, str(file.resolve()))
     instance = document.createElement(f"xacro:{name}")
@@ -217,13 +219,13 @@ def _located(error: Exception, file: Path, stack: list[Path]) -> AssetError:
     named = place.name if place.name == file.name else f"{file.name}: in {place.name}"
     where = f"{named}, line {line}" if line is not None else named
     problem = f"xacro cannot be resolved: {text or type(error).__name__}; mend it, or run xacro and keep its URDF"
-    error_ = unconvertible(file, "xacro_unresolved", problem)
+    error_ = unconvertible_error(file, "xacro_unresolved", problem)
     return AssetError(error_.mode, error_.code, f"{where}: {problem}")
 
 
 def whole(texts: Mapping[str, str]) -> list[str]:
     """The ``.urdf.xacro``, or the files that no other includes."""
-    found = outermost(texts)
+    found = outermost_files(texts)
     return [file for file in found if file.endswith(".urdf.xacro")] or found
 
 

@@ -19,7 +19,7 @@ from asset2sim.models.prior.joint_proposals import propose_joints
 from asset2sim.models.prior.link_proposals import propose_links
 from asset2sim.models.prior.refinement import read_refinement, refinement_step
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.extensions import local_models, missing, named, offline_answers
+from schemas.extensions import local_models, missing, object_at, offline_answers
 from schemas.model_names import HOUSEHOLD
 from schemas.overlay import Overlay
 from schemas.support import SupportKind, SupportProposal
@@ -39,7 +39,7 @@ def answer(text: str) -> str:
     info = ObjectInfo.from_json(information)
     overlay: Overlay = prior_overlay(info, words)
     if further := offline_answers().get(str(purpose)):
-        overlay = named(further)(info, overlay)
+        overlay = object_at(further)(info, overlay)
     return overlay.model_dump_json(exclude_none=True)
 
 
@@ -82,7 +82,7 @@ def answers_of(model: str) -> Answers:
         return lambda text, conversation, sample: answer(text)
     kind = found.get(model.partition("@")[0])
     if kind is not None:
-        answers: Answers = named(kind.answers)(model)
+        answers: Answers = object_at(kind.answers)(model)
         return answers
     needed = missing(model)
     raise UsageError(needed) if needed else UnknownChoiceError("model", model, local_forms())

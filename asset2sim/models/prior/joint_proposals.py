@@ -8,7 +8,7 @@ from asset2sim.guidance.parts import MovablePart
 from asset2sim.guidance.placing import high_end
 from asset2sim.guidance.tables import MotionWord
 from schemas.guidance import Guidance
-from schemas.mechanism import STAYS
+from schemas.mechanism import CAUGHT, STAYS, MechanismName
 from schemas.overlay import JointProposal, Level
 
 SPRING_HZ = {"hinge": 3.0, "slider": 6.0, "spin": 3.0}
@@ -50,6 +50,11 @@ class QualitativeDynamics:
     returns_s: float | None = None
     press_n: tuple[float, float] | None = None
     """With what its spring resists at the start and at the end, N."""
+    effort_n: float | None = None
+    effort_nm: float | None = None
+    stiff: bool = False
+    """What moving the part takes as the user says: N at its edge, N·m about its hinge, or in words."""
+    mechanism: MechanismName | None = None
 
 
 def with_changes(
@@ -70,6 +75,12 @@ def with_changes(
             feel = replace(feel, spring_hz=None, press_n=None, returns_s=None)
         elif kind in ("stiff", "soft", "light"):
             feel = firmness(feel, kind == "stiff", part)
+        elif kind == "force":
+            feel = replace(feel, effort_n=float(said))
+        elif kind == "torque":
+            feel = replace(feel, effort_nm=float(said))
+        elif kind in CAUGHT and part.mechanism.role == "main":
+            feel = replace(feel, mechanism="seal" if kind == "seal" else "latch")
         feel = with_motion_word(feel, kind, said, part, asked_open)
     return feel
 
@@ -101,7 +112,7 @@ def firmness(feel: QualitativeDynamics, stiff: bool, part: MovablePart) -> Quali
             press = round(press[0] * factor, 3), round(press[1] * factor, 3)
         return replace(feel, spring_hz=round(usual * (STIFF if stiff else SOFT), 3), press_n=press)
     word: Level = "high" if stiff else "low"
-    return replace(feel, coast_s=coast_times(part)[feel.level or word], word=word)
+    return replace(feel, coast_s=coast_times(part)[feel.level or word], word=word, stiff=stiff)
 
 
 def with_motion_word(
@@ -193,6 +204,10 @@ def _proposal(part: MovablePart, feel: QualitativeDynamics, positions: Mapping[s
         press_end=end,
         returns_s=feel.returns_s if sprung else None,
         damping_level=feel.level or feel.word,
+        effort_n=feel.effort_n,
+        effort_nm=feel.effort_nm,
+        stiff=feel.stiff,
+        mechanism=feel.mechanism,
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
-from asset2sim.guidance.parts import MovablePart, front, part_name
+from asset2sim.guidance.parts import MovablePart, front_direction, part_name
 from asset2sim.guidance.tables import Size
 from asset2sim.physics.inertia import wall_volume
 from schemas.guidance import AskedMass, Guidance
@@ -18,6 +18,8 @@ SHRUNK_EXPONENT = 2.0
 """... and one that a word like "small" shrinks all round, at walls of the same thickness (2) to thinner ones (3)."""
 CONTENT_EXPONENT = 2.0
 """The same of motors, batteries and boards: they follow what the object carries, cleans or heats."""
+FOOT = 0.05
+"""Height, as a share of a link's, up to which contents lie in the lowest link: the weight in a lamp's foot."""
 WALL_EXPONENT = 0.5
 """Thickness over length of an object smaller than the usual: half way between the same wall and one to scale."""
 MIN_HOLLOW = 1e-3
@@ -25,9 +27,15 @@ LEAST_WALL_M = 1e-4
 """Thinnest wall that is proposed, m: foil."""
 TINY_KG = (3e-4, 1e-2)
 """Buttons and keys weigh 0.3 g (a remote's rubber dome) to 10 g (a space bar, a dishwasher's knob)."""
+CAP_M = 0.2
+"""Longest edge of a closure, m: what is wider and called a cap is a lid, of a bucket or a machine."""
 HEAVY, LIGHT = 1.25, 0.75
 """What "heavy" and "lightweight" do to a mass."""
 _TINY = ("button", "key")
+_GRIPPED = ("handle", "knob", "lever", "selector", "handwheel", "lock")
+"""Parts that are cast or of bar, not pressed from sheet: of metal their walls are no thinner than moulded ones."""
+WIRE_KG_M, GRIP_M = 0.099, 0.07
+"""Least mass over length of a handle that four fingers close on (m): a steel wire of 4 mm, as of a bucket's bail."""
 _FRAME = ("", "leg")
 """Parts that carry what a known total has more than its parts, where no row says how such an object is built."""
 _PLASTICS = ("plastic", "polypropylene", "polyethylene", "pvc")
@@ -76,13 +84,17 @@ def propose_links(
     asked = {wish.part: wish.material for wish in guidance.materials}
     shaped = [link for link in info.links if link.has_geometry]
     ratio = final_m / size.typical_m if final_m > 0.0 else 1.0
-    pieces = [_piece(link, names.get(link.name) or part_name(link.label), size.category, asked) for link in shaped]
+    called = {link.name: names.get(link.name) or part_name(link.label) for link in shaped}
+    wide = {link.name for link in shaped if max(link.box_m) * scale > CAP_M}
+    called |= {name: "lid" for name, part in called.items() if part == "cap" and name in wide}
+    pieces = [_piece(link, called[link.name], size.category, asked) for link in shaped]
     notes = []
     changed = sorted({piece.material for piece in pieces if piece.material in asked.values()})
     if changed:
         notes.append(f"material: {' and '.join(changed)} from the guidance")
     pieces = _with_contents([_thinner(piece, ratio) for piece in pieces], size.category, info, parts, ratio)
     pieces = [_tiny(piece, scale) if piece.part in _TINY else piece for piece in pieces]
+    pieces = [_firm(piece, scale) if piece.part == "handle" else piece for piece in pieces]
     factors = {wish.link: HEAVY if wish.heavy else LIGHT for wish in guidance.weights}
     pieces = [p.times(factors[p.link.name]) if p.link.name in factors else p for p in pieces]
     usual = _usual_masses(size, pieces, ratio, scale) if guidance.mass is None else _stated_mass(guidance.mass)
@@ -114,6 +126,7 @@ def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -
     if wanted and not same and (part in words or material not in _UNCHANGED_MATERIALS):
         table = tables.materials()
         thicker = table[wanted].wall_factor / table[material].wall_factor
+        thicker = max(thicker, 1.0) if part in _GRIPPED else thicker
         hollow, wall, material = hollow * thicker, wall * thicker, wanted
     # The table's share is that of the link's hull; a mesh that models its walls has less volume than its hull.
     if link.hull_volume_m3 > 0.0 and link.volume_m3 > 0.0:
@@ -128,15 +141,18 @@ def _thinner(piece: _Piece, ratio: float) -> _Piece:
 def _with_contents(
     pieces: Sequence[_Piece], category: str, info: ObjectInfo, parts: Sequence[MovablePart], ratio: float
 ) -> list[_Piece]:
-    """The pieces with what is inside them: of several links of one part, in the largest."""
-    forward, side = front(info, parts)
-    largest = {
-        part: max((p for p in pieces if p.part == part), key=lambda p: p.link.hull_volume_m3).link.name
-        for part in {piece.part for piece in pieces}
-    }
+    """The pieces with what is inside them: of several links of one part, in the largest, a foot's in the lowest."""
+    forward, side = front_direction(info, parts)
+    alike = {part: [p.link for p in pieces if p.part == part] for part in {piece.part for piece in pieces}}
+    largest = {part: max(links, key=lambda link: link.hull_volume_m3).name for part, links in alike.items()}
+    lowest = {part: min(links, key=lowest_height).name for part, links in alike.items()}
     filled = []
     for piece in pieces:
-        inside = tables.part_contents(category, piece.part) if largest[piece.part] == piece.link.name else ()
+        inside = [
+            item
+            for item in tables.part_contents(category, piece.part)
+            if (lowest if item.height <= FOOT else largest)[piece.part] == piece.link.name
+        ]
         contents = tuple(
             Content(
                 name=item.name,
@@ -150,12 +166,24 @@ def _with_contents(
     return filled
 
 
+def lowest_height(link: LinkInfo) -> float:
+    """The lowest height of a link, m at the authored scale; infinite where it has no shape."""
+    return link.center_m[2] - link.box_m[2] / 2.0 if link.has_geometry else math.inf
+
+
 def _tiny(piece: _Piece, scale: float) -> _Piece:
     mass = piece.mass(scale)
     if mass <= 0.0:
         return piece
     wanted = min(max(mass, TINY_KG[0]), TINY_KG[1])
     return replace(piece.times(wanted / mass), fixed=True)
+
+
+def _firm(piece: _Piece, scale: float) -> _Piece:
+    length, mass = max(piece.link.box_m) * scale, piece.mass(scale)
+    if length < GRIP_M or mass <= 0.0:
+        return piece
+    return piece.times(max(WIRE_KG_M * length / mass, 1.0))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answers_of
 from schemas.declared import TOOLS
 from schemas.errors import ModelError
-from schemas.extensions import named, offline_answers
+from schemas.extensions import object_at, offline_answers
 
 CHARACTERS_PER_TOKEN = 4
 """Characters per token of what these models read and say, which no tokenizer cuts: English has 4."""
@@ -51,7 +51,7 @@ def next_answer(
     turns = offline_answers().get(TOOLS) if with_tools else None
     if turns is None:
         return proposal(user_text(messages)), []
-    said: tuple[str | None, list[dict[str, Any]]] = named(turns)(messages, proposal)
+    said: tuple[str | None, list[dict[str, Any]]] = object_at(turns)(messages, proposal)
     return said
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from asset2sim.guidance.object_info import dicts, number, number_or_none, text_or_empty, unique
+from asset2sim.guidance.object_info import dicts, finite_number, number_or_none, text_or_empty, unique
 
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""
@@ -51,34 +51,34 @@ def read_refinement(data: Mapping[str, object]) -> tuple[float, tuple[FocusJoint
     kept = [index for index, item in enumerate(history) if item.get("accepted") is True]
     since = history[kept[-1] + 1 :] if kept else history
     tried = [places for item in since if isinstance(places := item.get("positions"), dict)]
-    apart, first = parting(dicts(data.get("collisions")))
+    apart, first = parting_step(dicts(data.get("collisions")))
     for item in dicts(data.get("focus_joints")):
-        position = number(item.get("position"), 0.0)
+        position = finite_number(item.get("position"), 0.0)
         name = text_or_empty(item.get("name"))
-        lower, upper = number(item.get("lower"), -math.pi), number(item.get("upper"), math.pi)
+        lower, upper = finite_number(item.get("lower"), -math.pi), finite_number(item.get("upper"), math.pi)
         ends = item.get("reach")
         low, high = ends if isinstance(ends, list) and len(ends) == 2 else (None, None)
         joints.append(
             FocusJoint(
                 name=name,
                 position=position,
-                desired=number(item.get("desired"), position),
+                desired=finite_number(item.get("desired"), position),
                 lower=min(lower, upper),
                 upper=max(lower, upper),
-                closed=number(item.get("closed"), lower),
-                open=number(item.get("open"), upper),
+                closed=finite_number(item.get("closed"), lower),
+                open=finite_number(item.get("open"), upper),
                 settled=number_or_none(item.get("settled")),
-                tried=tuple(number(places.get(name), position) for places in tried),
-                reach=(number(low, -math.inf), number(high, math.inf)),
+                tried=tuple(finite_number(places.get(name), position) for places in tried),
+                reach=(finite_number(low, -math.inf), finite_number(high, math.inf)),
                 apart=apart.get(name, 0.0),
                 first=name in first,
                 asked=item.get("asked") is not False,
             )
         )
-    return number(data.get("phi_m"), 0.0), unique(joints)
+    return finite_number(data.get("phi_m"), 0.0), unique(joints)
 
 
-def parting(collisions: Sequence[Mapping[str, object]]) -> tuple[dict[str, float], frozenset[str]]:
+def parting_step(collisions: Sequence[Mapping[str, object]]) -> tuple[dict[str, float], frozenset[str]]:
     """Joint → change of position (rad or m) that parts the worst collision which it can part, and the cheapest joint of
     each collision."""
     apart: dict[str, float] = {}
@@ -86,7 +86,7 @@ def parting(collisions: Sequence[Mapping[str, object]]) -> tuple[dict[str, float
     for collision in collisions:
         for place, item in enumerate(dicts(collision.get("parted_by"))):
             name = text_or_empty(item.get("joint"))
-            apart.setdefault(name, number(item.get("change"), 0.0))
+            apart.setdefault(name, finite_number(item.get("change"), 0.0))
             if place == 0:
                 first.add(name)
     return apart, frozenset(first)

@@ -30,7 +30,7 @@ from asset2sim.refinement.collision.jams import (
     worst_jams,
 )
 from asset2sim.refinement.collision.part_links import hull_world
-from asset2sim.refinement.collision.travel import Limits, range_of, samples, stance_at, travel, within
+from asset2sim.refinement.collision.travel import Limits, clamped, range_of, sampled_positions, stance_at, travel
 from asset2sim.refinement.collision.trim import Cut, Key, PlaneCut, TrimBound, Trimmer
 from schemas.vocabulary import OverlapCause
 
@@ -62,14 +62,14 @@ def draw_in(
         above = [hit for hit in own if high < hit.position <= upper]
         if any(low <= hit.position <= high for hit in own) or not (below or above):
             continue
-        lower = edge(world, machine, below, max(hit.position for hit in below), low) if below else lower
-        upper = edge(world, machine, above, min(hit.position for hit in above), high) if above else upper
+        lower = nearest_free(world, machine, below, max(hit.position for hit in below), low) if below else lower
+        upper = nearest_free(world, machine, above, min(hit.position for hit in above), high) if above else upper
         if upper - lower >= LEAST_RANGE * (whole[1] - whole[0]):
             limits[name] = (lower, upper)
             stops.setdefault(name, worst_jams(own, causes)[0])
 
 
-def edge(world: HullWorld, machine: JamContext, hits: Sequence[Hit], blocked: float, kept: float) -> float:
+def nearest_free(world: HullWorld, machine: JamContext, hits: Sequence[Hit], blocked: float, kept: float) -> float:
     """Joint position closest to ``blocked`` (rad or m) at which none of these hits' link pairs jam, by bisection."""
     paths = {hit.links: hit.travel for hit in hits if hit.travel is not None}
     positions = next(iter(paths.values())).positions
@@ -84,7 +84,7 @@ def edge(world: HullWorld, machine: JamContext, hits: Sequence[Hit], blocked: fl
     return free
 
 
-def inside(limits: Mapping[str, tuple[float, float]], hit: Hit) -> bool:
+def within_limits(limits: Mapping[str, tuple[float, float]], hit: Hit) -> bool:
     """Whether a hit lies within its joint's proposed limits; true where none are proposed."""
     lower, upper = limits.get(hit.joint or "", (hit.position, hit.position))
     return lower <= hit.position <= upper
@@ -98,7 +98,7 @@ WAYS: tuple[float | None, ...] = (None, 1.0, 0.0)
 """Share of the cut that the first hull takes: None in proportion to extents, 1.0 all of it, 0.0 none."""
 
 
-def mend(
+def cut_pairs(
     world: HullWorld, hits: Sequence[Hit], margins: Sequence[float] = (MARGIN_M, 0.0), bound: TrimBound | None = None
 ) -> None:
     """Cut hulls apart pair by pair, deepest overlap first, each with the least volume lost."""
@@ -117,7 +117,7 @@ def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], b
     for margin in margins:
         best: tuple[float, tuple[tuple[Array, ...], dict[tuple[str, str], Cut]]] | None = None
         for way in WAYS:
-            done = part(world, hits, margin, way, bound)
+            done = cut_two_hulls(world, hits, margin, way, bound)
             if done:
                 loss = lost_share(before[0], trimmer.state(a, b)[0])
                 if best is None or loss < best[0]:
@@ -130,7 +130,9 @@ def mend_pair(world: HullWorld, hits: Sequence[Hit], margins: Sequence[float], b
             return
 
 
-def part(world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None, bound: TrimBound | None) -> bool:
+def cut_two_hulls(
+    world: HullWorld, hits: Sequence[Hit], margin: float, way: float | None, bound: TrimBound | None
+) -> bool:
     """Cut two hulls at the deepest of these hits until none is left; False where a cut exceeds its bound."""
     tolerance = JAM_M if margin > 0.0 else 2.0 * MARGIN_M
     for _ in range(ATTEMPTS):
@@ -148,7 +150,7 @@ def lost_share(before: Sequence[Array], after: Sequence[Array]) -> float:
     return sum(1.0 - ConvexHull(now).volume / ConvexHull(then).volume for then, now in zip(before, after, strict=True))
 
 
-def still(world: HullWorld, hit: Hit) -> bool:
+def still_overlaps(world: HullWorld, hit: Hit) -> bool:
     """Whether a hit's hulls still overlap; contact within the engine's margins does not count."""
     over = hit.overlap
     return world.overlap(over.a, over.b, over.pose_a, over.pose_b, 2.0 * MARGIN_M) is not None
@@ -193,7 +195,7 @@ def clear_ranges(
     links in ``exact`` are bound by ``LARGEST_EXACT_SHARE``; ``planes`` gets the cuts that were tried. Deterministic: no
     step depends on wall time.
     """
-    at_zero = {joint.name: within(limits, joint.name, 0.0) for joint in tree}
+    at_zero = {joint.name: clamped(limits, joint.name, 0.0) for joint in tree}
     zero, start = stance_at(tree, root, at_zero), stance_at(tree, root, {**at_zero, **initial})
     start = zero if start.positions == zero.positions else start
     stances = (zero,) if start is zero else (zero, start)
@@ -206,19 +208,19 @@ def clear_ranges(
         clear_pose(world, start.poses, list(pairs))
         rest = rest_hits(world, machine)
         apart = [hit for hit in rest if hit.stance is not start and causes.blocked(hit)]
-        mend(world, [hit for hit in rest if hit not in apart])
-        mend(world, apart, bound=AUTHORED_AT_ZERO)
-        rest = [hit for hit in rest if still(world, hit)]
+        cut_pairs(world, [hit for hit in rest if hit not in apart])
+        cut_pairs(world, apart, bound=AUTHORED_AT_ZERO)
+        rest = [hit for hit in rest if still_overlaps(world, hit)]
         for number in range(len(stances)):
             hits = not_interlocked(world, machine, list(all_hits(world, machine, number, rest)))
             deep = [hit for hit in hits if causes.blocked(hit)]
             draw_in(world, machine, deep, causes, proposed, stops)
-            hits = [hit for hit in hits if inside(proposed, hit)]
-            mend(world, [hit for hit in hits if not causes.blocked(hit)])
-            left += [hit for hit in hits if still(world, hit)]
+            hits = [hit for hit in hits if within_limits(proposed, hit)]
+            cut_pairs(world, [hit for hit in hits if not causes.blocked(hit)])
+            left += [hit for hit in hits if still_overlaps(world, hit)]
             authored_left = [hit for hit in left if causes.of(hit) is OverlapCause.AUTHORED]
             draw_in(world, machine, authored_left, causes, proposed, stops)
-            left = [hit for hit in left if inside(proposed, hit)]
+            left = [hit for hit in left if within_limits(proposed, hit)]
         jams = worst_jams([*rest, *left], causes)
         clear_related(world, machine, proposed)
     return Cleared(trimmer.result(), tuple(trimmer.cuts.values()), proposed, stops, jams)
@@ -235,10 +237,10 @@ def clear_related(world: HullWorld, machine: JamContext, limits: Mapping[str, tu
         span = range_of(joint, {**machine.limits, **limits})
         if span is None or not world.trimmer.hulls.get(a) or not world.trimmer.hulls.get(b):
             continue
-        path = travel(machine.tree, joint.name, machine.stances[0], samples(*span, machine.kept(joint.name)))
+        path = travel(machine.tree, joint.name, machine.stances[0], sampled_positions(*span, machine.kept(joint.name)))
         hits = list(pair_hits(world, path, a, b, 2.0 * MARGIN_M + RELATED_M))
         keys = tuple(dict.fromkeys(key for hit in hits for key in (hit.overlap.a, hit.overlap.b)))
         before = world.trimmer.state(*keys)
-        mend(world, hits, (0.0,), RELATED)
-        if any(still(world, hit) for hit in hits):
+        cut_pairs(world, hits, (0.0,), RELATED)
+        if any(still_overlaps(world, hit) for hit in hits):
             world.trimmer.restore(before, *keys)

@@ -41,7 +41,7 @@ class Floor:
     each_m2: float
 
 
-def floors(triangles: Array, up: Array, radius: float) -> list[Floor]:
+def flat_floors(triangles: Array, up: Array, radius: float) -> list[Floor]:
     """The flat floors of (k, 3, 3) triangles on which a ball of ``radius`` (m) may lie, the largest first."""
     crossed = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     doubled = np.linalg.norm(crossed, axis=1)
@@ -69,14 +69,14 @@ def floors(triangles: Array, up: Array, radius: float) -> list[Floor]:
     return found
 
 
-def levelled(
+def cut_at_floors(
     pieces: Sequence[PatchPiece], triangles: Array, up: Array, radius: float, cell_m: float, thickness: float
 ) -> list[PatchPiece]:
     """The pieces of a link, of which those that lie over a flat floor of the (k, 3, 3) triangles that are seen of it,
     with nothing seen there, are cut at it; ``up`` is the (3,) upward direction in its frame, ``thickness`` that of
     sheets, m."""
     known, planes = list(pieces), [ConvexHull(piece.points).equations for piece in pieces]
-    for floor in floors(triangles, up, radius):
+    for floor in flat_floors(triangles, up, radius):
         levels = triangles @ floor.normal - floor.height
         low = LEAST_CELLS * cell_m
         over = triangles[(levels.max(axis=1) > low) & (levels.min(axis=1) < CELLS * cell_m)]
@@ -85,19 +85,19 @@ def levelled(
             heights = piece.points @ floor.normal - floor.height
             if not low < heights.max() <= CELLS * cell_m or heights.min() > -thickness:
                 continue
-            covered = within(planes[index], floor.places + low * floor.normal)
+            covered = inside_planes(planes[index], floor.places + low * floor.normal)
             if covered.sum() * floor.each_m2 < np.pi * radius**2:
                 continue
             free = free_above(floor, over) if free is None else free
             area = float((covered & (free > heights.max())).sum()) * floor.each_m2
             if area < np.pi * radius**2 or lost_m2(index, planes, piece, floor, over, low) > LOST * area:
                 continue
-            known[index] = below(piece, floor, thickness)
+            known[index] = part_below(piece, floor, thickness)
             planes[index] = ConvexHull(known[index].points).equations
     return known
 
 
-def within(planes: Array, points: Array) -> NDArray[np.bool_]:
+def inside_planes(planes: Array, points: Array) -> NDArray[np.bool_]:
     """(n,) whether points lie in the hull of these (k, 4) planes, to a micrometre."""
     return np.asarray((points @ planes[:, :3].T + planes[:, 3] <= 1e-6).all(axis=1))
 
@@ -112,9 +112,9 @@ def lost_m2(index: int, planes: Sequence[Array], piece: PatchPiece, floor: Floor
     points = points[points @ floor.normal - floor.height > low]
     cells = np.floor((points - piece.low) / spacing).astype(np.int64) @ [1, 1 << 20, 1 << 40]
     points = points[np.unique(cells, return_index=True)[1]]
-    points = points[within(planes[index], points)]
+    points = points[inside_planes(planes[index], points)]
     for number, other in enumerate(planes):
-        points = points if number == index else points[~within(other, points)]
+        points = points if number == index else points[~inside_planes(other, points)]
     return len(points) * spacing**2
 
 
@@ -138,7 +138,7 @@ def free_above(floor: Floor, over: Array) -> Array:
     return found
 
 
-def below(piece: PatchPiece, floor: Floor, thickness: float) -> PatchPiece:
+def part_below(piece: PatchPiece, floor: Floor, thickness: float) -> PatchPiece:
     """The part of a piece that is below a floor's plane."""
     over = piece.triangles @ floor.normal - floor.height
     first, last = piece.triangles.reshape(-1, 3), np.roll(piece.triangles, -1, axis=1).reshape(-1, 3)

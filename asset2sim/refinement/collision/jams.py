@@ -16,7 +16,16 @@ from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.arrays import corners_of_box
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.refinement.collision.hull_world import FAR_M, REACH_M, HullWorld, boxes_at, candidates
-from asset2sim.refinement.collision.travel import Limits, Stance, Travel, chain, range_of, samples, stance_at, travel
+from asset2sim.refinement.collision.travel import (
+    Limits,
+    Stance,
+    Travel,
+    joints_to_root,
+    range_of,
+    sampled_positions,
+    stance_at,
+    travel,
+)
 from asset2sim.refinement.collision.trim import CLEARANCE_M, Overlap
 from schemas.vocabulary import OverlapCause
 
@@ -133,7 +142,7 @@ def all_hits(world: HullWorld, machine: JamContext, number: int, rest: Sequence[
         span = range_of(joint, machine.limits)
         if span is None:
             continue
-        path = travel(machine.tree, joint.name, stance, samples(*span, machine.kept(joint.name)))
+        path = travel(machine.tree, joint.name, stance, sampled_positions(*span, machine.kept(joint.name)))
         for a, b in near_links(world, machine, path):
             if number == 0 or not same_as_at_zero(machine, number, joint.name, a, b):
                 yield from pair_hits(world, path, a, b, depths.get(frozenset((a, b)), 0.0) + JAM_M)
@@ -141,7 +150,7 @@ def all_hits(world: HullWorld, machine: JamContext, number: int, rest: Sequence[
 
 def same_as_at_zero(machine: JamContext, number: int, joint: str, a: str, b: str) -> bool:
     """Whether this stance repeats stance 0 for two links: all other joints between them have the same positions."""
-    between = set(chain(machine.tree, a)) ^ set(chain(machine.tree, b))
+    between = set(joints_to_root(machine.tree, a)) ^ set(joints_to_root(machine.tree, b))
     first, second = machine.stances[0].positions, machine.stances[number].positions
     return all(first[name] == second[name] for name in between - {joint})
 
@@ -195,15 +204,15 @@ def not_interlocked(world: HullWorld, machine: JamContext, hits: list[Hit]) -> l
         groups.setdefault((hit.joint, *hit.links), []).append(hit)
     kept: list[Hit] = []
     for group in groups.values():
-        own, others = (chain(machine.tree, link) for link in group[0].links)
-        left, _ = freed(world, machine, group, [name for name in others if name not in own])
+        own, others = (joints_to_root(machine.tree, link) for link in group[0].links)
+        left, _ = hits_left(world, machine, group, [name for name in others if name not in own])
         if left:
-            stuck, by = freed(world, machine, left, [name for name in own if name not in (left[0].joint, *others)])
+            stuck, by = hits_left(world, machine, left, [name for name in own if name not in (left[0].joint, *others)])
             kept += left if stuck else [replace(hit, freed_by=by) for hit in left]
     return kept
 
 
-def freed(
+def hits_left(
     world: HullWorld, machine: JamContext, hits: list[Hit], joints: Sequence[str]
 ) -> tuple[list[Hit], str | None]:
     """Fewest hits of one pair and travel that remain after moving one of these joints, and that joint (None if none

@@ -12,7 +12,7 @@ from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.pinned import pinned_pairs
-from asset2sim.refinement.collision.travel import within
+from asset2sim.refinement.collision.travel import clamped
 from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.notes import note_cuts
@@ -89,7 +89,7 @@ def with_limits(overlay: PhysicsOverlay, limits: Mapping[str, tuple[float, float
 
     def change(joint: JointPhysics) -> dict[str, object]:
         name, (lower, upper) = joint.name, limits[joint.name]
-        ends = {"closed": within(limits, name, joint.closed), "open": within(limits, name, joint.open)}
+        ends = {"closed": clamped(limits, name, joint.closed), "open": clamped(limits, name, joint.open)}
         return {"lower": lower, "upper": upper, "limits_source": Source.SEARCH, **ends}
 
     joints = (joint.model_copy(update=change(joint)) if joint.name in limits else joint for joint in overlay.joints)

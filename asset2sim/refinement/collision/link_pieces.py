@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.hulls import outermost
+from asset2sim.assets.hulls import without_enclosed
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
-from asset2sim.assets.meshes.hull import distinct, shells
-from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, cut, join, piece_of
+from asset2sim.assets.meshes.hull import distinct_faces, shells
+from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, join_pieces, piece_of, pieces_around_hollow
 from asset2sim.physics.arrays import Array
-from asset2sim.refinement.collision.floors import levelled
+from asset2sim.refinement.collision.floors import cut_at_floors
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def link_shells(extraction: Extraction, link: str) -> list[Shell]:
 
 def single_sided(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """(m, 3) faces without duplicates: the two sides of a sheet have the same corners."""
-    return faces[np.sort(distinct(faces))]
+    return faces[np.sort(distinct_faces(faces))]
 
 
 LEAST_BALLS = 2.0
@@ -119,7 +119,7 @@ def link_pieces(
     Sheets that lie on the link's solids are left out; other sheets become thin walls.
     """
     solids, sheets = [s for s in shells if s.hull is not None], [s for s in shells if s.hull is None]
-    walls = standing(sheets, solids, sizes) if solids else sheets
+    walls = standing_sheets(sheets, solids, sizes) if solids else sheets
     used = [*solids, *walls]
     worth = any(can_be_hollow(shell, sizes) for shell in used) or len(used) > most
     hollow = hollow_of(np.vstack([s.triangles for s in used]), sizes.ball_radius) if worth else None
@@ -137,16 +137,16 @@ def link_pieces(
             pieces.append(whole)
     cut_pieces = [piece for own in cuts for piece in own]
     if len(cuts) > 1:  # the inner and the outer side of a wall may be two shells
-        cut_pieces = join(cut_pieces, hollow, sizes.thickness, enough=ENOUGH)
-    kept = [piece_of(points, 0.0) for points in outermost([piece.points for piece in [*pieces, *cut_pieces]])]
+        cut_pieces = join_pieces(cut_pieces, hollow, sizes.thickness, enough=ENOUGH)
+    kept = [piece_of(points, 0.0) for points in without_enclosed([piece.points for piece in [*pieces, *cut_pieces]])]
     return LinkPieces(
-        pieces=join(kept, hollow, sizes.thickness, most=most, added_share=ADDED_SHARE),
+        pieces=join_pieces(kept, hollow, sizes.thickness, most=most, added_share=ADDED_SHARE),
         hollow=hollow,
         cut_shells=sum(len(own) > 1 for own in cuts),
         decals=len(sheets) - len(walls),
         walls=len(walls),
         filled_before=sum(fills),
-        allowed=sum(allowance(whole.volume, sizes) for whole in wholes),
+        allowed=sum(allowed_fill(whole.volume, sizes) for whole in wholes),
     )
 
 
@@ -160,7 +160,7 @@ def must_be_cut(shell: Shell, whole: PatchPiece, filled: float, hollow: Hollow, 
     """Whether a shell's hull fills more of the hollow (``filled``, m³) than allowed, or covers an opening of it."""
     if shell.exact:
         return False
-    if filled > allowance(whole.volume, sizes):
+    if filled > allowed_fill(whole.volume, sizes):
         return True
     # A frame, a bail or a ring is thinner than the hollow's cells: the opening that it covers is measured as an area.
     area = float(np.linalg.norm(np.cross(*np.diff(whole.triangles, axis=1).swapaxes(0, 1)), axis=1).sum()) / 2.0
@@ -170,7 +170,7 @@ def must_be_cut(shell: Shell, whole: PatchPiece, filled: float, hollow: Hollow, 
 
 def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
     """A shell's pieces by grouping its faces."""
-    return cut(shell.vertices, shell.faces, hollow, sizes.thickness)
+    return pieces_around_hollow(shell.vertices, shell.faces, hollow, sizes.thickness)
 
 
 def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
@@ -180,11 +180,13 @@ def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
     return by_faces(shell, hollow, sizes) if found is None else [piece_of(points, 0.0) for points in found]
 
 
-def reduced(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:
+def with_at_most(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:
     """The same link with at most ``most`` pieces."""
     if len(link.pieces) <= most:
         return link
-    return replace(link, pieces=join(link.pieces, link.hollow, sizes.thickness, most=most, added_share=ADDED_SHARE))
+    return replace(
+        link, pieces=join_pieces(link.pieces, link.hollow, sizes.thickness, most=most, added_share=ADDED_SHARE)
+    )
 
 
 def on_floors(link: LinkPieces, looks: Array | None, up: Array, sizes: Sizes) -> LinkPieces:
@@ -193,10 +195,10 @@ def on_floors(link: LinkPieces, looks: Array | None, up: Array, sizes: Sizes) ->
     if link.hollow is None or looks is None:
         return link
     cell_m = link.hollow.cell_m
-    return replace(link, pieces=levelled(link.pieces, looks, up, sizes.ball_radius, cell_m, sizes.thickness))
+    return replace(link, pieces=cut_at_floors(link.pieces, looks, up, sizes.ball_radius, cell_m, sizes.thickness))
 
 
-def allowance(hull_volume: float, sizes: Sizes) -> float:
+def allowed_fill(hull_volume: float, sizes: Sizes) -> float:
     """Hollow volume (m³) that a hull may fill and still be used for its shell."""
     share = min(FILLED_SHARE * hull_volume, MOST_BALLS * sizes.ball_volume)
     return max(LEAST_BALLS * sizes.ball_volume, share)
@@ -208,7 +210,7 @@ def can_be_hollow(shell: Shell, sizes: Sizes) -> bool:
     return not shell.exact and bool(widths[1] >= 2.0 * sizes.ball_radius)
 
 
-def standing(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> list[Shell]:
+def standing_sheets(sheets: Sequence[Shell], solids: Sequence[Shell], sizes: Sizes) -> list[Shell]:
     """Sheets larger than the ball that do not lie on the solids or within one cell of them."""
     large = [sheet for sheet in sheets if can_be_hollow(sheet, sizes)]
     if not large:

@@ -27,7 +27,7 @@ def hull_world(trimmer: Trimmer) -> AbstractContextManager[HullWorld]:
     return nullcontext(MuJoCoHulls(trimmer))
 
 
-def cleared(
+def cut_until_clear(
     hulls: Hulls,
     poses: Mapping[str, Array],
     pairs: Iterable[tuple[str, str]],
@@ -85,7 +85,7 @@ def cut_apart(loop: RefinementContext, folder: Folder, start: CutAttempt) -> Cut
     tree = tree_of(written_joints(features, overlay), overlay.scale)
     poses = link_to_root(tree, features.root, start.positions)
     links = [link.name for link in features.links]
-    trimmed, cuts = cleared(
+    trimmed, cuts = cut_until_clear(
         start.hulls,
         poses,
         contact_pairs(features.joints, links, loop.passing),

@@ -9,7 +9,7 @@ from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, in
 from asset2sim.assets.hulls import Hulls
 from asset2sim.physics.kinematics import TreeJoint, link_to_root
 from asset2sim.refinement.collision.jams import LARGEST_AUTHORED_M
-from asset2sim.refinement.collision.travel import Limits, chain, range_of
+from asset2sim.refinement.collision.travel import Limits, joints_to_root, range_of
 
 MOST_JOINTS, SAMPLES = 2, 7
 """Most joints between two links that one pin holds, and positions of each, ends and middle among them, in which they
@@ -34,18 +34,18 @@ def pinned_pairs(
         depth = authored_depth(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
         if depth <= (LARGEST_AUTHORED_M if hulls.get(a) and hulls.get(b) else 0.0):
             continue
-        between = set(chain(tree, a)) ^ set(chain(tree, b))
+        between = set(joints_to_root(tree, a)) ^ set(joints_to_root(tree, b))
         spans = {joint.name: range_of(joint, limits) for joint in tree if joint.name in between}
         known = {name: np.linspace(*span, SAMPLES).tolist() for name, span in spans.items() if span is not None}
         if 0 < len(known) <= MOST_JOINTS and all(
-            meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
+            links_meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
             for at in product(*known.values())
         ):
             found.append((a, b))
     return found
 
 
-def meet(
+def links_meet(
     tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float], a: str, b: str, authored: AuthoredShapes
 ) -> bool:
     """Whether two links meet as drawn with joints at these positions."""

@@ -24,7 +24,7 @@ from asset2sim.refinement.collision.link_pieces import (
     link_pieces,
     link_shells,
     on_floors,
-    reduced,
+    with_at_most,
 )
 from schemas.finding import Finding
 from schemas.settings import CollisionSettings
@@ -42,7 +42,7 @@ def content_key(extraction: Extraction, scale: float, settings: CollisionSetting
     return digest.hexdigest()[:40]
 
 
-def read(path: Path) -> tuple[Hulls, tuple[Finding, ...]] | None:
+def read_shapes(path: Path) -> tuple[Hulls, tuple[Finding, ...]] | None:
     """Cached hulls and findings; None where the file is missing or damaged."""
     stored = read_clouds(path)
     if stored is None:
@@ -57,7 +57,7 @@ def read(path: Path) -> tuple[Hulls, tuple[Finding, ...]] | None:
         return None
 
 
-def write(path: Path, hulls: Hulls, findings: tuple[Finding, ...]) -> None:
+def write_shapes(path: Path, hulls: Hulls, findings: tuple[Finding, ...]) -> None:
     """Write hulls and findings to the cache; see ``write_clouds``."""
     said = {
         "links": [[link, len(pieces)] for link, pieces in hulls.items()],
@@ -83,11 +83,11 @@ def collision_shapes(
     if settings.mode is CollisionMode.REPAIR:
         return collision_hulls(extraction, scale), sheet_findings(extraction)
     path = None if cache is None else cache / f"{content_key(extraction, scale, settings)}.npz"
-    if path is not None and (known := read(path)) is not None:
+    if path is not None and (known := read_shapes(path)) is not None:
         return known
     hulls, findings = decomposed(extraction, scale, settings)
     if path is not None:
-        write(path, hulls, findings)
+        write_shapes(path, hulls, findings)
     return hulls, findings
 
 
@@ -101,21 +101,21 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
     shells = {link: link_shells(extraction, link) for link in extraction.geometry}
     triangles = {link: np.vstack([shell.triangles for shell in own]) for link, own in shells.items() if own}
     occupied = {link: samples(corners, sizes.ball_radius) for link, corners in triangles.items()}
-    poses = states(extraction)
+    poses = link_poses_of_states(extraction)
     cutter = by_coacd if settings.cutter == "coacd" else by_faces
     found = {
         link: link_pieces(own, partial(standing_near, link, occupied, poses), sizes, settings.max_link_hulls, cutter)
         for link, own in shells.items()
     }
-    most = cap([len(item.pieces) for item in found.values()], settings.max_asset_hulls)
-    found = {link: reduced(item, sizes, most) for link, item in found.items()}
-    looks = seen(extraction, [link for link, item in found.items() if item.hollow is not None])
+    most = piece_limit([len(item.pieces) for item in found.values()], settings.max_asset_hulls)
+    found = {link: with_at_most(item, sizes, most) for link, item in found.items()}
+    looks = visual_triangles(extraction, [link for link, item in found.items() if item.hollow is not None])
     found = {link: on_floors(item, looks.get(link), poses[0][link][2, :3], sizes) for link, item in found.items()}
     hulls = {link: tuple(simplified(piece.points) * scale for piece in item.pieces) for link, item in found.items()}
     return hulls, tuple(note for link, item in found.items() for note in findings_of(link, item, scale))
 
 
-def seen(extraction: Extraction, links: Collection[str]) -> dict[str, Array]:
+def visual_triangles(extraction: Extraction, links: Collection[str]) -> dict[str, Array]:
     """Link → (k, 3, 3) triangles of its visual meshes in its frame, of these links; none for one without."""
     found: dict[str, Array] = {}
     for link in read_urdf(extraction.urdf).links if links else ():
@@ -132,7 +132,7 @@ def seen(extraction: Extraction, links: Collection[str]) -> dict[str, Array]:
     return found
 
 
-def states(extraction: Extraction) -> list[dict[str, Array]]:
+def link_poses_of_states(extraction: Extraction) -> list[dict[str, Array]]:
     """Link → (4, 4) link-to-root transforms at rest, and with all joints closed, half open and open."""
     joints = extraction.features.movable_joints
     tree = tree_of(extraction.features.joints)
@@ -155,7 +155,7 @@ def standing_near(link: str, occupied: Mapping[str, Array], poses: list[dict[str
     return np.vstack(near)
 
 
-def cap(counts: list[int], most: int) -> int:
+def piece_limit(counts: list[int], most: int) -> int:
     """Largest limit per link for which the total number of pieces is at most ``most``; at least 1."""
     limit = max(counts, default=1)
     while limit > 1 and sum(min(count, limit) for count in counts) > most:
@@ -169,7 +169,7 @@ def findings_of(link: str, item: LinkPieces, scale: float) -> list[Finding]:
     filled = litres * item.filled
     notes: list[Finding] = []
     if item.decals:
-        notes.append(dropped(link, item.decals))
+        notes.append(sheets_left_out(link, item.decals))
     if item.walls:
         text = f"link '{link}': {item.walls} sheets without a thickness collide as thin walls"
         notes.append(info(code="sheet_thickened", link=link, message=text))
@@ -202,14 +202,14 @@ def sheet_findings(extraction: Extraction) -> tuple[Finding, ...]:
     for link, geometry in extraction.geometry.items():
         sheets = sum(1 for part in geometry.parts if part.sheet is not None)
         if sheets and sheets < len(geometry.parts):
-            notes.append(dropped(link, sheets))
+            notes.append(sheets_left_out(link, sheets))
         elif sheets:
             text = f"link '{link}': its {sheets} sheets without a thickness collide as thin walls"
             notes.append(info(code="sheet_thickened", link=link, message=text))
     return tuple(notes)
 
 
-def dropped(link: str, count: int) -> Finding:
+def sheets_left_out(link: str, count: int) -> Finding:
     """Finding for sheets that stay visual only."""
     text = f"link '{link}': {count} flat meshes on its solids are looks and do not collide"
     return info(code="sheet_dropped", link=link, message=text)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, beyond, link_to_root, motion
+from asset2sim.physics.kinematics import TreeJoint, joint_motion, link_to_root, rigid_links
 
 SAMPLES = 25
 """Positions sampled over a joint's range; overlaps that matter span more than 1/24 of it."""
@@ -82,7 +82,7 @@ def stance_at(tree: Sequence[TreeJoint], root: str, positions: Mapping[str, floa
     return Stance(full, link_to_root(tree, root, full))
 
 
-def within(limits: Limits, joint: str, position: float) -> float:
+def clamped(limits: Limits, joint: str, position: float) -> float:
     """A position held within the joint's limits, where it has any."""
     lower, upper = limits.get(joint, (position, position))
     return min(max(position, lower), upper)
@@ -103,15 +103,15 @@ def travel(tree: Sequence[TreeJoint], name: str, stance: Stance, positions: Arra
     """The named joint's travel through ``positions`` (p,) from a stance."""
     joint = next(joint for joint in tree if joint.name == name)
     frame = stance.poses[joint.parent] @ joint.child_to_parent
-    back = np.linalg.inv(motion(joint, stance.positions[name])) @ np.linalg.inv(frame)
-    moves = np.array([frame @ motion(joint, float(position)) @ back for position in positions])
-    drives = [Drive(beyond(tree, name), 1.0, lever_of(joint, stance))]
+    back = np.linalg.inv(joint_motion(joint, stance.positions[name])) @ np.linalg.inv(frame)
+    moves = np.array([frame @ joint_motion(joint, float(position)) @ back for position in positions])
+    drives = [Drive(rigid_links(tree, name), 1.0, lever_of(joint, stance))]
     moved = dict.fromkeys(drives[0].links, moves)
     followers = [item for item in tree if item.mimic is not None and item.mimic.joint == name]
     if followers:
         root = next(iter(stance.poses))  # poses begin with the root's
         drives += [
-            Drive(beyond(tree, item.name), abs(mimic.multiplier), lever_of(item, stance))
+            Drive(rigid_links(tree, item.name), abs(mimic.multiplier), lever_of(item, stance))
             for item in followers
             if (mimic := item.mimic) is not None
         ]
@@ -128,13 +128,13 @@ def lever_of(joint: TreeJoint, stance: Stance) -> tuple[Array, Array] | None:
     return None if joint.type == "prismatic" else (frame[:3, 3], frame[:3, :3] @ joint.axis)
 
 
-def samples(lower: float, upper: float, also: Iterable[float]) -> Array:
+def sampled_positions(lower: float, upper: float, also: Iterable[float]) -> Array:
     """Sampled positions of a range: evenly spaced, and those of ``also`` that lie inside."""
     spread = np.linspace(lower, upper, SAMPLES)
     return np.unique(np.concatenate([spread, [value for value in also if lower <= value <= upper]]))
 
 
-def chain(tree: Sequence[TreeJoint], link: str) -> tuple[str, ...]:
+def joints_to_root(tree: Sequence[TreeJoint], link: str) -> tuple[str, ...]:
     """The movable joints from a link up to the root; for one that follows another, that one."""
     above = {joint.child: joint for joint in tree}
     names = []

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.checks.remedy import Case, Remedy
-from asset2sim.checks.verdict import deciding, failures_of
+from asset2sim.checks.verdict import deciding_reports, failures_of
 from asset2sim.refinement.context import info
-from asset2sim.refinement.dynamics.remedies import mendable, remedies_for
-from asset2sim.refinement.notes import changes
+from asset2sim.refinement.dynamics.remedies import has_remedies, remedies_for
+from asset2sim.refinement.notes import changed_numbers
 from schemas.base import Vector3
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep
@@ -56,7 +56,9 @@ class Try:
         return report
 
 
-def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings: Settings, verify: Verify) -> Mended:
+def mend_failures(
+    features: Features, overlay: PhysicsOverlay, reports: Reports, settings: Settings, verify: Verify
+) -> Mended:
     """Mend failing checks one after the other until none is left, no remedy helps, or the rounds are spent.
 
     What is kept passes the check and fails no other that passed before, in any engine; it is the one left written.
@@ -66,10 +68,10 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
     findings: list[Finding] = []
     given_up: set[tuple[Engine, FailureMode, str]] = set()
     done = Try(features, settings, verify, all_failures(overlay, reports, settings), overlay)
-    if any(not mendable(item.mode) for item in done.failed):
+    if any(not has_remedies(item.mode) for item in done.failed):
         return Mended(overlay, reports, (), ())
     while len(done.trace) < settings.search.mend_rounds:
-        target = next((item for item in done.failed if item.key not in given_up and mendable(item.mode)), None)
+        target = next((item for item in done.failed if item.key not in given_up and has_remedies(item.mode)), None)
         if target is None:
             break
         found = mended_target(done, target, overlay, reports)
@@ -77,7 +79,7 @@ def mend(features: Features, overlay: PhysicsOverlay, reports: Reports, settings
             given_up.add(target.key)
             continue
         why = f"{target.mode.value} failed in {target.engine.value} ({target.reason})"
-        findings.extend(changes(overlay, found[0], why))
+        findings.extend(changed_numbers(overlay, found[0], why))
         overlay, reports = found
         done.failed = all_failures(overlay, reports, settings)
     if len(done.trace) >= max(settings.search.mend_rounds, 1) and done.failed:
@@ -98,7 +100,7 @@ def mended_target(
     or for another joint or start, its remedies go on from that; all checks run, engine after engine, once it passes.
     """
     concerned = dict.fromkeys((target.engine, *(item.engine for item in done.failed if item.mode is target.mode)))
-    for remedy, candidate in candidates(done.features, overlay, reports, target, done.settings):
+    for remedy, candidate in candidate_overlays(done.features, overlay, reports, target, done.settings):
         if len(done.trace) >= done.settings.search.mend_rounds:
             return None
         now, alone = failures_alone(done, candidate, target.mode, tuple(concerned))
@@ -138,7 +140,7 @@ def verified(
 ) -> tuple[PhysicsOverlay, Reports] | None:
     """A candidate with the reports of all checks in every engine; None as soon as one fails that passed before."""
     for engine in sorted((report.engine for report in reports), key=lambda engine: engine is not first):
-        reports = merged(reports, (done.seen(candidate, engine, None),))
+        reports = merged_reports(reports, (done.seen(candidate, engine, None),))
         seen = next(report for report in reports if report.engine is engine)
         if breaks(done.failed, all_failures(candidate, (seen,), done.settings)):
             return None
@@ -148,18 +150,18 @@ def verified(
 def kept_at_rest(reports: Reports, alone: Reports) -> Reports:
     """The reports with those of one check alone in their place, which keep how the object lay at rest before."""
     rested = {report.engine: report.measurement for report in reports}
-    return merged(reports, [
+    return merged_reports(reports, [
         report.model_copy(update={"measurement": report.measurement or rested[report.engine]}) for report in alone
     ])  # fmt: skip
 
 
 def all_failures(overlay: PhysicsOverlay, reports: Reports, settings: Settings) -> tuple[Failure, ...]:
     """Every failing check in every engine that decides."""
-    decide = deciding(reports, settings.engine)
+    decide = deciding_reports(reports, settings.engine)
     return tuple(failure for report in decide for failure in failures_of(report, overlay, settings.thresholds))
 
 
-def candidates(
+def candidate_overlays(
     features: Features, overlay: PhysicsOverlay, reports: Reports, target: Failure, settings: Settings
 ) -> Iterator[tuple[Remedy, PhysicsOverlay]]:
     """Overlays that may mend a failing check, least intrusive first."""
@@ -211,7 +213,7 @@ def breaks(before: Sequence[Failure], after: Sequence[Failure]) -> bool:
     return any(failure.key not in known for failure in after)
 
 
-def merged(reports: Reports, newer: Sequence[EngineReport]) -> Reports:
+def merged_reports(reports: Reports, newer: Sequence[EngineReport]) -> Reports:
     """The reports with those of the same engine replaced."""
     replaced = {report.engine: report for report in newer}
     return tuple(replaced.get(report.engine, report) for report in reports)

@@ -10,15 +10,16 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.known_checks import check_of
 from asset2sim.checks.remedy import Case, Remedy
-from asset2sim.physics.arrays import vector
+from asset2sim.physics.arrays import floats_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
-from asset2sim.validation.lying import AS_AUTHORED_RAD, lies
+from asset2sim.validation.lying import AS_AUTHORED_RAD, is_laid_down
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
 
-ROLLING_M = 5e-4
-"""Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood."""
+ROLLING_M, MOST_ROLLING_M = 5e-4, 2e-3
+"""Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood, doubled up to
+that of one on rubber or felt."""
 MAX_CONTACT_FRICTION = 1.0
 """Largest contact friction that a remedy sets: rubber on a table."""
 HOLD_FRICTION_FACTOR = 1.5
@@ -31,6 +32,8 @@ LIGHT_INERTIA_FACTOR = 3.0
 """Factor on the inertia of light links of an object that explodes, per step."""
 LIGHT_SHARE = 0.1
 """Share of the heaviest link's inertia below which a link counts as light."""
+UP = 2
+"""Index of the vertical among the axes of the root's frame."""
 LEAST_TURN_RAD = 1e-3
 """Turn below which an object rests as it is set down, rad."""
 
@@ -43,7 +46,7 @@ def with_joints(
     return None if joints == overlay.joints else overlay.model_copy(update={"joints": joints})
 
 
-def searched(term: str, value: float) -> dict[str, object]:
+def set_by_search(term: str, value: float) -> dict[str, object]:
     """Update of a joint: this term, set by the search."""
     return {term: value, f"{term}_source": Source.SEARCH}
 
@@ -64,7 +67,7 @@ def more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
     def change(joint: JointPhysics) -> dict[str, object]:
         damping = min(case.settings.search.mend_factor * joint.damping, largest_damping(case, joint))
-        return searched("damping", damping) if damping > 1.001 * joint.damping else {}
+        return set_by_search("damping", damping) if damping > 1.001 * joint.damping else {}
 
     return with_joints(case, overlay, change)
 
@@ -72,7 +75,7 @@ def more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 def less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """Half the damping: an explicit damper too strong for the inertia that it moves adds energy."""
     return with_joints(
-        case, overlay, lambda joint: searched("damping", 0.5 * joint.damping) if joint.damping > 0.0 else {}
+        case, overlay, lambda joint: set_by_search("damping", 0.5 * joint.damping) if joint.damping > 0.0 else {}
     )
 
 
@@ -83,7 +86,7 @@ def softer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         if joint.stiffness <= 0.0:
             return {}
         away = joint.spring_reference - joint.initial_position
-        softer = searched("stiffness", 0.5 * joint.stiffness)
+        softer = set_by_search("stiffness", 0.5 * joint.stiffness)
         return softer | {"spring_reference": joint.initial_position + 2.0 * away}
 
     return with_joints(case, overlay, change)
@@ -96,7 +99,7 @@ def stiffer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None
         physics = case.settings.physics
         most = physics.max_stiffness_step * (least_inertia(joint) + joint.armature) / physics.coarse_timestep_s**2
         stiffness = min(2.0 * joint.stiffness, most)
-        return searched("stiffness", stiffness) if stiffness > 1.001 * joint.stiffness else {}
+        return set_by_search("stiffness", stiffness) if stiffness > 1.001 * joint.stiffness else {}
 
     return with_joints(case, overlay, change)
 
@@ -112,12 +115,12 @@ def more_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         size = max(case.features.link(case.features.joint(joint.name).child).box_size) * overlay.scale
         lever = 1.0 if joint.type == "prismatic" else size / 2.0
         resistance = search.rolling_resistance * weight * lever / count
-        return searched("friction", max(search.mend_factor * joint.friction, resistance))
+        return set_by_search("friction", max(search.mend_factor * joint.friction, resistance))
 
     return with_joints(case, overlay, change)
 
 
-def firmer(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+def with_more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More damping and more friction together, for a part that does not come to rest."""
     damped = more_damping(case, overlay)
     rubbed = more_friction(case, damped or overlay)
@@ -129,7 +132,7 @@ def firmer_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
     def change(joint: JointPhysics) -> dict[str, object]:
         friction = HOLD_FRICTION_FACTOR * max(joint.friction, abs(joint.gravity_load))
-        return searched("friction", friction) if joint.stiffness == 0.0 or joint.holds else {}
+        return set_by_search("friction", friction) if joint.stiffness == 0.0 or joint.holds else {}
 
     return with_joints(case, overlay, change)
 
@@ -139,7 +142,7 @@ def less_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
     def change(joint: JointPhysics) -> dict[str, object]:
         loose = joint.friction > 0.0 and not joint.holds
-        return searched("friction", LOOSENING_FACTOR * joint.friction) if loose else {}
+        return set_by_search("friction", LOOSENING_FACTOR * joint.friction) if loose else {}
 
     return with_joints(case, overlay, change)
 
@@ -151,7 +154,7 @@ def looser_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         spring = joint.exerted(joint.initial_position)
         least = case.settings.physics.least_hold_margin * abs(joint.gravity_load + spring) if joint.holds else 0.0
         friction = max(LOOSER_FACTOR * joint.friction, least)
-        return searched("friction", friction) if friction < 0.999 * joint.friction else {}
+        return set_by_search("friction", friction) if friction < 0.999 * joint.friction else {}
 
     return with_joints(case, overlay, change)
 
@@ -161,7 +164,7 @@ def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | N
     return with_joints(
         case,
         overlay,
-        lambda joint: searched("damping", LOOSENING_FACTOR * joint.damping) if joint.damping > 0.0 else {},
+        lambda joint: set_by_search("damping", LOOSENING_FACTOR * joint.damping) if joint.damping > 0.0 else {},
     )
 
 
@@ -171,7 +174,7 @@ def with_links(overlay: PhysicsOverlay, change: Callable[[LinkPhysics], dict[str
     return None if links == overlay.links else overlay.model_copy(update={"links": links})
 
 
-def heavier(link: LinkPhysics, factor: float) -> dict[str, object]:
+def with_more_inertia(link: LinkPhysics, factor: float) -> dict[str, object]:
     """Update of a link: its inertia times ``factor``."""
     return {"inertia": tuple(factor * v for v in link.inertia), "inertia_source": Source.SEARCH}
 
@@ -183,7 +186,7 @@ def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         return float(link.inertia[0] + link.inertia[3] + link.inertia[5])
 
     least = LIGHT_SHARE * max(map(size, overlay.links))
-    return with_links(overlay, lambda link: heavier(link, LIGHT_INERTIA_FACTOR) if size(link) < least else {})
+    return with_links(overlay, lambda link: with_more_inertia(link, LIGHT_INERTIA_FACTOR) if size(link) < least else {})
 
 
 def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
@@ -196,7 +199,7 @@ def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | No
     def change(link: LinkPhysics) -> dict[str, object]:
         raised = {"mass_kg": least, "mass_source": Source.SEARCH}
         light = link.name in carriers and link.mass_kg < least
-        return raised | heavier(link, least / link.mass_kg) if light else {}
+        return raised | with_more_inertia(link, least / link.mass_kg) if light else {}
 
     return with_links(overlay, change)
 
@@ -212,31 +215,49 @@ def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | Non
 
 
 def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Rolling resistance, where there is none: on point contacts a rounded object rocks for ever."""
-    if overlay.rolling_friction_m > 0.0:
-        return None
-    return overlay.model_copy(update={"rolling_friction_m": ROLLING_M})
+    """More rolling resistance: on point contacts a rounded object rocks for ever."""
+    more = min(max(ROLLING_M, 2.0 * overlay.rolling_friction_m), MOST_ROLLING_M)
+    return overlay.model_copy(update={"rolling_friction_m": more}) if more > overlay.rolling_friction_m else None
 
 
 def lie_down(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """The object written as it comes to rest, where that is near how it is authored, or where such things are put down
     on any side: a pen, a suitcase. A cabinet that topples is not mended by lying."""
     turn = Rotation.from_rotvec(case.rest_turn_rad)
-    if turn.magnitude() < LEAST_TURN_RAD or (turn.magnitude() > AS_AUTHORED_RAD and not lies(case.features, overlay)):
+    if turn.magnitude() < LEAST_TURN_RAD or (
+        turn.magnitude() > AS_AUTHORED_RAD and not is_laid_down(case.features, overlay)
+    ):
         return None
     whole = turn * Rotation.from_rotvec(overlay.turned_rad)
-    return overlay.model_copy(update={"turned_rad": vector(whole.as_rotvec())})
+    return overlay.model_copy(update={"turned_rad": floats_of(whole.as_rotvec())})
+
+
+def lie_broad(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
+    """The object laid on its broadest side, its moving parts on top, where such things are put down on any side: a
+    suitcase that stands on an edge, or does not bear its open lid."""
+    features, edges = case.features, case.features.closed_size
+    thin = min(range(3), key=lambda axis: edges[axis])
+    moved = {joint.child for joint in features.movable_joints}
+    tops = [center[thin] for name, center in features.link_centers.items() if name in moved]
+    rest = [center[thin] for name, center in features.link_centers.items() if name not in moved]
+    if any(overlay.turned_rad) or thin == UP or not tops or not rest or not is_laid_down(features, overlay):
+        return None
+    side = [0.0, 0.0, 0.0]
+    side[thin] = 1.0 if sum(tops) / len(tops) >= sum(rest) / len(rest) else -1.0
+    turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [side])
+    return overlay.model_copy(update={"turned_rad": floats_of(turn.as_rotvec())})
 
 
 _DAMPED = Remedy("more damping", more_damping)
-_FIRMER, _HOLD = Remedy("more damping and friction", firmer), Remedy("firmer hold", firmer_hold)
+_FIRMER, _HOLD = Remedy("more damping and friction", with_more_damping), Remedy("firmer hold", firmer_hold)
 _ROLLING, _ROUGHER = Remedy("rolling resistance", rolling_resistance), Remedy("rougher contact", rougher_contact)
 _INERTIA, _SOFTER = Remedy("more inertia of light links", more_inertia), Remedy("softer spring", softer_spring)
 _EXPLOSION = (Remedy("less damping", less_damping), _INERTIA, Remedy("mass ratio lowered", lower_mass_ratio), _SOFTER)
+_BROAD = Remedy("laid on its broadest side", lie_broad)
 _STILL = (_FIRMER, _ROLLING, _ROUGHER, _INERTIA)
 
 _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
-    FailureMode.STANDS: (Remedy("written as it lies", lie_down), _ROUGHER),
+    FailureMode.STANDS: (Remedy("written as it lies", lie_down), _ROUGHER, _BROAD),
     FailureMode.STATE: (_HOLD, _DAMPED),
     FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
     FailureMode.DRIFT: (_FIRMER, _ROLLING, _ROUGHER, *_EXPLOSION),
@@ -248,13 +269,13 @@ _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
         Remedy("less damping", much_less_damping),
         Remedy("stiffer spring", stiffer_spring),
     ),
-    FailureMode.EFFORT: (Remedy("looser hold", looser_hold),),
+    FailureMode.EFFORT: (Remedy("looser hold", looser_hold), _BROAD),
     FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER, _ROUGHER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
 
 
-def mendable(mode: FailureMode) -> bool:
+def has_remedies(mode: FailureMode) -> bool:
     """Whether a failing check has remedies in the dynamics."""
     return bool(_declared(mode))
 

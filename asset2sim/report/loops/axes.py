@@ -9,8 +9,8 @@ from PIL import Image, ImageDraw, ImageFont
 from asset2sim.guidance.link_colors import PALETTE
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.render.camera import WIDE_FOV, axes, directions, fit
-from asset2sim.render.name_tags import MARGIN, Box, place
+from asset2sim.render.camera import WIDE_FOV, camera_axes, fitted_camera, view_directions
+from asset2sim.render.name_tags import MARGIN, Box, tag_box
 from asset2sim.report.loops.figure import LoopFigure
 
 WIDTH = 480
@@ -46,9 +46,9 @@ def axes_picture(figure: LoopFigure, view: Path) -> bytes | None:
     factor = WIDTH / max(seen.size)
     seen = seen.resize((round(factor * seen.width), round(factor * seen.height)), Image.Resampling.LANCZOS)
     image = Image.blend(seen, Image.new("RGB", seen.size, "white"), FADED)
-    towards = directions(figure.scene.front)["perspective"]
-    camera = fit(figure.faces.corners.reshape(-1, 3), towards, WIDE_FOV, image.width / image.height)
-    frame, focal = axes(towards), 0.5 * image.height / np.tan(0.5 * camera.fov)
+    towards = view_directions(figure.scene.front)["perspective"]
+    camera = fitted_camera(figure.faces.corners.reshape(-1, 3), towards, WIDE_FOV, image.width / image.height)
+    frame, focal = camera_axes(towards), 0.5 * image.height / np.tan(0.5 * camera.fov)
 
     def pixels(points: Array) -> list[tuple[float, float]]:
         right, up, back = ((points - camera.eye) @ frame.T).T
@@ -71,7 +71,7 @@ def axes_picture(figure: LoopFigure, view: Path) -> bytes | None:
     for joint, color, (x, y) in tags:
         left, _, right, bottom = pen.textbbox((0, 0), joint.name, font=font)
         size = (round(right - left) + 2 * MARGIN, round(bottom) + 2 * MARGIN)
-        box = place((round(x), round(y)), size, cost, placed)
+        box = tag_box((round(x), round(y)), size, cost, placed)
         if box is not None:
             placed.append(box)
             pen.rectangle(box, fill=(255, 255, 255), outline=color, width=2)

@@ -10,10 +10,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from asset2sim.physics.arrays import Array
-from asset2sim.render.camera import directions
+from asset2sim.render.camera import view_directions
 from asset2sim.render.cloud import Cloud, cloud_of
 from asset2sim.render.draw import Picture, background, image_of, pictures
-from asset2sim.render.zbuffer import FOV, Lens, Singles, changes, lens_for
+from asset2sim.render.zbuffer import FOV, Lens, Singles, changing_frames, lens_for
 from asset2sim.report.loops.figure import LoopFigure
 
 SIDE = 160
@@ -71,8 +71,8 @@ def lens_of(scenes: Scenes) -> Lens:
     points = []
     for act in scenes.acts:
         if act is not None:
-            points.append(in_room(act.figure.spanned(act.motions[changes(act.motions)])))
-    towards = directions(scenes.acts[1].figure.scene.front)["perspective"]
+            points.append(in_room(act.figure.spanned(act.motions[changing_frames(act.motions)])))
+    towards = view_directions(scenes.acts[1].figure.scene.front)["perspective"]
     return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), SIDE, SIDE)
 
 
@@ -95,7 +95,7 @@ def clouds_of(
                 continue
             key = id(act.figure.faces)
             figures[key] = act.figure
-            chosen = changes(act.motions)
+            chosen = changing_frames(act.motions)
             keys = [chosen[round(share * (len(chosen) - 1))] for share in np.linspace(0.0, 1.0, min(KEYS, len(chosen)))]
             views.setdefault(key, []).extend((act.motions[frame], lens) for frame in keys)
             spanned = in_room(act.figure.spanned(act.motions[keys]))

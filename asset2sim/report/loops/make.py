@@ -33,7 +33,7 @@ from asset2sim.report.loops.record import (
     let_fall,
     let_go,
 )
-from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing
+from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing_item
 from asset2sim.storage.regular_files import write_whole
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
@@ -84,11 +84,11 @@ def make_loops(
     figure = read_figure(urdf, start, loaded)
     names = [joint.name for joint in overlay.joints]
     starts = starts_of(urdf, overlay, settings) if moving else Starts(None, None, {})
-    played = play(urdf, starts, overlay.contact_friction, settings)
+    played = play_all(urdf, starts, overlay.contact_friction, settings)
     if names and moving:
         played[SWEEP] = sweep(figure, start, names, SWEEP_FRAMES, LEAST_FRAMES)
     resting = LoopMotion(np.eye(4)[None], {name: np.array([value]) for name, value in start.items()})
-    items = [standing(figure, resting, "refined"), cube()]
+    items = [standing_item(figure, resting, "refined"), cube()]
     raw: dict[str, Act] = {}
     came: LoopFigure | None = None
     try:
@@ -98,11 +98,11 @@ def make_loops(
             remember_twins(loaded, refined, raw_urdf.parent)
             came = read_alike(raw_urdf, unscaled(start, overlay), loaded, figure, overlay.scale)
             raw = raw_acts(raw_urdf, loaded, came, overlay, played, starts, settings) if played else {}
-            items.insert(0, standing(came, at_rest({}, 1), "raw"))
+            items.insert(0, standing_item(came, at_rest({}, 1), "raw"))
     except (AssetError, ValueError) as error:  # it cannot be drawn, and its picture says so
         log.warning("raw %s: %s", raw_urdf, error)
     films = [
-        Scenes(name, (raw.get(name), act(figure, name, played[name])), TIMES_S[name], SHOWN_MS[name])
+        Scenes(name, (raw.get(name), act_of(figure, name, played[name])), TIMES_S[name], SHOWN_MS[name])
         for name in (SWEEP, DROP, RELEASE)
         if name in played
     ]
@@ -180,7 +180,7 @@ def starts_of(urdf: Path, overlay: PhysicsOverlay, settings: EngineSettings) -> 
     return Starts(fall, go, speeds)
 
 
-def play(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) -> dict[str, LoopMotion]:
+def play_all(urdf: Path, starts: Starts, friction: float, settings: EngineSettings) -> dict[str, LoopMotion]:
     """One object's recordings, of the motions that have a start."""
     found = {}
     if starts.fall is not None:
@@ -206,15 +206,15 @@ def raw_acts(
     with TemporaryDirectory(prefix="asset2sim-loops-") as place:
         bare = as_hulls(urdf, Path(place), loaded)
         outcome: ChildOutcome[dict[str, LoopMotion]] = in_child(
-            Engine.PYBULLET, play, bare, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
+            Engine.PYBULLET, play_all, bare, own, RAW_FRICTION, settings, time_limit_s=RAW_LIMIT_S
         )
     found: dict[str, Act] = {}
     for name in refined:
         if name == SWEEP:
             names = [joint.name for joint in overlay.joints]
-            found[name] = act(figure, name, sweep(figure, {}, names, SWEEP_FRAMES, LEAST_FRAMES))
+            found[name] = act_of(figure, name, sweep(figure, {}, names, SWEEP_FRAMES, LEAST_FRAMES))
         elif outcome.value is not None:
-            found[name] = act(figure, name, outcome.value[name])
+            found[name] = act_of(figure, name, outcome.value[name])
         else:
             still = at_rest({} if name == DROP else go or {}, len(refined[name].root))
             word = "the engine dies of it" if outcome.died else "the engine refuses it"
@@ -222,7 +222,7 @@ def raw_acts(
     return found
 
 
-def act(figure: LoopFigure, name: str, recording: LoopMotion) -> Act:
+def act_of(figure: LoopFigure, name: str, recording: LoopMotion) -> Act:
     """The act of a recording."""
     motions = figure.normalised(figure.placed(recording), floor=name != DROP)
     return Act(figure, motions, "" if recording.finite else "explodes")

@@ -16,7 +16,7 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.intake.confine import references
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import pose_of
-from asset2sim.render.batch import mixed
+from asset2sim.render.batch import mixed_hashes
 from schemas.settings import EngineSettings
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settin
         # What the pose of PyBullet's root is at, the inertial frame, when the root link's own is the world's.
         inertial = pose_of(np.array(world.authored), np.array(world.upright))
         world.place(positions, height_m=settings.reset_m, tilt_rad=(tilt, -tilt, 0.0))
-        return follow(world, inertial, DROP_TIMES_S)
+        return poses_at_times(world, inertial, DROP_TIMES_S)
 
 
 def let_go(
@@ -69,7 +69,7 @@ def let_go(
         inertial = pose_of(np.array(world.authored), np.array(world.upright))
         world.place(positions)
         world.kick({name: speed for name, speed in speeds.items() if name in world.joint_names})
-        return follow(world, inertial, RELEASE_TIMES_S)
+        return poses_at_times(world, inertial, RELEASE_TIMES_S)
 
 
 def as_hulls(urdf: Path, folder: Path, loaded: Mapping[Path, tuple[Surface, ...]]) -> Path:
@@ -108,7 +108,7 @@ def points_of(content: bytes, surfaces: Sequence[Surface]) -> bytes | None:
         return None
     vertices = np.concatenate(list({id(surface.vertices): surface.vertices for surface in surfaces}.values()))
     x, y, z = np.ascontiguousarray(vertices.T).view(np.int64)
-    points = vertices[np.unique(mixed(mixed(mixed(x) + y) + z), return_index=True)[1]]
+    points = vertices[np.unique(mixed_hashes(mixed_hashes(mixed_hashes(x) + y) + z), return_index=True)[1]]
     corners = np.resize(np.arange(1, len(points) + 1), 3 * -(-len(points) // 3))
     lines = "v %r %r %r\n" * len(points) % tuple(points.ravel().tolist())
     return (lines + "f %d %d %d\n" * (len(corners) // 3) % tuple(corners.tolist())).encode()
@@ -134,7 +134,7 @@ def half_open(
     return found
 
 
-def follow(world: "PyBulletWorld", inertial: Array, times_s: Array) -> LoopMotion:
+def poses_at_times(world: "PyBulletWorld", inertial: Array, times_s: Array) -> LoopMotion:
     """Run the world and read its poses at these times."""
     roots, joints, finite, still = [], [], True, 0
     for count in np.diff(np.rint(times_s / world.timestep_s).astype(int), prepend=0).tolist():

@@ -12,8 +12,8 @@ from asset2sim.assets.surfaces.load import from_mesh
 from asset2sim.assets.surfaces.scene import Scene
 from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.physics.arrays import Array
-from asset2sim.render.camera import axes, directions
-from asset2sim.render.cloud import merged
+from asset2sim.render.camera import camera_axes, view_directions
+from asset2sim.render.cloud import merged_clouds
 from asset2sim.render.draw import background, image_of, pictures
 from asset2sim.render.faces import faces_of
 from asset2sim.render.zbuffer import Lens, Singles
@@ -54,7 +54,7 @@ def cube() -> SizeItem:
     return SizeItem(figure, lifted, ("cube", "10 cm"))
 
 
-def standing(figure: LoopFigure, recording: LoopMotion, name: str) -> SizeItem:
+def standing_item(figure: LoopFigure, recording: LoopMotion, name: str) -> SizeItem:
     """An object as it is in a recording's first frame, its lowest point on the floor."""
     placed = figure.placed(recording)[0]
     points = figure.spanned(placed[None])
@@ -96,7 +96,7 @@ class PlacedItems:
 
 def in_a_row(items: Sequence[SizeItem]) -> PlacedItems:
     """The items side by side, from the left."""
-    right, up, back = axes(directions(items[0].figure.scene.front)["perspective"])
+    right, up, back = camera_axes(view_directions(items[0].figure.scene.front)["perspective"])
     spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]
     boxes = [(float(np.ptp(span[:, 0])), float(np.ptp(span[:, 1]))) for span in spans]
     scale, unit = scale_of(boxes), max(item.figure.size_m for item in items)
@@ -124,7 +124,7 @@ def size_picture(row: PlacedItems, clouds: Clouds) -> bytes:
         for cloud, motion in zip(chosen, row.motions, strict=True)
     ]
     lens = row.lens.shrunk(1.0 / min(OVERSAMPLING, *density))
-    drawn = next(pictures(merged(chosen), np.concatenate(row.motions)[None], lens, background(lens, disc=False)))
+    drawn = next(pictures(merged_clouds(chosen), np.concatenate(row.motions)[None], lens, background(lens, disc=False)))
     image = image_of(drawn).resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
     for center, item in zip(row.centers, row.items, strict=True):
         text(image, (center, HEIGHT - 22), item.words[0], 14, INK, "ms")

@@ -4,12 +4,17 @@ import functools
 import hashlib
 import json
 import os
+import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
+import schemas.source_code
 from asset2sim.engines.registry import installed, versions_of
 from asset2sim.guidance.csv_rows import LEFT_OUT_VARIABLE
+from asset2sim.storage.objects import cache_root
+from asset2sim.storage.regular_files import write_whole
 from schemas.asset import AssetRef
 from schemas.declared import CHECK, ENGINE, METHOD, extensions, outside_code
 from schemas.extensions import further_check, local_models
@@ -33,6 +38,10 @@ ROOMS = (
 """Folders and modules, relative to the checkout, that decide an asset's result or its rows."""
 IRRELEVANT_SOURCES = ("tasks/check.py",)
 """Sources within them that do not: tables of a study, and what only looks."""
+SPELLING = Path(schemas.source_code.__file__)
+MOST_KNOWN = 4000
+"""Sources whose hash is kept for later processes: ten states of all of them, 0.5 MB."""
+SHA256_DIGITS = 64
 DATA_SUFFIXES = (".csv", ".md")
 """Endings of data files that decide results: the offline model's tables, and prompts."""
 
@@ -76,11 +85,28 @@ def extension_sources(settings: Settings) -> tuple[str, ...]:
 @functools.cache
 def source_version(root: Path = CHECKOUT, modules: tuple[str, ...] = ()) -> str:
     """SHA-256 over the code of ``counted_files`` and of further modules, without comments and docstrings; computed once
-    a process, in 0.4 s."""
+    a process. Parsing all takes 1 to 2 s of processor time, so that this user's next process finds each source's."""
     files = {name: root / name for name in counted_files(root)}
     for module in modules:
         files |= module_files(module)
-    return code_digest(files)
+    # What a source parses to depends on Python, and what of it counts on the module that says so.
+    store = cache_root() / f"code-{sys.hexversion:x}-{hashlib.sha256(SPELLING.read_bytes()).hexdigest()[:16]}.json"
+    known = _known_code(store)
+    before = len(known)
+    found = code_digest(files, known=known)
+    if len(known) > before:
+        with suppress(OSError):
+            write_whole(store, json.dumps(dict([*known.items()][-MOST_KNOWN:])).encode())
+    return found
+
+
+def _known_code(store: Path) -> dict[str, str]:
+    """Hash of a source's text → hash of its code, of earlier processes; nothing where the file is damaged."""
+    try:
+        known = json.loads(store.read_bytes())
+        return known if all(len(value) == len(key) == SHA256_DIGITS for key, value in known.items()) else {}
+    except (OSError, ValueError, AttributeError, TypeError):
+        return {}
 
 
 def package_versions(settings: EngineSettings) -> dict[str, str]:

@@ -20,7 +20,7 @@ from asset2sim.runs.plan.content_hash import IRRELEVANT_SETTINGS, package_versio
 from asset2sim.runs.plan.plan import Plan, Why, make_plan
 from asset2sim.runs.plan.state import changed_inputs, read_state
 from schemas.asset import AssetRef
-from schemas.errors import listed
+from schemas.errors import first_words
 from schemas.location import Location
 from schemas.model_names import is_prior, settings_for
 from schemas.settings import Settings
@@ -68,7 +68,7 @@ def forecast(
     for asset_id, why in plan.why.items():
         reasons[found.get(asset_id, why.value)].append(asset_id)
     failing = [item.asset_id for item in plan.unchanged if item.status is Status.FAILED]
-    return Forecast(plan, reasons, failing, expected(plan.todo, out, settings))
+    return Forecast(plan, reasons, failing, expected_cost(plan.todo, out, settings))
 
 
 def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict[str, str]:
@@ -89,7 +89,7 @@ def why_changed(refs: Sequence[AssetRef], out: Path, settings: Settings) -> dict
             if not Location(ref.path).is_url and (
                 files := changed_inputs(state, Path(ref.path), allowed_folders(ref, settings.inputs))
             ):
-                parts.insert(0, f"files {listed(files, MAX_FILES)}")
+                parts.insert(0, f"files {first_words(files, MAX_FILES)}")
             for name, now in (("prompt", ref.prompt), ("subset", ref.subset), ("overrides", ref.own_numbers)):
                 if (None if pd.isna(row[name]) else row[name]) != now:
                     parts.insert(0, f"its {name}")
@@ -105,13 +105,13 @@ def changed_of_run(run: Mapping[Hashable, Any], settings: Settings) -> list[str]
         nested = [f"{name}.{inner}" for name in names for inner in _different(then.get(name), now.get(name))]
         nested = [name for name in nested if not _is_irrelevant(name)]
         if nested or any(not _is_irrelevant(name) for name in names):
-            parts.append(f"settings {listed(nested or names, MAX_FILES)}")
+            parts.append(f"settings {first_words(nested or names, MAX_FILES)}")
     versions = json.loads(run["versions_json"])
     packages = [name for name, version in package_versions(settings.engine).items() if versions.get(name) != version]
-    return [*parts, f"packages {listed(packages, MAX_FILES)}"] if packages else parts
+    return [*parts, f"packages {first_words(packages, MAX_FILES)}"] if packages else parts
 
 
-def expected(todo: Sequence[AssetRef], out: Path, settings: Settings) -> ForecastCost:
+def expected_cost(todo: Sequence[AssetRef], out: Path, settings: Settings) -> ForecastCost:
     """Cost of refining these assets, by what their refinements took, else those of their category, else all."""
     if not todo or find_catalog(out) is None:
         return ForecastCost(0)

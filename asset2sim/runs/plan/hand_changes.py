@@ -9,7 +9,7 @@ from pathlib import Path
 from asset2sim.assets.checksums import FILE, changed_files
 from asset2sim.runs.plan.asset_files import AssetFile, files_below
 from asset2sim.runs.plan.state import SETTLED_NS
-from schemas.errors import listed
+from schemas.errors import first_words
 from schemas.vocabulary import Redo
 
 MOST_NAMED = 10
@@ -78,9 +78,9 @@ def changes_text(changes: Changes, redo: Redo) -> str | None:
     """A sentence on what was changed by hand and what becomes of it; None where nothing was."""
     if not changes:
         return None
-    named = [f"{asset_id} ({listed(files, MOST_NAMED)})" for asset_id, files in changes.items()]
+    named = [f"{asset_id} ({first_words(files, MOST_NAMED)})" for asset_id, files in changes.items()]
     then = "refined anew with --force" if redo is Redo.ALL else "kept; --force refines them anew"
-    return f"changed by hand since they were refined: {listed(named, MOST_NAMED)}: {then}"
+    return f"changed by hand since they were refined: {first_words(named, MOST_NAMED)}: {then}"
 
 
 def _known(state: sqlite3.Connection) -> dict[str, str]:

@@ -17,7 +17,7 @@ from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
 from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
 from asset2sim.runs.plan.records import KeptRecord, LeftRecords, drop_record, kept_records
-from asset2sim.runs.plan.set_aside import Stamp, stamp
+from asset2sim.runs.plan.set_aside import Stamp, stamp_of_folder
 from asset2sim.runs.plan.state import (
     folder_files_hash,
     forget_folders,
@@ -217,7 +217,7 @@ def why_done(asset_id: str, past: Past, settings: Settings) -> Why | None:
 
 def _look(out: Path, asset_id: str, there: Mapping[str, str] | None) -> Stamp | str | None:
     """Mark that tells a refined folder from a new one: its stamp, or its digest ``there``; None where there is none."""
-    return stamp(out / "assets" / asset_id) if there is None else there.get(asset_id)
+    return stamp_of_folder(out / "assets" / asset_id) if there is None else there.get(asset_id)
 
 
 def why_refined(

@@ -20,7 +20,7 @@ Stamp = tuple[int, int]
 """What tells one folder of a name from another: its inode, and when its list of files last changed, ns."""
 
 
-def stamp(folder: Path) -> Stamp | None:
+def stamp_of_folder(folder: Path) -> Stamp | None:
     """The stamp of a folder; None where there is none."""
     try:
         found = os.stat(folder)
@@ -39,7 +39,7 @@ def set_aside(out: Path, record: AssetRecord, before: Stamp | str | None) -> Ass
         if place.exists():
             shutil.rmtree(place, ignore_errors=True)
         return record
-    if before is None or stamp(folder) not in (before, None):
+    if before is None or stamp_of_folder(folder) not in (before, None):
         return record
     with suppress(OSError):
         if folder.exists():

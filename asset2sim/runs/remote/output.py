@@ -32,7 +32,7 @@ from asset2sim.runs.plan.plan import Plan
 from asset2sim.runs.plan.records import RECORDS_FOLDER, read_record
 from asset2sim.runs.plan.state import FILE as STATE
 from asset2sim.storage.lock import lock_output, lock_url
-from asset2sim.storage.mirror import INCOMING_PREFIX, fetch, local_names, look, pull, push
+from asset2sim.storage.mirror import INCOMING_PREFIX, fetch, local_names, look_below, pull, push
 from asset2sim.storage.objects import (
     Stored,
     StoreError,
@@ -163,7 +163,7 @@ def send_rest(output: Output) -> None:
 
 def _remove_gone(url: str, folder: Path, parts: list[str]) -> None:
     here = set(local_names(folder, parts))
-    remove_objects([f"{url}/{name}" for name in look(url, parts) if name not in here])
+    remove_objects([f"{url}/{name}" for name in look_below(url, parts) if name not in here])
 
 
 def send_record(out: Path | str, content_hash: str) -> None:

@@ -102,7 +102,7 @@ def is_open(harvest: Harvest[Kept], job: Job) -> bool:
     return job.ref.asset_id not in harvest.records and job.ref.asset_id not in harvest.dead
 
 
-def take(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> None:
+def take_result(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> None:
     """Collect a job's record, and report it if this was the asset's last attempt. Where no end was reported (None), its
     worker may have written one."""
     asset_id = job.ref.asset_id

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn
 from rich.text import Text
 
 from schemas.asset import AssetRecord
-from schemas.errors import listed, printable
+from schemas.errors import first_words, printable
 from schemas.vocabulary import Status
 
 LINE_EVERY_S = 15.0
@@ -75,7 +75,7 @@ class Report:
         """The assets at work, each with how long, s."""
         now = time.monotonic()
         working = sorted(self.at_work.copy().items(), key=lambda item: item[1])
-        return listed([f"{name} ({now - began:.0f} s)" for name, began in working], MAX_NAMED)
+        return first_words([f"{name} ({now - began:.0f} s)" for name, began in working], MAX_NAMED)
 
 
 @contextmanager

@@ -28,7 +28,7 @@ from asset2sim.runs.spread.harvest import (
     finish_without_retry,
     is_open,
     second_attempt_jobs,
-    take,
+    take_result,
 )
 from asset2sim.runs.spread.job import (
     IN_FLIGHT_PER_THREAD,
@@ -146,7 +146,7 @@ def _refine(
     """Run all jobs, then second attempts, on a cluster that may be lost and return; ``begun`` is told of each asset
     that a worker begins. Returns why it stopped early, or None."""
     run, lost, patience_s = harvest.settings.run, None, 0.0
-    bring_in = partial(take, harvest)
+    bring_in = partial(take_result, harvest)
     while True:
         try:
             with open_client(run, harvest.place, patience_s) as client, _in_flight(client, harvest) as in_flight:
@@ -199,7 +199,7 @@ def _in_flight(client: Client, harvest: Harvest[Kept]) -> Iterator[InFlight]:
 def _collect_unreported(jobs: Iterable[Job], harvest: Harvest[Kept]) -> None:
     """Collect the records of these jobs that workers have written but could not report."""
     for job in jobs:
-        take(harvest, job, None)
+        take_result(harvest, job, None)
 
 
 def _stop(client: Client, out: Path | str, settings: Settings) -> None:

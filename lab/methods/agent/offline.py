@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from asset2sim.guidance.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
-from asset2sim.models.answers import REASONED, RULE_FIELDS, STATED
+from asset2sim.models.answers import OWN_FIELDS, REASONED, RULE_FIELDS, STATED
 from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answer
 
@@ -222,7 +222,7 @@ def _absolute(part: object) -> object:
     """A link's or joint's entry without the fields from which our rules derive numbers."""
     if not isinstance(part, dict):
         return part
-    return {key: value for key, value in part.items() if key not in RULE_FIELDS}
+    return {key: value for key, value in part.items() if key not in (*RULE_FIELDS, *OWN_FIELDS)}
 
 
 def _errors(refused: Sequence[Result]) -> str:

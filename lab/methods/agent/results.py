@@ -8,7 +8,7 @@ import numpy as np
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.checks.at_rest import measurement_verdict
-from asset2sim.models.object_facts import rounded
+from asset2sim.models.object_facts import rounded_floats
 from asset2sim.physics.arrays import Array
 from lab.methods.agent.specs import MAX_RESULT_CHARS, MAX_ROWS
 from schemas.features import JointFeatures, LinkFeatures
@@ -90,7 +90,7 @@ def refused(message: str) -> str:
 
 def text_of(value: object) -> str:
     """A value as compact JSON with few digits."""
-    return json.dumps(rounded(value, DIGITS), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps(rounded_floats(value, DIGITS), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def cut(text: str, most: int = MAX_RESULT_CHARS) -> str:

@@ -18,7 +18,7 @@ from asset2sim.engines.contacts import by_pair
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render import png_bytes, render_views
-from asset2sim.validation.support import carried
+from asset2sim.validation.support import with_support
 from lab.methods.agent.specs import MIN_TOOL_S, TOOL_LIMIT_S
 from schemas.errors import AssetError
 from schemas.guidance import NOTHING_ASKED, Guidance
@@ -51,7 +51,7 @@ class ScratchFolder:
         """The overlay completed with engine defaults. Raises ToolError where its numbers are impossible."""
         try:
             complete = as_proposed(self.extraction, overlay, self.source, self.settings)
-            return carried(complete, self.extraction, overlay, self.source, self.guidance)
+            return with_support(complete, self.extraction, overlay, self.source, self.guidance)
         except (AssetError, ArithmeticError, ValueError) as error:
             raise ToolError(f"these parameters cannot be written: {first_line(error)}") from None
 
