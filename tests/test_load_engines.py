@@ -166,6 +166,17 @@ def test_a_spring_carries_its_part_where_force_and_weight_are_equal(engine: str,
 
 
 @every_engine
+@pytest.mark.parametrize("off", [1.7, 4.0])
+def test_a_hinges_spring_is_as_strong_far_from_its_rest(engine: str, off: float, tmp_path: Path) -> None:
+    """PhysX's free drives pull by 2 k sin(e / 2) where k e is meant, and the shorter way round."""
+    stiffness = 0.5
+    said = {"child": "lid", "axis": "0 0 1", "stiffness": stiffness, "damping": 0.3, "lower": -5.0, "upper": 5.0}
+    item = load(written(tmp_path, BASE + ARM_OUT, {"j": said}), engine)
+    item.apply_effort({"j": stiffness * off})
+    assert track(item, "j", 6.0)[-1] == pytest.approx(off, abs=0.01)
+
+
+@every_engine
 def test_a_rocker_snaps_a_dial_clicks_and_a_seal_lets_go(engine: str, tmp_path: Path) -> None:
     snap = {"kind": "bistable", "slope": 2.0, "none_at": 0.0, "least": -1.0, "most": 1.0}
     said = {

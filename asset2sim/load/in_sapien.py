@@ -28,8 +28,8 @@ SERIALS = count()
 
 class SapienObject(Loaded):
     """SAPIEN's own loader, with looks where the scene can render. A joint's drive, at rest and of bounded force, is its
-    dry friction; a second drive between the same links is damper and spring. ``scene`` and
-    ``articulation`` are SAPIEN's."""
+    dry friction; a second drive between the same links is damper and spring. That pulls a hinge by 2 k sin(e / 2), the
+    shorter way round, so ``drive`` adds what it lacks of k e. ``scene`` and ``articulation`` are SAPIEN's."""
 
     engine = "sapien"
     takes = "a Scene", "create_urdf_loader"
@@ -66,6 +66,7 @@ class SapienObject(Loaded):
             bits, block = marks[link.name]
             for shape in link.collision_shapes:
                 shape.set_collision_groups([*shape.collision_groups[:2], bits, (8 * serial + block) % 0x10000])
+        self.springs = [one for one in about.joints if one.stiffness > 0.0 and one.unit == "rad"]
         for joint in about.joints:
             made, slides, rest = body.find_joint_by_name(joint.name), joint.unit == "m", joint.spring_reference
             made.friction, made.armature = 0.0, np.array([joint.armature], np.float32)
@@ -111,7 +112,12 @@ class SapienObject(Loaded):
         return self.scene.step()
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        self.articulation.set_qf(np.array([efforts.get(name, 0.0) for name in self.order], np.float32))
+        wanted = np.array([efforts.get(name, 0.0) for name in self.order])
+        for joint in self.springs:
+            place = self.order.index(joint.name)
+            off = joint.spring_reference - float(self.articulation.qpos[place])
+            wanted[place] += joint.stiffness * (off - 2.0 * math.sin(math.remainder(off, math.tau) / 2.0))
+        self.articulation.set_qf(wanted.astype(np.float32))
 
     def link_poses(self) -> dict[str, np.ndarray]:
         return {link.name: pose_matrix(link.entity_pose.p, link.entity_pose.q) for link in self.articulation.links}
