@@ -102,7 +102,7 @@ def test_a_fixed_door_is_heavy_to_no_hand_and_tips_nothing(tmp_path: Path) -> No
     fixed, free = of(SupportKind.FIXED).joints[0], of(SupportKind.FREESTANDING).joints[0]
     # On a held post the leaf's whole inertia about its hinge resists; a free post gives way.
     assert fixed.effective_inertia > 1.5 * free.effective_inertia
-    assert fixed.least_inertia == pytest.approx(free.least_inertia), "what bounds damping is that of a free base"
+    assert fixed.least_inertia == pytest.approx(fixed.effective_inertia), "and bounds its damping"
     assert fixed.effort_range is not None and fixed.effort_range.most_n < 100.0
 
 
@@ -176,3 +176,24 @@ def test_a_pendulum_on_a_frame_keeps_the_damping_of_its_file_and_a_motor_that_mo
     raised = next(finding for finding in told if finding.code == "effort_raised")
     assert raised.value == 0.001 and raised.limit == pytest.approx(effort_limit(0.001, pin, NO_VIEWS.physics))
     assert effort_limit(1.0, pin, NO_VIEWS.physics) == 1.0 > pin.friction
+
+
+@pytest.mark.parametrize("hung", [True, False])
+def test_a_seesaw_on_a_light_stand_that_is_held_keeps_the_damping_of_its_file(tmp_path: Path, hung: bool) -> None:
+    def weight(kg: float, iyy: float) -> str:
+        return f'<inertial><mass value="{kg}"/><inertia ixx="{iyy}" iyy="{iyy}" izz="{iyy}" ixy="0" ixz="0" iyz="0"/></inertial>'  # fmt: skip  # noqa: E501
+
+    board = 6.0 * (1.5**2 + 0.03**2) / 12.0
+    text = robot(
+        link("stand", shape("0.1 0.3 0.36", xyz="0 0 0.18") + weight(0.1, 1e-3)),
+        link("board", shape("1.5 0.25 0.03") + weight(6.0, board)),
+        joint("pivot", "revolute", "stand", "board", xyz="0 0 0.4", axis="0 1 0", limit="-0.35 0.35",
+              more='<dynamics damping="2.5"/>'),
+        *((link("world"), joint("bolt", "fixed", "world", "stand")) if hung else ()),
+    )  # fmt: skip
+    forced = None if hung else Support(kind=SupportKind.FIXED, source=Source.USER)
+    item = read(written(tmp_path, text))
+    made, told = validate(item, Overlay(scale=1.0), Source.PRIOR, 0.5, NO_VIEWS.physics, forced)
+    (pivot,) = made.joints
+    assert pivot.damping == 2.5 and pivot.damping_source is Source.AUTHORED
+    assert not {"damping_bounded", "damping_coupled"} & {finding.code for finding in told}

@@ -16,6 +16,7 @@ from asset2sim.validation.validate import validate
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
+from schemas.support import Support, SupportKind
 from schemas.vocabulary import Severity, Source, Stage, VolumeSource
 from tests.assets import RAW, cabinet, joint, link, near, read, robot, shape, written
 
@@ -32,8 +33,10 @@ def thing() -> Extraction:
         return read(written(Path(folder) / "cabinet", cabinet()))
 
 
-def checked(overlay: Overlay, item: Extraction | None = None) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
-    return validate(item or thing(), overlay, Source.MODEL, 0.5, PHYSICS)
+def checked(
+    overlay: Overlay, item: Extraction | None = None, support: Support | None = None
+) -> tuple[PhysicsOverlay, tuple[Finding, ...]]:
+    return validate(item or thing(), overlay, Source.MODEL, 0.5, PHYSICS, support)
 
 
 def find(findings: tuple[Finding, ...], code: str) -> list[Finding]:
@@ -333,11 +336,16 @@ def test_joints_that_share_a_light_body_are_damped_less_together(tmp_path: Path)
     light, heavy = 1.0, 50.0
     links = (LinkProposal(name="body", mass_kg=light), *(LinkProposal(name=n, mass_kg=heavy) for n in drawers))
     joints = tuple(JointProposal(name=f"slide_{name}", damping=1e6) for name in drawers)
-    result, findings = checked(Overlay(scale=1.0, links=links, joints=joints), read(written(tmp_path, urdf)))
+    proposal, item = Overlay(scale=1.0, links=links, joints=joints), read(written(tmp_path, urdf))
+    carried = [Support(kind=kind, source=Source.USER) for kind in (SupportKind.FREESTANDING, SupportKind.FIXED)]
+    result, findings = checked(proposal, item, carried[0])
     # Alike on one axis: M⁻¹ = 1/body + δ/drawer, and all four together decay at c (4/body + 1/drawer).
     (damping,) = {round(part.damping, 6) for part in result.joints}
     assert near(damping * (4.0 / light + 1.0 / heavy), 2.0 * PHYSICS.max_damping_step / STEP, 1e-6)
     assert len(find(findings, "damping_coupled")) == 1
+    result, findings = checked(proposal, item, carried[1])
+    assert not find(findings, "damping_coupled"), "a held body is moved by none"
+    assert all(near(part.damping, PHYSICS.max_damping_step * heavy / STEP, 1e-6) for part in result.joints)
 
 
 def test_a_felt_damping_is_inertia_over_the_coasting_time() -> None:

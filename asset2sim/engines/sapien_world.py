@@ -55,9 +55,9 @@ class Coupling:
         """Take the inertia that errors move from the object with its joints at ``positions``."""
         if not self.mimics:
             return
-        space = joint_space(self.tree, self.root, self.bodies, positions).geared(armature)
+        space = joint_space(self.tree, self.root, self.bodies, positions, self.held).geared(armature)
         order = [space.names.index(name) for name in self.names]
-        mobility = (np.linalg.inv(space.matrix[6:, 6:]) if self.held else space.mobility)[np.ix_(order, order)]
+        mobility = space.mobility[np.ix_(order, order)]
         self.inertia = np.asarray(np.linalg.inv(self.rows @ mobility @ self.rows.T), dtype=np.float64)
 
     def efforts(self, positions: Array, velocities: Array) -> Array:

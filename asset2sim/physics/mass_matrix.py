@@ -47,6 +47,7 @@ class JointSpace:
 
     ``gravity`` is (n,): its generalised force along -z of the root frame on each joint, N·m or N; ``pulls`` how that
     changes as the joint alone moves; ``largest_gravity``, (n,), its largest magnitude over all directions of gravity.
+    Where the base is ``held``, joints accelerate what they move on it.
     """
 
     names: tuple[str, ...]
@@ -54,16 +55,14 @@ class JointSpace:
     gravity: Array
     pulls: tuple[Pull, ...]
     largest_gravity: Array
+    held: bool = False
 
     @cached_property
     def mobility(self) -> Array:
-        """(n, n) joints' block of M⁻¹: the acceleration of each per unit force on each, all else free."""
+        """(n, n) acceleration of each joint per unit force on each, the other joints free, and the base unless held."""
+        if self.held:
+            return np.asarray(np.linalg.inv(self.matrix[6:, 6:]), dtype=np.float64)
         return np.asarray(np.linalg.inv(self.matrix)[6:, 6:], dtype=np.float64)
-
-    def inertia_on_held_base(self) -> dict[str, float]:
-        """Joint → what a torque on it alone accelerates, kg·m² or kg, the root held and the other joints free."""
-        inverse = np.linalg.inv(self.matrix[6:, 6:])
-        return {name: float(1.0 / inverse[i, i]) for i, name in enumerate(self.names)}
 
     def geared(self, armature: Mapping[str, float]) -> "JointSpace":
         """The same with these reflected inertias (kg·m² or kg) on the joints' diagonal, as engines add armature."""
@@ -71,7 +70,7 @@ class JointSpace:
         return replace(self, matrix=self.matrix + np.diag(np.concatenate([np.zeros(6), added])))
 
     def effective_inertia(self) -> dict[str, float]:
-        """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on it alone accelerates, all else free, kg·m² or kg."""
+        """Joint → 1 / (M⁻¹)ⱼⱼ: the inertia that a torque on it alone accelerates, kg·m² or kg."""
         return {name: float(1.0 / self.mobility[i, i]) for i, name in enumerate(self.names)}
 
     def held_inertia(self) -> dict[str, float]:
@@ -91,7 +90,11 @@ class JointSpace:
 
 
 def joint_space(
-    tree: Sequence[TreeJoint], root: str, bodies: Mapping[str, Body], positions: Mapping[str, float]
+    tree: Sequence[TreeJoint],
+    root: str,
+    bodies: Mapping[str, Body],
+    positions: Mapping[str, float],
+    held: bool = False,
 ) -> JointSpace:
     """The mass matrix Σ m JᵥᵀJᵥ + JωᵀIJω over the links at these positions, all frames the root's. A joint that follows
     another has a row of its own: what is derived for each adds up through the ratio."""
@@ -134,7 +137,7 @@ def joint_space(
         turned = np.cross(axes[index], np.cross(axes[index], moments[index]))
         slope = 0.0 if slides[index] else float(-GRAVITY_M_S2 * turned[2])
         pulls.append(Pull(joint.position(positions), float(gravity[index]), slope, bool(slides[index])))
-    return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), largest_gravity)
+    return JointSpace(tuple(joint.name for joint in movable), matrix, gravity, tuple(pulls), largest_gravity, held)
 
 
 def cross_matrix(vector: Array) -> Array:

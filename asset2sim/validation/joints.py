@@ -55,9 +55,8 @@ UPRIGHT = 0.05
 class JointInputs:
     """Inputs of joint physics, at the final scale: the kinematic ``tree`` and its ``bodies``, where joints
     start, what is proposed for them, how people handle their parts, the paths that the user states (``asked``), and who
-    proposes the rest (``source``). On a held base joints move what they move on it; what bounds damping and stiffness
-    stays that of a free one, which is less, since the base may be freed, unless it is a frame without a shape.
-    ``sprung`` joints have their file's own springs."""
+    proposes the rest (``source``). On a base that is held joints move what they move on it, which also bounds damping
+    and stiffness: whoever frees it drops the object. ``sprung`` joints have their file's own springs."""
 
     features: Features
     tree: Sequence[TreeJoint]
@@ -89,7 +88,8 @@ class JointMechanics:
 def joint_physics(inputs: JointInputs, settings: PhysicsSettings, notes: Notes) -> tuple[JointPhysics, ...]:
     """Complete physics of every movable joint."""
     poses = spanning_poses(inputs.starts)
-    spaces = [joint_space(inputs.tree, inputs.features.root, inputs.bodies, pose) for pose in poses]
+    root, held = inputs.features.root, inputs.base_held
+    spaces = [joint_space(inputs.tree, root, inputs.bodies, pose, held) for pose in poses]
     check_mass_matrices(inputs.features, spaces)
     mechanics = joint_mechanics(inputs, spaces)
     made = [one_joint(inputs, name, mechanics[name], settings, notes) for name in inputs.starts]
@@ -102,11 +102,8 @@ def joint_physics(inputs: JointInputs, settings: PhysicsSettings, notes: Notes) 
 def joint_mechanics(inputs: JointInputs, spaces: Sequence[JointSpace]) -> dict[str, JointMechanics]:
     """Joint → its mechanics, of the joint spaces of sample poses, the first of which is the start."""
     space, bodies = spaces[0], inputs.bodies
-    inertias = space.inertia_on_held_base() if inputs.base_held else space.effective_inertia()
-    # A frame that something holds is never freed: it has no body of its own.
-    frame = inputs.base_held and not inputs.features.link(inputs.features.root).has_geometry
-    everywhere = [item.inertia_on_held_base() if frame else item.effective_inertia() for item in spaces]
-    held = space.held_inertia()
+    everywhere = [item.effective_inertia() for item in spaces]
+    inertias, held = everywhere[0], space.held_inertia()
     total = sum(body.mass for body in bodies.values())
     return {
         name: JointMechanics(
