@@ -90,11 +90,7 @@ class JointSpace:
 
 
 def joint_space(
-    tree: Sequence[TreeJoint],
-    root: str,
-    bodies: Mapping[str, Body],
-    positions: Mapping[str, float],
-    held: bool = False,
+    tree: Sequence[TreeJoint], root: str, bodies: Mapping[str, Body], positions: Mapping[str, float], held: bool = False
 ) -> JointSpace:
     """The mass matrix Σ m JᵥᵀJᵥ + JωᵀIJω over the links at these positions, all frames the root's. A joint that follows
     another has a row of its own: what is derived for each adds up through the ratio."""
