@@ -36,7 +36,9 @@ LISTS = ("xyz", "rpy", "size", "scale", "rgba")
 """Attributes that hold several numbers, which some exporters separate by commas."""
 NAMED = ("link", "joint")
 HARMLESS = {"NS_ERR_UNDEFINED_NAMESPACE"}
-"""libxml2's name of a mistake that costs nothing: an undeclared prefix."""
+"""libxml2's name of a mistake that costs nothing: an undeclared prefix ..."""
+UNDECLARED = re.compile(r"Namespace prefix (\S+) ")
+"""... and how it says which."""
 LONGEST_NAME = 255
 """Longest name of a robot, link or joint, bytes, as of a file: PyBullet dies of one of 5000."""
 HEAD_BYTES = 512
@@ -116,6 +118,11 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
             root = etree.fromstring(text, recovering)
         if root is None or {entry.type_name for entry in recovering.error_log} - HARMLESS:
             raise not_xml(error) from error
+        # What is written of it is read again, by engines too, which refuse what is not declared.
+        undeclared = {found[1] for entry in recovering.error_log if (found := UNDECLARED.match(entry.message))}
+        if undeclared:
+            declared = "".join(f' xmlns:{prefix}="{prefix}"' for prefix in sorted(undeclared)).encode()
+            root = etree.fromstring(re.sub(rb"<[^\W\d][\w.:-]*", rb"\g<0>" + declared, text, count=1), recovering)
         return root, (f"{' '.join(str(error).split())[:120]}; passed over",)
 
 
