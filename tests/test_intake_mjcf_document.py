@@ -215,6 +215,28 @@ def test_what_stands_in_the_world_without_a_body_is_one_link(tmp_path: Path) -> 
     assert len(made.robot.findall("link/collision")) == 1 and "1 mocap bodies" in str(made.notes)
 
 
+@pytest.mark.parametrize(
+    ("name", "size", "at", "left"),
+    [
+        ("floor", "3 3 0.05", "0 0 -0.16", True),
+        ("the_ground_0", "3 3 0.05", "0 0 -0.155", True),
+        ("stage", "3 3 0.05", "0 0 -0.16", False),
+        ("subfloors", "3 3 0.05", "0 0 -0.16", False),
+        ("floor", "0.11 0.11 0.01", "0 0 -0.11", False),
+        ("floor", "3 3 0.05", "0 0 0.05", False),
+    ],
+    ids=["a floor", "reached into", "of another name", "part of a name", "a cabinet's bottom", "above something"],
+)
+def test_a_floor_that_is_drawn_as_a_box_is_no_part_of_what_stands_on_it(
+    name: str, size: str, at: str, left: bool, tmp_path: Path
+) -> None:
+    wall = '<geom name="wall" type="box" size="0.11 0.01 0.1"/>'
+    floor = f'<geom name="{name}" type="box" size="{size}" pos="{at}"/>'
+    made = urdf_of_mjcf(written(tmp_path, f"{floor}{wall}{LID.format(more=SOLID)}"), tmp_path)
+    assert len(made.robot.findall("link[@name='base']/collision")) == (1 if left else 2)
+    assert (f"geom '{name}' is left out: it is the floor" in str(made.notes)) == left
+
+
 def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> None:
     press = f'<body name="press"><joint type="slide" range="0 0.02"/>{SOLID}</body>'
     made = urdf_of_mjcf(written(tmp_path, f'<body name="box" mocap="true">{SOLID}{press}</body>'), tmp_path)

@@ -33,6 +33,7 @@ from asset2sim.intake.formats.format import (
 )
 from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, is_mjcf, mended_document, models_of
+from asset2sim.intake.formats.mjcf_ground import ground_of
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -107,11 +108,13 @@ class _Model:
         self.notes = list(notes)
         self.meshes: dict[int, str] = {}
         self.base = world_name({self.name("body", body) for body in range(1, model.nbody)})
+        self.ground = ground_of(mujoco, model)
 
     def converted(self) -> Converted:
         """The model as a URDF."""
         m = self.model
         robot = etree.Element("robot", name=self.file.stem)
+        self.notes += filter(None, self.ground.values())
         # A program moves mocap bodies: markers, but also the objects that it places, which have joints.
         jointed = {int(m.body_rootid[body]) for body in range(1, m.nbody) if m.body_jntnum[body]}
         at_top = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0]
@@ -119,7 +122,7 @@ class _Model:
         if len(tops) < len(at_top):
             self.notes.append(f"its {len(at_top) - len(tops)} mocap bodies without joints are left out")
         loose = [body for body in tops if self.is_free(body)]
-        solid = [geom for geom in self.geoms(0) if m.geom_type[geom] not in self.ground()]
+        solid = [geom for geom in self.geoms(0) if geom not in self.ground]
         if not tops and not solid:
             raise self.refused("mjcf_bodies", "it has no body")
         world, held, free = "", "", tuple[str, ...]()
@@ -140,7 +143,7 @@ class _Model:
         links = {body: self.name("body", body) if body else self.base for body in range(m.nbody)}
         ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint))
         self.notes += [*untied, *tie(robot, ties)]
-        masks = masks_of(m, links, self.ground())
+        masks = masks_of(m, links, self.ground)
         for first, second in let_pass(self.mj, m, links, masks):
             add_child(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
@@ -161,10 +164,6 @@ class _Model:
         objects = {"body": self.mj.mjtObj.mjOBJ_BODY, "joint": self.mj.mjtObj.mjOBJ_JOINT,
                    "geom": self.mj.mjtObj.mjOBJ_GEOM, "mesh": self.mj.mjtObj.mjOBJ_MESH}  # fmt: skip
         return str(self.mj.mj_id2name(self.model, objects[kind], index) or f"{kind}_{index}")
-
-    def ground(self) -> tuple[int, ...]:
-        """The types of geoms that are no part of an object."""
-        return int(self.mj.mjtGeom.mjGEOM_PLANE), int(self.mj.mjtGeom.mjGEOM_HFIELD)
 
     def joints(self, body: int) -> list[int]:
         """The joints that move a body in its parent, the first outermost."""
@@ -285,8 +284,7 @@ class _Model:
         """A geom as visual, collision or both. Its pose is in its body."""
         m = self.model
         kinds, kind = self.mj.mjtGeom, int(m.geom_type[geom])
-        if kind in self.ground():
-            self.notes.append("its planes and height fields are left out")
+        if geom in self.ground:
             return
         pose = body_to_link @ pose_of(m.geom_pos[geom], m.geom_quat[geom])
         a, b, c = (float(value) for value in m.geom_size[geom])

@@ -9,10 +9,10 @@ NO_BITS = (0, 0)
 
 def masks_of(model: Any, links: Mapping[int, str], ground: Collection[int]) -> dict[str, tuple[int, int]]:
     """Link → the bits of all its shapes, contype and conaffinity; both 0 where it collides with nothing. ``links``
-    names the bodies, ``ground`` the types of geoms that are no part of an object."""
+    names the bodies, ``ground`` the geoms that are no part of an object."""
     found = dict[str, tuple[int, int]]()
     for geom in range(model.ngeom):
-        if model.geom_type[geom] not in ground:
+        if geom not in ground:
             name = links[int(model.geom_bodyid[geom])]
             kind, reach = found.get(name, NO_BITS)
             found[name] = kind | int(model.geom_contype[geom]), reach | int(model.geom_conaffinity[geom])
