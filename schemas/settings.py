@@ -192,8 +192,9 @@ class SearchSettings(Frozen):
 
     target_phi_m: NonNegative = 1e-4
     """ε: Φ at which the search is done, m."""
-    state_tolerance: Fraction = 0.10
-    """How far, as a share of its range, a joint may be moved from the requested state without leaving it ..."""
+    state_tolerance: Fraction = 0.095
+    """How far, as a share of its range, a joint may be moved from the requested state without leaving it: a little less
+    than it may settle away from it (``Thresholds.state_share``), as what is placed there still settles ..."""
     closed_tolerance: Fraction = 0.02
     """... and how far, at first, where that state is its closed end: a drawer that is a tenth open is not closed."""
     least_gain: Fraction = 0.10

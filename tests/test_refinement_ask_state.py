@@ -144,7 +144,7 @@ def test_a_proposal_beyond_the_state_is_cut_off_and_one_that_helps_nothing_is_re
 
 
 def crowded(folder: Path) -> Path:
-    """A post, and an arm on a slide that must be beyond 0.1 m to be clear of it."""
+    """A post, and an arm on a slide that must be beyond 0.09 m to be clear of it."""
     return written(
         folder,
         robot(
@@ -152,7 +152,7 @@ def crowded(folder: Path) -> Path:
             link("post", shape("0.2 0.2 0.2")),
             link("arm", shape("0.2 0.2 0.2")),
             joint("post_joint", "fixed", "body", "post", xyz="0 0 0"),
-            joint("hinge", "prismatic", "body", "arm", xyz="0.1 0 0", axis="1 0 0", limit="0 1"),
+            joint("hinge", "prismatic", "body", "arm", xyz="0.11 0 0", axis="1 0 0", limit="0 1"),
         ),
     )
 
@@ -168,7 +168,9 @@ def test_a_state_that_was_left_is_brought_back_as_far_as_nothing_overlaps(tmp_pa
     loop = RefinementContext(extraction, None, overlay, Source.USER, {}, scene.settings, Log())  # type: ignore[arg-type]
     best = CutAttempt({"hinge": 0.18}, {}, 0.0, 0.0)
     back = nearer_to_request(scene, loop, Folder(folder, {}, {}, CollisionMode.KEEP), best, 0.1)
-    assert near(back.positions["hinge"], 0.1) and back.phi == 0.0, "as near as its state's tolerance allows"
+    assert near(back.positions["hinge"], scene.settings.search.state_tolerance) and back.phi == 0.0, (
+        "as near as its state's tolerance allows"
+    )
     steps = loop.log.trace
     assert [(step.proposer, step.accepted) for step in steps] == [("model", False), ("model", True)]
     assert "Φ would be" in steps[0].reason and '"problem":"moved"' in model.asked[0].text
