@@ -252,15 +252,19 @@ def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> No
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1"/>', None),
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="box" size=".01 .01 .01" contype="0"/>', 2.008),
         ('<geom type="box" size=".1 .1 .1"/>', None),
+        ('<geom type="box" size=".1 .1 .1" density="600"/><geom type="sphere" size=".1" mass=".5"/>', 5.3),
+        ('<geom type="box" size=".1 .1 .1" density="600"/><geom type="sphere" size=".1"/>', None),
+        ('<geom type="box" size=".1 .1 .1" density="100"/>', None),
     ],
-    ids=["each", "a weightless one", "one at the density of water", "a small one", "none"],
+    ids=["each", "a weightless one", "one at the default density", "a small one", "none", "a material's density",
+         "a density beside none", "a density of nothing"],
 )
 def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | None, tmp_path: Path) -> None:
     file = tmp_path / "thing.xml"
     file.write_text(f"<mujoco><worldbody><body>{geoms}</body></worldbody></mujoco>", encoding="utf-8")
     (found,) = urdf_of_mjcf(file, tmp_path / "work").robot.findall("link")
     stated = found.find("inertial/mass")
-    assert (None if stated is None else float(str(stated.get("value")))) == mass
+    assert (None if stated is None else float(str(stated.get("value")))) == (mass and pytest.approx(mass))
 
 
 def test_a_link_passes_what_is_fixed_to_what_it_moves_in_where_the_file_lets_it(tmp_path: Path) -> None:

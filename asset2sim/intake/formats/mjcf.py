@@ -95,6 +95,9 @@ def compiled_model(spec: Any, radians: bool) -> tuple[Any, Any]:
 
 MOSTLY = 0.9
 """Share of a body's compiled mass from which what its geoms state is its mass; the rest is at the density of water."""
+DEFAULT_DENSITY_KG_M3, LEAST_DENSITY_KG_M3 = 1000.0, 200.0
+"""A geom's density where its file states none, and the least that says what it is made of: benchmarks of robots write
+10, 50 or 100 into whatever it is, light woods have 350."""
 ROUNDING = 1e-9
 """Share by which a sum of stated numbers may be off."""
 
@@ -236,17 +239,18 @@ class _Model:
                 self.add_body(robot, other, name, body_to_link)
 
     def weighed(self, body: int) -> bool:
-        """Whether a body's mass is stated: by itself, or by its geoms that weigh anything (one that states none has
-        NaN), be it that those without a mass of their own add little to it, as what is only seen."""
+        """Whether a body's mass is stated: by itself, or by its geoms that weigh anything, each by a mass (one that
+        states none has NaN) or the density of a material, be it that those without add little to it, as what is only
+        seen."""
         (low, high), own = self.spec.compiler.inertiagrouprange, self.spec.bodies[body]
         counted = [geom for geom in own.geoms if low <= geom.group <= high and geom.density > 0.0 and geom.mass != 0.0]
         stated = [geom.mass for geom in counted if np.isfinite(geom.mass)]
         # Any share of a total that the file sets (settotalmass) is stated where every geom states its own.
-        every = bool(stated) and len(stated) == len(counted)
+        every = bool(counted) and all(np.isfinite(geom.mass) or is_of_material(geom.density) for geom in counted)
         return bool(own.explicitinertial or every or sum(stated) > MOSTLY * self.model.body_mass[body])
 
     def add_mass(self, link: Element, body: int, body_to_link: Array) -> None:
-        """A body's stated inertial; one that MuJoCo makes of geoms at the density of water is left out."""
+        """A body's stated inertial; one that MuJoCo makes of geoms at its default density is left out."""
         m, (x, y, z) = self.model, map(float, self.model.body_inertia[body])
         pose = body_to_link @ pose_of(m.body_ipos[body], m.body_iquat[body])
         add_inertial(link, float(m.body_mass[body]), pose, (x, 0.0, 0.0, y, 0.0, z))
@@ -325,6 +329,11 @@ class _Model:
             faces = slice(m.mesh_faceadr[mesh], m.mesh_faceadr[mesh] + m.mesh_facenum[mesh])
             self.meshes[mesh] = write_obj(self.work, f"mesh_{mesh}", m.mesh_vert[corners], m.mesh_face[faces])
         return self.meshes[mesh]
+
+
+def is_of_material(density_kg_m3: float) -> bool:
+    """Whether a file states this density of a geom, as that of what it is made of."""
+    return density_kg_m3 >= LEAST_DENSITY_KG_M3 and density_kg_m3 != DEFAULT_DENSITY_KG_M3
 
 
 def is_impossible(body: Any) -> bool:
