@@ -136,7 +136,7 @@ def pose_after(step: dict[str, object], source: Source) -> dict[str, float] | No
 
 @pytest.mark.parametrize(
     ("source", "delta", "position"),
-    [(Source.USER, 0.07, 0.57), (Source.USER, 9.0, 0.6), (Source.USER, -1e308, 0.4), (Source.PRIOR, 0.3, 0.6),
+    [(Source.USER, 0.07, 0.57), (Source.USER, 9.0, 0.595), (Source.USER, -1e308, 0.405), (Source.PRIOR, 0.3, 0.595),
      (Source.RULE, 0.3, 0.8), (Source.RULE, 9.0, 1.0), (Source.RULE, -1e308, 0.0)],
 )  # fmt: skip
 def test_a_step_is_held_to_the_state_that_was_asked_for_and_to_the_limits(
