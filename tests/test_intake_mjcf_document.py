@@ -258,7 +258,7 @@ def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> No
     ],
     ids=["each", "a weightless one", "one at the default density", "a small one", "none", "a material's density",
          "a density beside none", "a density of nothing"],
-)
+)  # fmt: skip
 def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | None, tmp_path: Path) -> None:
     file = tmp_path / "thing.xml"
     file.write_text(f"<mujoco><worldbody><body>{geoms}</body></worldbody></mujoco>", encoding="utf-8")
