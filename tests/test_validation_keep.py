@@ -75,15 +75,20 @@ BOXES = ("0.6 0.58 0.72", "0.018 0.56 0.684", "0.9144 0.02 0.1", "0.6 0.41999999
         ([box.replace("0.72", "0.7213457") for box in BOXES] + ["0.123456 0.234567 0.345678"], False),
         (("1.4 1.2 0.1", "0.05 1.2 0.4", "1.5 1.3 0.1"), True),
         (("0.5 0.2 0.4", "0.3 0.1 0.6", "0.8 0.7 0.9"), False),
-        ((*BOXES, "1 0.02 0.02"), False),
+        ((*BOXES, "1 0.02 0.02"), True),
+        ((*BOXES, "1 0.02 0.02", "mesh"), False),
+        ((*BOXES, "1.1 0.02 0.02", "mesh"), True),
         (("0.6 0.58 0.72",), False),
     ],
-    ids=["drawn", "measured", "round", "in tenths alone", "brought to 1", "one box"],
+    ids=["drawn", "measured", "round", "in tenths alone", "of 1", "brought to 1", "beside a mesh", "one box"],
 )
 def test_boxes_drawn_with_a_ruler_speak_for_metres(boxes: list[str], metric: bool, tmp_path: Path) -> None:
-    parts = [link(f"part_{number}", shape(box)) for number, box in enumerate(boxes)]
+    shapes = [mesh("a.obj") if box == "mesh" else shape(box) for box in boxes]
+    parts = [link(f"part_{number}", drawn) for number, drawn in enumerate(shapes)]
     fixed = [joint(f"joint_{number}", "fixed", "part_0", f"part_{number}") for number in range(1, len(boxes))]
-    said = read(written(tmp_path, robot(*parts, *fixed))).features.metric
+    place = written(tmp_path, robot(*parts, *fixed))
+    (place / "a.obj").write_text(box_obj((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
+    said = read(place).features.metric
     assert (said == "its boxes and cylinders are drawn in tenths of a millimetre") is metric
 
 

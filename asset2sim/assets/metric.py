@@ -59,10 +59,10 @@ def metric_evidence(
 
     ``metric_format`` is the name of a format that has metres, empty for one that may have anything. Metres has also a
     URDF whose masses fit its volumes: at ten times its size an object of those masses would be a thousand times too
-    light; one of boxes, cylinders and spheres (of ``robot``) with lengths in whole tenths of a millimetre, unless its
-    ``size`` is of something that was brought to one; and, the weakest, one whose ``size`` and ``rest_size`` (edges in
-    m, closed and with all joints at zero) are none to which anything is brought. The size is ``kept`` as the user asks:
-    whatever it is, where it is plausible, or not at all.
+    light; one of boxes, cylinders and spheres (of ``robot``) with lengths in whole tenths of a millimetre, unless it
+    has meshes, too, and its ``size`` is of something that was brought to one; and, the weakest, one whose ``size`` and
+    ``rest_size`` (edges in m, closed and with all joints at zero) are none to which anything is brought. The size is
+    ``kept`` as the user asks: whatever it is, where it is plausible, or not at all.
     """
     if kept is not Keep.PLAUSIBLE:
         return KEPT_AS_ASKED if kept is Keep.ALL else ""
@@ -74,7 +74,8 @@ def metric_evidence(
         return f"lengths of {metric_format} are metres{f', and {MASSES_FIT}' if fits else ''}"
     if fits:
         return MASSES_FIT
-    if robot is not None and is_drawn_in_metres(robot) and not is_unit(size):
+    # Meshes are brought to one size, and boxes around them with them; nobody does so to what is written in numbers.
+    if robot is not None and is_drawn_in_metres(robot) and (robot.find("link//mesh") is None or not is_unit(size)):
         return DRAWN
     apart = not any(is_unit(edges, NEAR_UNIT) or in_unit_sphere(edges) for edges in (size, rest_size))
     return UNLIKE_UNITS if apart and 0.0 < max(size, default=0.0) <= LARGEST_M else ""
