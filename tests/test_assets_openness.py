@@ -79,6 +79,23 @@ def test_a_folding_screen_is_closed_on_its_keyboard(sign: float) -> None:
     assert found.confidence == 1.0
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_screen_is_not_closed_where_it_lies_flat_beyond_its_keyboard(sign: float) -> None:
+    """Drawn upright, and it goes back alone: flat it is most compact, within the range."""
+    keyboard = corners((-0.15, 0.0, -0.01), (0.15, 0.22, 0.0))
+    screen = corners((-0.15, -0.005, 0.0), (0.15, 0.005, 0.2))
+    found = ends(facing("revolute", (1, 0, 0), sign, (0, 0, 0)), screen, *span(sign, 0.0, 2.2), body=keyboard)
+    assert (found.closed, found.open) == pytest.approx((0.0, sign * 2.2))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_flap_that_swings_to_either_side_is_closed_where_it_hangs(sign: float) -> None:
+    frame = corners((-0.12, -0.02, 0.0), (0.12, 0.02, 0.3))
+    flap = corners((-0.1, -0.005, -0.2), (0.1, 0.005, 0.0))
+    found = ends(facing("revolute", (1, 0, 0), sign, (0, 0.03, 0.25)), flap, -1.2, 1.2, body=frame)
+    assert abs(found.closed) < 0.4
+
+
 @pytest.mark.parametrize(
     ("lower", "upper", "nearest", "other"),
     [(0.0, 0.002, 0.0, 0.002), (-0.002, 0.0, 0.0, -0.002), (0.001, 0.003, 0.001, 0.003)],

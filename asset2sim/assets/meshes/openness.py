@@ -68,6 +68,8 @@ LEVEL = 0.3
 """|axis · z| up to which a hinge is level, as a lid's is."""
 COVERS = 0.5
 """Share of a part, seen from above, by which it covers the rest more at one end for it to be a lid closed there."""
+HANGING = 0.5
+"""How far below its hinge the middle of a part is, over its distance from it, for the part to hang from it."""
 LID_SHARE = 0.15
 """Area of a part, seen from above, over that of the rest, from which it may be a lid or one of its flaps."""
 ON_TOP = 0.75
@@ -99,6 +101,8 @@ def joint_ends(
     inner = int(np.argmin(cost))
     if cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN:
         closed = float(positions[inner])
+        if upper - lower < 2.0 * math.pi and lies_beside(tree, root, points, joint, closed):
+            closed = higher_end(tree, root, points, joint, (lower, upper))
         far = upper if upper - closed >= closed - lower else lower
         return JointEnds(closed, far, 0.5)
     if difference < GUESSED * SURE:
@@ -111,6 +115,48 @@ def joint_ends(
     return JointEnds(closed, opened, min(difference / SURE, 1.0))
 
 
+def lies_beside(
+    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, position: float
+) -> bool:
+    """Whether a level hinge lays its part out there beside the rest, as a screen that is folded back beyond its
+    keyboard: flat, and so compact, but neither over the rest, as a lid is that is shut, nor hanging."""
+    pivot, part, body = parted(tree, root, points, joint, position)
+    axis = pivot[:3, :3] @ joint.axis
+    if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or not len(body):
+        return False
+    arm = (part.min(axis=0) + part.max(axis=0)) / 2.0 - pivot[:3, 3]
+    arm = arm - axis * float(axis @ arm)
+    hangs = -float(arm[2]) > HANGING * float(np.linalg.norm(arm))
+    own, shared = areas_from_above(part, body, axis)
+    return not hangs and shared < COVERS * own
+
+
+def higher_end(
+    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
+) -> float:
+    """The end at which a joint's part is higher: towards which a screen is folded shut that goes back beyond flat."""
+    return max(ends, key=lambda end: float(parted(tree, root, points, joint, end)[1][:, 2].mean()))
+
+
+def parted(
+    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, position: float
+) -> tuple[Array, Array, Array]:
+    """The (4, 4) frame of a joint, the (n, 3) points of what it moves, and those of the rest, in the root's frame."""
+    poses = link_to_root(tree, root, {joint.name: position})
+    moved = set(moved_links(tree, joint.name))
+    clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
+    part, rest = ([clouds[name] for name in clouds if (name in moved) is inside] for inside in (True, False))
+    return poses[joint.parent] @ joint.child_to_parent, np.vstack(part), np.vstack(rest or [np.zeros((0, 3))])
+
+
+def areas_from_above(part: Array, body: Array, axis: Array) -> tuple[float, float]:
+    """The area of a part seen from above, and that of it over or under a body, by their boxes along a (3,) axis."""
+    across = np.array([axis[:2], [-axis[1], axis[0]]]) / float(np.linalg.norm(axis[:2]))
+    own, other = part[:, :2] @ across.T, body[:, :2] @ across.T
+    both = np.minimum(own.max(axis=0), other.max(axis=0)) - np.maximum(own.min(axis=0), other.min(axis=0))
+    return float(np.prod(np.ptp(own, axis=0))), float(np.prod(np.maximum(both, 0.0)))
+
+
 def covered_end(
     tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
 ) -> float | None:
@@ -121,7 +167,6 @@ def covered_end(
     if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or abs(ends[1] - ends[0]) >= 2.0 * math.pi:
         return None
     moved = set(moved_links(tree, joint.name))
-    across = np.array([axis[:2], [-axis[1], axis[0]]]) / float(np.linalg.norm(axis[:2]))
     still = [apply(rest[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
     if not still:
         return None
@@ -133,12 +178,11 @@ def covered_end(
         if not clouds:
             return None
         part = np.vstack(clouds)
-        below, above = part[:, :2] @ across.T, body[:, :2] @ across.T
-        both = np.minimum(below.max(axis=0), above.max(axis=0)) - np.maximum(below.min(axis=0), above.min(axis=0))
-        shares.append(float(np.prod(np.maximum(both, 0.0))))
-        areas.append(float(np.prod(np.ptp(below, axis=0))))
+        own, shared = areas_from_above(part, body, axis)
+        areas.append(own)
+        shares.append(shared)
         heights.append((float(part[:, 2].mean()) - float(body[:, 2].min())) / max(float(np.ptp(body[:, 2])), 1e-9))
-    most, least = max(areas), LID_SHARE * float(np.prod(np.ptp(body[:, :2] @ across.T, axis=0)))
+    most, least = max(areas), LID_SHARE * areas_from_above(body, body, axis)[0]
     if most <= least or abs(shares[0] - shares[1]) < COVERS * most:
         return None
     top = int(shares[1] > shares[0])
