@@ -45,6 +45,20 @@ def test_a_lid_takes_its_weight_and_friction_to_open_and_less_to_close(tmp_path:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_a_light_cover_on_a_light_magazine_takes_its_weight_though_both_sink_into_their_ends_at_first(
+    tmp_path: Path, engine: Engine
+) -> None:
+    up = (0.0, -1.0, 0.0)
+    joints = [
+        UrdfJoint(name, "revolute", parent, child, up, lower=0.0, upper=1.6, damping=2e-4, friction=1e-5)
+        for name, parent, child in (("magazine", "base", "tray"), ("cover", "tray", "lid"))
+    ]
+    light = [bare("tray", 0.05, (0.03, 0.0, 0.0), 1e-5), bare("lid", 0.026, (0.005, 0.0, 0.0), 1e-5)]
+    item = subject(tmp_path, [bare("base"), *light], joints, start={"magazine": 0.0, "cover": 0.0})
+    assert efforts(item, engine)["cover"].opening == pytest.approx(0.026 * G * 0.005, rel=WITHIN)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_key_takes_its_spring_less_its_weight(tmp_path: Path, engine: Engine) -> None:
     joint = UrdfJoint("press", "prismatic", "base", "key", (0.0, 0.0, -1.0), lower=0.0, upper=0.01, damping=0.5,
                       stiffness=20.0, reference=-0.01)  # fmt: skip
