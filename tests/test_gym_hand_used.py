@@ -246,6 +246,47 @@ def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> No
     assert found.done and found.by.endswith("other parts open"), found
 
 
+def stapler(folder: Path) -> Path:
+    """A base, a cover that a spring holds half open, and a magazine under it that swings out where that is open."""
+    base = shape("0.2 0.04 0.008", xyz="0 0 0.004") + shape("0.02 0.04 0.02", xyz="-0.09 0 0.01")
+    urdf = robot(
+        link("base", base + inertial(0.2, 0.1)),
+        link("cover", shape("0.17 0.03 0.01", xyz="0.095 0 0.012") + inertial(0.06, 0.1)),
+        link("magazine", shape("0.15 0.014 0.01", xyz="0.085 0 0") + inertial(0.05, 0.1)),
+        joint("lid", "revolute", "base", "cover", xyz="-0.09 0 0.026", axis="0 -1 0", limit="0 2.3"),
+        joint("body", "revolute", "cover", "magazine", axis="0 1 0", limit="0 2.6"),
+    )  # fmt: skip
+    lid = {"upper": 2.3, "open": 2.3, "stiffness": 0.3, "spring_reference": 0.46, "holds": False, "damping": 0.006}
+    body = {"upper": 2.6, "open": 2.6, "friction": 0.1, "damping": 0.003, "holds": True}
+    braced = EffortRange(kind="lid", least_n=0.0, most_n=22.2, source="a test", braced=True)
+    joints = [
+        make_joint("body", "revolute", 0.0).model_copy(update=body),
+        make_joint("lid", "revolute", 0.16).model_copy(update=lid | {"friction": 0.0, "effort_range": braced}),
+    ]
+    return refined(folder, urdf, joints, {"base": 0.2, "cover": 0.06, "magazine": 0.05}, fixed=False)
+
+
+def test_what_hangs_on_a_sprung_part_is_used_while_the_other_hand_keeps_that_open(tmp_path: Path) -> None:
+    folder = stapler(tmp_path / "stapler")
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    body, lid = use_records(folder, overlay, HandSettings())
+    assert lid.done and body.done and body.by.endswith("'lid' kept open"), (body, lid)
+    assert not use_joint(Worlds(folder, HandSettings()), overlay.joints[0], overlay).done
+
+
+def test_a_joint_is_kept_with_no_more_than_a_hand_has_until_the_world_is_reset(tmp_path: Path) -> None:
+    world = open_world(stapler(tmp_path / "stapler"), HandSettings(), held=True)
+    dof = int(world.model.jnt_dofadr[world.joint("lid")])
+    for effort, stays in ((1.0, True), (0.01, False), (None, False)):  # its spring and weight close it with 0.46 N·m
+        world.reset({"lid": 2.2})
+        if effort is not None:
+            world.keep("lid", effort)
+        for _ in range(world.steps(0.5)):
+            world.step()
+        assert (abs(world.position("lid") - 2.2) < 0.02) == stays, effort
+        assert world.model.dof_frictionloss[dof] == (effort or 0.0)
+
+
 def test_a_shallow_dial_without_ends_is_turned_by_its_rim(tmp_path: Path) -> None:
     dial = '<origin xyz="0.006 0 0" rpy="0 1.5708 0"/><geometry><cylinder radius="0.02" length="0.012"/></geometry>'
     urdf = robot(

@@ -107,6 +107,8 @@ class HandWorld:
     body: int = 0
     fingers: tuple[int, int] = (0, 0)
     finger_dofs: tuple[int, int] = (0, 0)
+    kept: dict[int, float] = field(default_factory=dict)
+    """Velocities of joints that the other hand keeps where they are, and these joints' own friction, N·m or N."""
     biased: list[tuple[Joint, int, int]] = field(default_factory=list)
     """Joints with a mechanism besides a spring, and their places among positions and velocities."""
 
@@ -139,9 +141,19 @@ class HandWorld:
         data.qpos[list(self.fingers)] = half_open
         data.qvel[self.dof : self.dof + 8] = 0.0
 
+    def keep(self, name: str, effort: float) -> None:
+        """Let the other hand keep an object's joint where it is until the next ``reset``, with that effort, N·m or N,
+        at most."""
+        dof = int(self.model.jnt_dofadr[self.joint(name)])
+        self.kept[dof] = float(self.model.dof_frictionloss[dof])
+        self.model.dof_frictionloss[dof] += effort
+
     def reset(self, positions: Mapping[str, float] | None = None) -> None:
         """Everything as it was written, the object's joints at other positions (rad or m) where stated, the hand out of
-        the way."""
+        the way, and nothing kept."""
+        while self.kept:
+            dof, friction = self.kept.popitem()
+            self.model.dof_frictionloss[dof] = friction
         mujoco.mj_resetData(self.model, self.data)
         for name, position in (self.about.positions_at() | dict(positions or {})).items():
             self.data.qpos[self.model.jnt_qposadr[self.joint(name)]] = position

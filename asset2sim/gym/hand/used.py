@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.operate import Led, lead_joint
+from asset2sim.gym.hand.holds import way_of
+from asset2sim.gym.hand.operate import Led, hand_limit, lead_joint
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import HandSettings
 from schemas.learning_settings import GuardSettings
@@ -79,19 +80,22 @@ def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -
     """Every joint that a hand operates, used from the object's initial state, and each other with the task's fault."""
     worlds, reasons = Worlds(folder, settings), {joint.name: no_task(joint) for joint in overlay.joints}
     operated = [joint for joint in overlay.joints if not reasons[joint.name]]
-    found = [use_joint(worlds, joint, overlay) for joint in joints_to_try(operated, settings.most_joints)]
-    return found + [UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason]
+    tried = joints_to_try(operated, settings.most_joints)
+    found = {joint.name: use_joint(worlds, joint, overlay) for joint in tried}
+    for joint in tried:
+        if not found[joint.name].done and found[joint.name].fault == "hand":
+            sprung = [one for one in tried if one.stiffness > 0.0 and found[one.name].done]
+            found[joint.name] = use_kept_open(worlds, joint, overlay, sprung) or found[joint.name]
+    return [*found.values()] + [
+        UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason
+    ]
 
 
 def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> UsedJoint:
     """One joint used: by the hand or, for small parts or where that fails, the finger tips; and where the object moves
     along and is light, with the other hand on it."""
     settings = worlds.settings
-    fixed = overlay.support.fixed
-    braced = not fixed and (
-        overlay.support.kind is SupportKind.HANDHELD or (joint.effort_range is not None and joint.effort_range.braced)
-    )
-    steadied = not fixed and not braced and overlay.mass_kg <= settings.steadied_kg
+    braced, steadied = other_hand(joint, overlay, settings)
     ways = product((True,) if braced else (False, True) if steadied else (False,), (1.0, settings.tip_scale))
     opened = {one.name: one.open for one in overlay.joints if one.holds and one.stiffness == 0.0 and one is not joint}
     tries: list[tuple[bool, float, dict[str, float]]] = [(held, scale, {}) for held, scale in ways]
@@ -114,6 +118,41 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
         best = found if better else best
     assert best is not None, "a hand has at least one way to try"
     return best
+
+
+def other_hand(joint: JointPhysics, overlay: PhysicsOverlay, settings: HandSettings) -> tuple[bool, bool]:
+    """Whether the other hand holds the object while this joint is used: always, or where the object moves along."""
+    fixed = overlay.support.fixed
+    braced = not fixed and (
+        overlay.support.kind is SupportKind.HANDHELD or (joint.effort_range is not None and joint.effort_range.braced)
+    )
+    return braced, not fixed and not braced and overlay.mass_kg <= settings.steadied_kg
+
+
+def use_kept_open(
+    worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay, sprung: Sequence[JointPhysics]
+) -> UsedJoint | None:
+    """One joint used while the other hand keeps the last of these ``sprung`` parts on which its part hangs open, with a
+    hand's force at that part's edge, as a stapler's cover to draw the magazine out; None where that does not do it."""
+    held = any(other_hand(joint, overlay, worlds.settings))
+    for scale in (1.0, worlds.settings.tip_scale):
+        world = worlds.get(scale, held)
+        own, parts = (
+            way_of(world, joint.name, joint.open),
+            {one.name: way_of(world, one.name, one.open) for one in sprung},
+        )
+        bears = [one for one in sprung if one is not joint and own.bodies < parts[one.name].bodies]
+        if not bears:
+            return None
+        kept = min(bears, key=lambda one: len(parts[one.name].bodies))
+        world.reset(world.about.followed({kept.name: kept.open}))
+        world.most_n = hand_force(kept, worlds.settings)
+        world.keep(kept.name, hand_limit(world, way_of(world, kept.name, kept.open), "hook"))
+        tool = "gripper" if scale == 1.0 else "fingertips"
+        found = both_ways(world, joint, f"{tool} and the other hand, '{kept.name}' kept open")
+        if found.done:
+            return found
+    return None
 
 
 def share_done(found: UsedJoint) -> float:
