@@ -66,20 +66,20 @@ class RefinementContext:
 
     @property
     def passing(self) -> tuple[tuple[str, str], ...]:
-        """The pairs of links that the asset's URDF lets pass through each other."""
-        return passing_pairs(known_robot(self.extraction.urdf))
+        """The pairs of links that the asset's URDF, or the overlay, lets pass through each other."""
+        return (*passing_pairs(known_robot(self.extraction.urdf)), *self.overlay.passing)
 
     def validated_at(
         self, overlay: PhysicsOverlay, placed: Mapping[str, float], *, keep_terms: bool = True
     ) -> PhysicsOverlay:
-        """The proposal validated again, with the overlay's support and contact friction and these joints (rad or m)
-        placed: effective inertia and gravity load depend on positions. ``keep_terms``: whether the file's dynamics
-        may stay."""
+        """The proposal validated again, with the overlay's support, contact friction and passing pairs and these joints
+        (rad or m) placed: effective inertia and gravity load depend on positions. ``keep_terms``: whether the file's
+        dynamics may stay."""
         made, _ = validate(
             self.extraction, self.proposal, self.source, overlay.contact_friction, self.settings.physics,
             overlay.support, placed=placed, keep_terms=keep_terms, contact_source=overlay.contact_source,
         )  # fmt: skip
-        return made
+        return made.model_copy(update={"passing": overlay.passing})
 
 
 def as_refused(step: TraceStep) -> TraceStep:

@@ -7,10 +7,11 @@ from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.engines.static_object import contact_points, phi_at, static_object
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
+from asset2sim.refinement.collision.crossing import crossing_flaps
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.collision.trim import cuts_of
-from asset2sim.refinement.context import RefinementContext, trace_step
+from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_cuts
 from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reachable_bands
@@ -37,6 +38,7 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
     still overlap, and where separating them needed another state than the requested one; or the model proposes every
     step (paper, "Refine the state").
     """
+    loop = with_crossing_flaps(loop, folder)
     overlay, settings = loop.overlay, loop.settings
     requested, reach = overlay.initial_positions, reachable_bands(overlay, settings.search)
     features = loop.extraction.features
@@ -58,6 +60,23 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
     if best.positions != requested:
         best = nearer_to_request(scene, loop, folder, best, phi_at(folder.urdf, requested, settings.engine))
     return write_best(loop, folder, best)
+
+
+def with_crossing_flaps(loop: RefinementContext, folder: Folder) -> RefinementContext:
+    """The context whose overlay, written into the folder, lets flaps pass that cross where both are closed; a finding
+    for each pair."""
+    crossing = crossing_flaps(loop) if loop.settings.collision.mode is not CollisionMode.KEEP else ()
+    if not crossing:
+        return loop
+    for a, b in crossing:
+        text = (
+            f"'{a}' and '{b}' cross as drawn where both are closed: they pass through each other, where real flaps "
+            "bend and lie one on another"
+        )
+        loop.log.findings.append(warning(code="links_pass", message=text, link=a))
+    loop = replace(loop, overlay=loop.overlay.model_copy(update={"passing": crossing}))
+    write_urdf(loop.extraction, loop.overlay, folder, loop.settings.physics)
+    return loop
 
 
 def cut_or_kept(loop: RefinementContext, folder: Folder, found: Pose) -> CutAttempt:

@@ -36,7 +36,7 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     pairs = list(contact_pairs(joints, links, loop.passing))
     pinned = pinned_pairs(tree, features.root, limits, start, pairs, shapes, hulls)
     note_pinned(pinned, loop.log.findings)
-    overlay = overlay.model_copy(update={"passing": tuple(pinned)})
+    overlay = overlay.model_copy(update={"passing": (*overlay.passing, *pinned)})
     pairs = [pair for pair in pairs if pair not in pinned]
     exact, planes = exact_links(loop.extraction), loop.log.planes
     cleared = clear_ranges(hulls, tree, features.root, limits, start, pairs, shapes, exact, planes)
