@@ -14,7 +14,7 @@ from asset2sim.gym.hand.holds import CLEAR_M, Hold, body_pose, room_of, solid_of
 from asset2sim.gym.hand.operate import share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
 from asset2sim.gym.hand.recorder import Recorder
-from asset2sim.gym.hand.surfaces import share_between_pads, surface_places
+from asset2sim.gym.hand.surfaces import share_between_pads, share_of_rubbing, surface_places
 from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, joints_to_try, no_task, use_joint, use_records
 from schemas.asset import AssetRef
 from schemas.finding import Finding
@@ -118,6 +118,38 @@ def test_a_front_without_a_handle_is_rubbed_along_by_its_edge_and_the_force_is_k
     squeezed = HandSettings(grip_n=1.0, most_n=1.5)
     gentle = fault_of(found.ways[1], make_joint("slide"), True, squeezed)
     assert gentle == ("hand", f"a finger presses with {found.ways[1].contact_n:.0f} N")
+
+
+def doors(folder: Path) -> Path:
+    """A block and two doors without handles before it, which meet in its middle."""
+    urdf = robot(
+        link("body", shape("0.3 0.6 0.6", xyz="0 0 0.5") + inertial(20.0, 0.5)),
+        link("left", shape("0.018 0.298 0.58", xyz="0.01 -0.149 0") + inertial(2.0, 0.3)),
+        link("right", shape("0.018 0.298 0.58", xyz="0.01 0.149 0") + inertial(2.0, 0.3)),
+        joint("one", "revolute", "body", "left", xyz="0.152 0.299 0.5", axis="0 0 1", limit="0 1.57"),
+        joint("other", "revolute", "body", "right", xyz="0.152 -0.299 0.5", axis="0 0 -1", limit="0 1.57"),
+    )
+    known = {"upper": 1.57, "open": 1.57, "friction": 0.3, "damping": 0.3, "holds": True}
+    hinges = [make_joint(name, "revolute", 0.0).model_copy(update=known) for name in ("one", "other")]
+    return refined(folder, urdf, hinges, {"body": 20.0, "left": 2.0, "right": 2.0})
+
+
+def test_a_finger_rubs_only_what_lies_beside_it_and_not_the_seam_of_two_doors(tmp_path: Path) -> None:
+    folder = doors(tmp_path / "doors")
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    for found in use_records(folder, overlay, HandSettings()):
+        assert found.done and found.by == "gripper", found
+        assert (found.ways[0].kind, found.ways[0].holds) == ("rub", 1)
+    world = open_world(folder, HandSettings())
+    world.reset()
+    bodies, pose = way_of(world, "one", 1.57).bodies, np.eye(4)
+    pose[:3, :3] = hand_rotations(np.array([[-1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]]))[0]
+    # Beside the upper edge of the door, 18 mm deep: of places 9 and 2 mm before the pads' middle and 5 mm behind it.
+    pose[:3, 3] = world.data.xpos[min(bodies)] + (0.013, -0.15, 0.29 + 0.009)
+    for off, share in ((0.0, 1.0), (0.007, 2.0 / 3.0), (0.014, 1.0 / 3.0), (0.02, 0.0)):
+        there = pose.copy()
+        there[0, 3] += off
+        assert share_of_rubbing(world, there, np.array([0.0, 0.0, -0.01]), bodies) == pytest.approx(share), off
 
 
 def test_a_finger_that_rubs_presses_harder_and_pulls_more_where_a_drawer_sticks(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from asset2sim.gym.hand.surfaces import (
     places_before_back,
     places_inside,
     share_between_pads,
+    share_of_rubbing,
     surface_places,
 )
 from asset2sim.physics.arrays import Array
@@ -200,10 +201,12 @@ def holds_with_room(
         there = frames[body][:3, :3].T @ (pose[:3, 3] - frames[body][:3, 3])
         if any(float(np.linalg.norm(there - other)) < apart for other in avoid):
             continue
+        into = normals[place] * (-RUB_M if kind == "rub" else 0.0)
+        if kind == "rub" and not share_of_rubbing(world, pose, into, way.bodies):
+            continue
         room = room_of(world, way, pose, half)
         if room is not None:
-            local = np.linalg.inv(frames[body]) @ pose
-            into = frames[body][:3, :3].T @ normals[place] * (-RUB_M if kind == "rub" else 0.0)
+            local, into = np.linalg.inv(frames[body]) @ pose, frames[body][:3, :3].T @ into
             worth = float(score[best[index]]) + 0.8 * room
             if kind == "grasp":
                 worth -= BARELY * max(0.0, 1.0 - share_between_pads(world, pose, half, way.bodies) / HELD)

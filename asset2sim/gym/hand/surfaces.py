@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from asset2sim.gym.hand.gripper import HandWorld
+from asset2sim.gym.hand.gripper import FINGER, TIP_M, HandWorld
 from asset2sim.physics.arrays import Array
 
 SAMPLES = 600
@@ -121,6 +121,19 @@ def share_between_pads(world: HandWorld, pose: Array, half_open_m: float, bodies
         source = pose[:3, 3] + pose[:3, :3] @ (x, -half_open_m, z)
         distance = mujoco.mj_ray(world.model, world.data, source, pose[:3, 1], None, 1, world.body, geom)
         found += 0.0 <= distance < 2.0 * half_open_m and int(world.model.geom_bodyid[geom[0]]) in bodies
+    return found / len(PADS_M)
+
+
+def share_of_rubbing(world: HandWorld, pose: Array, into: Array, bodies: frozenset[int]) -> float:
+    """Share of nine places on a finger at a (4, 4) pose from which these bodies lie ahead within its press, (3,), m."""
+    geom, found, length = np.array([-1], dtype=np.int32), 0, float(np.linalg.norm(into))
+    ahead = into / length
+    tips = abs(float(ahead @ pose[:3, 2])) > abs(float(ahead @ pose[:3, 1]))  # it points at what it rubs, or lies along
+    for x, z in PADS_M * world.scale:
+        off = (x, z, TIP_M * world.scale) if tips else (x, -2.0 * FINGER[1] * world.scale, z)
+        source = pose[:3, 3] + pose[:3, :3] @ off
+        distance = mujoco.mj_ray(world.model, world.data, source, ahead, None, 1, world.body, geom)
+        found += 0.0 <= distance < length and int(world.model.geom_bodyid[geom[0]]) in bodies
     return found / len(PADS_M)
 
 
