@@ -254,6 +254,21 @@ def test_a_key_is_pressed_as_far_as_a_finger_stays_with_it_not_as_a_blow_throws_
     assert found.done == done and ("it goes 2.0 mm deeper than it stands out" in found.reason) != done, found
 
 
+def test_a_key_stands_out_only_as_far_as_a_finger_tip_has_room(tmp_path: Path) -> None:
+    # A third of what is below the key is 3 mm deeper than the rest, as between convex pieces: no finger gets in there.
+    base = shape("0.3 0.3 0.1", xyz="0 0 0.05") + shape("0.2 0.04 0.003", xyz="-0.1 0 0.1015")
+    urdf = robot(
+        link("body", base + inertial(5.0, 0.3)),
+        link("key", shape("0.006 0.006 0.004", xyz="0 0 0.002") + inertial(0.002, 0.005)),
+        joint("slide", "prismatic", "body", "key", xyz="-0.001 0 0.0992", axis="0 0 -1", limit="0 0.0018"),
+    )  # fmt: skip
+    known = {"upper": 0.0018, "open": 0.0018, "friction": 0.0, "damping": 0.02, "holds": False}
+    known |= {"stiffness": 200.0, "spring_reference": -0.003}
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
+    found = used(refined(tmp_path / "key", urdf, [slide], {"body": 5.0, "key": 0.002}, fixed=False))
+    assert (found.done, found.fault) == (False, "object") and "deeper than it stands out" in found.reason, found
+
+
 def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> None:
     walls = "".join(
         shape(size, xyz=at)

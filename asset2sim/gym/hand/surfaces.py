@@ -152,12 +152,16 @@ def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
 
 def stands_out(world: HandWorld, bodies: frozenset[int], ahead: Array) -> float:
     """How far a part stands out of the object's other collision shapes, m: the way along ``ahead``, (3,), from its
-    front to the first of these shapes, at the place where that is longest; infinite where none is there."""
+    front to the first of these shapes within half a finger tip's width, where that is longest; infinite if none is."""
     points, normals, _ = surface_places(world, bodies)
     shapes = shapes_of(world.model, frozenset(range(world.model.nbody)) - bodies)
     others = {geom for geom in shapes if world.object_geoms[geom]}
     fronts = points[normals @ ahead < -FRONT]
-    return max((free_m(world, others, place - OFF_M * ahead, ahead) for place in fronts), default=math.inf) - OFF_M
+    if not len(fronts):
+        return math.inf
+    free = np.array([free_m(world, others, place - OFF_M * ahead, ahead) for place in fronts])
+    near = np.linalg.norm(fronts[:, None] - fronts, axis=2) < FINGER[0] * world.settings.tip_scale
+    return max(float(np.where(near, free, math.inf).min(axis=1).max()) - OFF_M, 0.0)
 
 
 def free_m(world: HandWorld, others: set[int], place: Array, ahead: Array) -> float:
