@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from lxml import etree
 
+from asset2sim.assets.urdf.document import read_document
 from asset2sim.intake.origin import extract
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
@@ -159,6 +161,30 @@ def test_scales_that_are_read(tmp_path: Path, scale: str, size: float) -> None:
 )  # fmt: skip
 def test_a_shape_of_no_size(tmp_path: Path, tag: str) -> None:
     assert lost(tmp_path, "", {}, tag=tag).code == "shape_size"
+
+
+@pytest.mark.parametrize(
+    ("tag", "collides_as"),
+    [
+        ('<box size="2 2 1e-05"/>', "2 2 0.0001"),
+        ('<cylinder radius="0.5" length="1e-06"/>', "0.0001"),
+        ('<box size="0.01 0.01 2e-05"/>', "0.01 0.01 2e-05"),
+        ('<box size="2 0.001 0.0002"/>', "2 0.001 0.0002"),
+    ],
+    ids=["a plate", "a disc", "a small plate", "a strip"],
+)
+def test_a_plate_thinner_than_engines_bear_collides_as_a_thicker_one(
+    tmp_path: Path, tag: str, collides_as: str
+) -> None:
+    one = "".join(f"<{role}><geometry>{tag}</geometry></{role}>" for role in ("visual", "collision"))
+    path = written(tmp_path, robot(link("body", one)))
+    document = read_document(path / "mobility.urdf")
+    (collides,) = document.robot.iterfind("link/collision/geometry/*")
+    (seen,) = document.robot.iterfind("link/visual/geometry/*")
+    key = "size" if collides.tag == "box" else "length"
+    assert collides.get(key) == collides_as and etree.fromstring(tag).get(key) == seen.get(key)
+    thicker = [finding.link for finding in document.findings if finding.code == "sheet_thickened"]
+    assert thicker == ["body"] * (collides_as not in tag)
 
 
 @pytest.mark.parametrize(

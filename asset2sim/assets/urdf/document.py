@@ -26,6 +26,7 @@ from asset2sim.assets.urdf.numbers import (
     drop_unusable_shapes,
     elements_of,
     name_files,
+    thicken_plates,
 )
 from schemas.errors import AssetError
 from schemas.finding import Finding
@@ -73,6 +74,7 @@ def read_document(path: Path) -> Document:
     name_files(robot)
     findings += drop_unknown_shapes(robot)
     findings += drop_unusable_shapes(path, robot)
+    findings += thicken_plates(robot)
     findings += drop_unusable_inertials(robot)
     findings += drop_unusable_contacts(robot)
     findings += settle_joint_types(path, robot)

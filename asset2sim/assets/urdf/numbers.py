@@ -36,6 +36,9 @@ CONTACTS = ("lateral_friction", "restitution", "mu1")
 SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1},
          "capsule": {"radius": 1, "length": 1}}  # fmt: skip
 """Shape → the attributes that it must state, and how many positive numbers each holds."""
+THINNEST_M, THINNEST_SHARE = 1e-4, 1e-3
+"""Least thickness, m, of a box or disc that engines collide with as with any other, and the share of its longest edge
+up to which one that is thinner is a plate: one of 0.01 mm by 2 m rocks on a floor for good."""
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
 
@@ -123,6 +126,24 @@ def drop_unusable_shapes(path: Path, robot: Element) -> list[Finding]:
             if link.find("visual") is None and link.find("collision") is None and not points:
                 message = f"{path.name}: {message}, and nothing is left of the link"
                 raise AssetError(FailureMode.MISSING_MESH, code, message, link=name)
+    return findings
+
+
+def thicken_plates(robot: Element) -> list[Finding]:
+    """Give collision boxes and discs that are thinner than engines bear the least thickness; a finding for each."""
+    findings = []
+    for link in robot.findall("link"):
+        for shape in (*link.iterfind("collision/geometry/box"), *link.iterfind("collision/geometry/cylinder")):
+            key = "size" if shape.tag == "box" else "length"
+            edges = [float(word) for word in shape.get(key, "").split()]
+            longest = max(edges) if shape.tag == "box" else 2.0 * float(shape.get("radius", "0"))
+            least = min(THINNEST_M, THINNEST_SHARE * longest)
+            if min(edges) >= least:
+                continue
+            shape.set(key, " ".join(f"{max(edge, least):.9g}" for edge in edges))
+            name = str(link.get("name"))
+            message = f"link '{name}': its {shape.tag} of {min(edges):.3g} m collides as one {least:.3g} m thick"
+            findings.append(warning(code="sheet_thickened", message=message, link=name, value=min(edges), limit=least))
     return findings
 
 
