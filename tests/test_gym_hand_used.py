@@ -9,9 +9,9 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.contact import pressures
-from asset2sim.gym.hand.gripper import open_world
+from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import CLEAR_M, Hold, body_pose, room_of, solid_of, way_of
-from asset2sim.gym.hand.operate import share_by_hold
+from asset2sim.gym.hand.operate import Led, share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
 from asset2sim.gym.hand.recorder import Recorder
 from asset2sim.gym.hand.surfaces import share_between_pads, share_of_rubbing, surface_places
@@ -267,6 +267,22 @@ def test_a_key_stands_out_only_as_far_as_a_finger_tip_has_room(tmp_path: Path) -
     slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
     found = used(refined(tmp_path / "key", urdf, [slide], {"body": 5.0, "key": 0.002}, fixed=False))
     assert (found.done, found.fault) == (False, "object") and "deeper than it stands out" in found.reason, found
+
+
+def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, tools = chest(tmp_path / "chest"), list[str]()
+    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    deep = Led(0.75, 0.0, "press", 0.1, 1, None, 20.0, False, in_the_way=True, deeper_m=0.001)
+
+    def pressed(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
+        tools.append(by)
+        return UsedJoint(joint.name, by == "fingertips", by, "object", "", (deep,))
+
+    monkeypatch.setattr("asset2sim.gym.hand.used.both_ways", pressed)
+    assert use_joint(Worlds(folder, HandSettings()), overlay.joints[0], overlay).done
+    assert tools == ["gripper", "fingertips"]
 
 
 def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> None:

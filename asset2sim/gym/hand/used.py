@@ -104,9 +104,8 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
     for number, (held, scale, others) in enumerate(tries):
         if others and best is not None and best.fault == "object" and not best.ways[-1].covered:
             break
-        if best is not None and best.ways and best.ways[-1].deeper_m > 0.0:
-            break  # however small the tool
-        if number > 1 and best is not None and joint.stiffness > 0.0 and best.ways[-1].in_the_way:
+        last = best.ways[-1] if number > 1 and best is not None and best.ways else None
+        if last is not None and (last.deeper_m > 0.0 or (joint.stiffness > 0.0 and last.in_the_way)):
             break  # a key that goes deeper than what is around it, for both tools
         world = worlds.get(scale, held)
         world.reset(world.about.followed(others) if others else None)
