@@ -201,11 +201,8 @@ def holds_with_room(
         there = frames[body][:3, :3].T @ (pose[:3, 3] - frames[body][:3, 3])
         if any(float(np.linalg.norm(there - other)) < apart for other in avoid):
             continue
-        into = normals[place] * (-RUB_M if kind == "rub" else 0.0)
-        if kind == "rub" and not share_of_rubbing(world, pose, into, way.bodies):
-            continue
-        room = room_of(world, way, pose, half)
-        if room is not None:
+        room, into = room_of(world, way, pose, half), normals[place] * (-RUB_M if kind == "rub" else 0.0)
+        if room is not None and (kind != "rub" or share_of_rubbing(world, pose, into, way.bodies) > 0.0):
             local, into = np.linalg.inv(frames[body]) @ pose, frames[body][:3, :3].T @ into
             worth = float(score[best[index]]) + 0.8 * room
             if kind == "grasp":
