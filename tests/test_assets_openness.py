@@ -116,6 +116,14 @@ def test_a_drawer_that_passes_through_is_closed_in_the_middle() -> None:
     assert 0.0 < found.confidence < 1.0
 
 
+@pytest.mark.parametrize(("at", "lower", "upper"), [(-1.2, 0.0, 2.4), (1.2, -2.4, 0.0), (0.0, -1.2, 1.2)])
+def test_leaves_that_pass_each_other_are_closed_where_they_are_drawn(at: float, lower: float, upper: float) -> None:
+    wall = corners((-2.5, -0.07, 0.0), (2.5, 0.07, 2.7))
+    leaf = corners((at - 0.6, -0.06, 0.0), (at + 0.6, -0.05, 2.0))
+    found = ends(facing("prismatic", (1, 0, 0), 1.0, (0, 0, 0)), leaf, lower, upper, body=wall)
+    assert found.closed == pytest.approx(0.0)
+
+
 def test_a_drawer_that_passes_further_one_way_opens_that_way() -> None:
     part = corners((-0.2, -0.25, 0.1), (0.2, 0.25, 0.3))
     found = ends(facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), part, -0.3, 0.2)

@@ -96,10 +96,13 @@ def joint_ends(
     positions, volumes, gaps = opening_profile(tree, root, points, joint, lower, upper)
     if volumes.max() <= 0.0:
         return JointEnds(nearest_zero, other, 0.0)
-    cost = volumes / volumes.max() + GAP_WEIGHT * gaps / diagonal
+    shares = volumes / volumes.max()
+    cost = shares + GAP_WEIGHT * gaps / diagonal
     difference = abs(float(cost[0] - cost[-1]))
     inner = int(np.argmin(cost))
-    if cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN:
+    # A leaf that slides along a wall is nearest to its middle where it stands in the way: that alone says nothing.
+    compact = shares[inner] < min(shares[0], shares[-1]) - BLIND or lower < 0.0 < upper
+    if compact and cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN:
         closed = float(positions[inner])
         if upper - lower < 2.0 * math.pi and lies_beside(tree, root, points, joint, closed):
             closed = higher_end(tree, root, points, joint, (lower, upper))
