@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
+from asset2sim.assets.hulls import exact_links
 from asset2sim.engines.static_object import contact_points, phi_at, static_object
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
 from asset2sim.refinement.ask_state import nearer_to_request
@@ -65,7 +66,8 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
 def with_crossing_flaps(loop: RefinementContext, folder: Folder) -> RefinementContext:
     """The context whose overlay, written into the folder, lets flaps pass that cross where both are closed; a finding
     for each pair."""
-    crossing = crossing_flaps(loop) if loop.settings.collision.mode is not CollisionMode.KEEP else ()
+    exact = exact_links(loop.extraction)
+    crossing = crossing_flaps(loop.extraction.features, loop.overlay, loop.hulls, exact)
     if not crossing:
         return loop
     for a, b in crossing:

@@ -4,24 +4,27 @@ from itertools import combinations
 
 import numpy as np
 
-from asset2sim.assets.hulls import exact_links
+from asset2sim.assets.hulls import Hulls
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from asset2sim.refinement.collision.hull_world import candidates, clear_pose
 from asset2sim.refinement.collision.part_links import hull_world
 from asset2sim.refinement.collision.trim import Trimmer
-from asset2sim.refinement.context import RefinementContext
+from schemas.features import Features
+from schemas.overlay import PhysicsOverlay
 
 CROSSING = 0.5
 """Cosine of the angle between two hinges' axes below which their parts cross rather than lie one upon the other."""
 
 
-def crossing_flaps(loop: RefinementContext) -> tuple[tuple[str, str], ...]:
+def crossing_flaps(
+    features: Features, overlay: PhysicsOverlay, hulls: Hulls, exact: frozenset[str]
+) -> tuple[tuple[str, str], ...]:
     """Pairs of links that hang from one link by hinges across each other, are of one kind, and overlap where both are
-    closed by more than cutting parts: real flaps are thin and bend, and lie one upon another in any order."""
-    features, overlay = loop.extraction.features, loop.overlay
+    closed by more than cutting parts: real flaps are thin and bend, and lie one upon another in any order. ``exact``
+    are the links whose hulls are their meshes."""
     hinges = {joint.name: joint for joint in overlay.joints if joint.type == "revolute" and joint.lower is not None}
-    parts = [joint for joint in features.movable_joints if joint.name in hinges and loop.hulls.get(joint.child)]
+    parts = [joint for joint in features.movable_joints if joint.name in hinges and hulls.get(joint.child)]
     pairs = [
         (a.child, b.child)
         for a, b in combinations(parts, 2)
@@ -34,7 +37,7 @@ def crossing_flaps(loop: RefinementContext) -> tuple[tuple[str, str], ...]:
     closed = {name: joint.closed for name, joint in hinges.items()}
     tree = tree_of(written_joints(features, overlay), overlay.scale)
     poses = link_to_root(tree, features.root, {**overlay.initial_positions, **closed})
-    trimmer = Trimmer(loop.hulls, exact_links(loop.extraction), None)
+    trimmer = Trimmer(hulls, exact, None)
     with hull_world(trimmer) as world:
         clear_pose(world, poses, pairs)
         return tuple(
