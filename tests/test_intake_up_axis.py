@@ -95,7 +95,7 @@ def test_drawers_are_open_above(tmp_path: Path) -> None:
 
 
 def test_meshes_of_gltf_have_y_up_unless_they_are_turned(tmp_path: Path) -> None:
-    """What their format says settles what shapes leave in doubt."""
+    """The up axis of a mesh's format decides where shapes leave it in doubt."""
     bare = TABLE.replace("leg_", "part_").replace('"top"', '"board"').replace('"drawer"', '"box"')
     for turned in (False, True):
         document, place = etree.fromstring(bare.encode()), tmp_path / str(turned)

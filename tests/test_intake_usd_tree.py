@@ -112,7 +112,7 @@ def test_a_capsule_weighs_what_its_formula_says(tmp_path: Path) -> None:
 def test_a_joint_starts_where_its_bodies_stand_on_the_stage(
     tmp_path: Path, kind: str, axis: str, turn: float, moved: tuple[float, ...], start: float | None
 ) -> None:
-    """What lies off the freedom itself is said: the joint's frames decide, as in PhysX."""
+    """A body that stands off its joint's freedom is named: the joint's frames decide, as in PhysX."""
     quaternion = (np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2))
     line = "" if kind == "Fixed" else f'uniform token physics:axis = "{axis}"'
     part = body("b", at(moved, quaternion), plate("mesh", (0.3, 0.3, 0.3)), mass=1.0)

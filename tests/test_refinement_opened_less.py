@@ -1,4 +1,4 @@
-"""What is open, nobody says how far, is so as far as its object stands; what is put down on any side lies broad."""
+"""Objects asked to be open open as far as they stand; those that may lie on any side lie on their broad one."""
 
 from pathlib import Path
 

@@ -50,7 +50,7 @@ _QUANTIFIERS = {
 _COUNTS = {"one": 1, "two": 2, "three": 3, "four": 4}
 _RESISTS = ("damping", "damped", "friction")
 _TRAVEL = frozenset(("travel", "range", "stroke", "throw", "swing", "way"))
-"""What a share is of that says how far a part is open: "at 45% of its travel"."""
+"""Words for a joint's range, a share of which says how far its part is open: "at 45% of its travel"."""
 _PULLS = frozenset((
     "pull", "push", "swing", "slide", "lift", "pry", "prise", "get", "force", "flip", "twist", "turn", "press", "crank",
     "hold", "keep", "ease",

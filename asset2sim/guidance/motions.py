@@ -26,7 +26,7 @@ _BORNE = frozenset((
 ))  # fmt: skip
 """Words after which a force is what something bears or lifts, and not what a hand needs."""
 _CATCHES = frozenset(("latch", "catch", "lock", "clasp"))
-"""What keeps a door shut: where it is no part of its own, words about it are about the door."""
+"""Names of a door's catch: where it is no link of its own, words about it are about the door."""
 _RETURNING = ("returning", "spring", "snap", "slow return")
 """Kinds of words beside which a time says how long the part takes to shut, or to come back."""
 

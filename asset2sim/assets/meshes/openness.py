@@ -125,7 +125,7 @@ def lies_beside(
     keyboard: flat, and so compact, but neither over the rest, as a lid is that is shut, nor hanging."""
     pivot, part, body = parted(tree, root, points, joint, position)
     axis = pivot[:3, :3] @ joint.axis
-    if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or not len(body):
+    if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or not len(part) or not len(body):
         return False
     arm = (part.min(axis=0) + part.max(axis=0)) / 2.0 - pivot[:3, 3]
     arm = arm - axis * float(axis @ arm)
@@ -148,8 +148,11 @@ def parted(
     poses = link_to_root(tree, root, {joint.name: position})
     moved = set(moved_links(tree, joint.name))
     clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
-    part, rest = ([clouds[name] for name in clouds if (name in moved) is inside] for inside in (True, False))
-    return poses[joint.parent] @ joint.child_to_parent, np.vstack(part), np.vstack(rest or [np.zeros((0, 3))])
+    part, rest = (
+        np.vstack([np.zeros((0, 3)), *(clouds[name] for name in clouds if (name in moved) is inside)])
+        for inside in (True, False)
+    )
+    return poses[joint.parent] @ joint.child_to_parent, part, rest
 
 
 def areas_from_above(part: Array, body: Array, axis: Array) -> tuple[float, float]:
@@ -169,18 +172,11 @@ def covered_end(
     axis = (rest[joint.parent] @ joint.child_to_parent)[:3, :3] @ joint.axis
     if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or abs(ends[1] - ends[0]) >= 2.0 * math.pi:
         return None
-    moved = set(moved_links(tree, joint.name))
-    still = [apply(rest[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
-    if not still:
-        return None
-    body = np.vstack(still)
     shares, heights, areas = [], [], []
     for end in ends:
-        poses = link_to_root(tree, root, {joint.name: end})
-        clouds = [apply(poses[name], points[name]) for name in moved if len(points.get(name, ()))]
-        if not clouds:
+        _, part, body = parted(tree, root, points, joint, end)
+        if not len(part) or not len(body):
             return None
-        part = np.vstack(clouds)
         own, shared = areas_from_above(part, body, axis)
         areas.append(own)
         shares.append(shared)

@@ -39,7 +39,7 @@ PARKED_M = 20.0
 SUBSTEPS = 2
 """Steps of the engine for each of the hand, which is led at 250 Hz: half the time of a step is the hand's."""
 CALM = 2e-3
-"""What stays moves by no more than this share of its range, or by so much, rad or m, where it has none."""
+"""Largest motion of another joint that counts as standing still: a share of its range, or rad or m without one."""
 FINGERS = ("left", "right")
 STAND = "stand"
 """Name of the round stand under an object that juts out over it."""

@@ -48,9 +48,9 @@ ALONG, RUB_M = 0.3, 0.01
 """Most cosine between the part's way and the normal of what is rubbed, and how far a finger is led into it, m: with
 half of that ahead, friction holds, of 1 and of 0.6."""
 BARELY, HELD = 0.5, 1.0 / 3.0
-"""What a grasp is worth less that has nothing between its pads, and the share of these that is enough: a rod's."""
+"""Worth that a grasp loses with nothing between its pads, and the share of these that is enough: a rod's."""
 SLIPPED = 0.5
-"""What a kind of hold is worth less each time that one slipped."""
+"""Worth that a kind of hold loses each time that one slipped."""
 APART_M, SMALL = 0.02, 0.25
 """Distance from which on two holds are different, m, and the share of a small part's length that is as much."""
 

@@ -53,7 +53,7 @@ class QualitativeDynamics:
     effort_n: float | None = None
     effort_nm: float | None = None
     stiff: bool = False
-    """What moving the part takes as the user says: N at its edge, N·m about its hinge, or in words."""
+    """The effort that moves the part, as the user says: N at its edge, N·m about its hinge, or in words."""
     mechanism: MechanismName | None = None
 
 
