@@ -132,6 +132,29 @@ def test_a_spring_stays_with_its_rest(tmp_path: Path) -> None:
     assert of(done(item, asked), "door_hinge").stiffness == 0.0, "the user asks it to stand open"
 
 
+def test_a_spring_that_carries_its_part_is_judged_with_the_weight_that_it_carries(tmp_path: Path) -> None:
+    # A flap of 10 kg and 0.6 m, hinged below: 29.4 sin(q) N·m. Beside 20 (-0.1 - q) N·m a hand feels 3 N·m at most.
+    spring = 'spring_stiffness="20" spring_reference="-0.1"'
+
+    def flap(more: str, axis: str = "0 1 0") -> JointPhysics:
+        parts = [
+            link("body", inertial(60.0, (0.6, 0.6, 0.8)) + shape("0.6 0.6 0.8")),
+            link("flap", inertial(10.0, (0.02, 0.58, 0.6), at="0 0 0.3") + shape("0.02 0.58 0.6", xyz="0 0 0.3")),
+            joint("hinge", "revolute", "body", "flap", xyz="0.312 0 -0.3", axis=axis, limit="0 1.5",
+                  more=f"<dynamics {more}/>"),
+        ]  # fmt: skip
+        item = extract(AssetRef(asset_id="a", path=str(written(tmp_path / "a", robot(*parts)))))
+        return of(done(item, Overlay(scale=1.0, links=LIGHT.links[:1], joints=())), "hinge")
+
+    held = flap(f'damping="2" friction="4" start="0.75" {spring}')
+    assert (held.stiffness, held.spring_reference, held.stiffness_source) == (20.0, -0.1, Source.AUTHORED)
+    assert (held.initial_position, held.position_source, held.holds) == (0.75, Source.AUTHORED, True)
+    let_go = flap(f'damping="2" friction="1" start="0.75" {spring}')
+    assert let_go.stiffness_source is Source.AUTHORED and let_go.position_source is not Source.AUTHORED
+    upright = flap(f'damping="2" friction="4" start="0.75" {spring}', axis="0 0 1")
+    assert upright.stiffness_source is not Source.AUTHORED, "it carries nothing, and no hand turns it"
+
+
 def test_a_spring_that_is_kept_asks_no_more_of_its_part_than_it_gives(tmp_path: Path) -> None:
     # Believed by its force at the end of the range, it gives none at the start where it is relaxed, as a latch's does.
     def least(door: str, keep_terms: bool = True) -> tuple[float, float, str]:

@@ -2,17 +2,22 @@
 parts that differ, and the keeping of what is believed. Pure."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from asset2sim.assets.urdf.read import Dynamics
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.dynamics import WEAKEST_HZ
+from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.disputes import Disputes, Judge
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import felt_friction
 from schemas.authored import Authored, Belief, kept_share
+from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
@@ -26,6 +31,9 @@ TERMS: Mapping[Quantity, str] = {
 """Quantity of a joint's dynamics → its field."""
 QUARTER_TURN, FREE_SLIDE_M = math.pi / 2.0, 0.3
 """Range of a joint without limits, rad or m, that a hand takes it through."""
+SPRING_PLACES = 9
+"""Positions along its range at which a spring's effort is taken beside the weight that it carries."""
+NO_PULL = Pull(0.0, 0.0)
 PLAUSIBLE_TERM = Belief(trust=Trust.PLAUSIBLE, reason="a hand moves such a part so")
 
 
@@ -91,10 +99,11 @@ def judge_joints(
     joints: Iterable[JointPhysics],
     stated: Mapping[str, Dynamics],
     handled: Mapping[str, Handling],
+    pulls: Mapping[str, Pull],
     settings: PhysicsSettings,
 ) -> None:
     """Add how far the damping, friction and springs of an object in metres are believed, its ``joints`` being as they
-    would be without them: inertia, range, load."""
+    would be without them: inertia, range, load. ``pulls`` are gravity's on those with springs."""
     every = list(joints)
     for quantity, term in TERMS.items():
         alike = shared_by_unlike(every, {name: float(getattr(own, term)) for name, own in stated.items()}, settings)
@@ -103,7 +112,8 @@ def judge_joints(
             value = float(getattr(own, term))
             if value == 0.0:
                 continue
-            judge = partial(judged_value, quantity, own, joint, handled[joint.name], settings)
+            pull = pulls.get(joint.name, NO_PULL)
+            judge = partial(judged_value, quantity, own, joint, handled[joint.name], pull, settings)
             shared = joint.name in alike and value > 0.0
             belief = doubtful_belief("joints that move far more and far less have the same") if shared else judge(value)
             opinion.add(quantity, joint.name, belief, value, judge)
@@ -126,20 +136,26 @@ def shared_by_unlike(
 
 
 def judged_value(
-    quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, settings: PhysicsSettings, value: float
+    quantity: Quantity,
+    stated: Dynamics,
+    joint: JointPhysics,
+    kind: Handling,
+    pull: Pull,
+    settings: PhysicsSettings,
+    value: float,
 ) -> Belief:
     """Belief in a value of one term of a joint, beside the others that are stated."""
     if value < 0.0:
         return impossible_belief("it would feed the motion instead of braking it")
     changed: dict[str, Any] = {TERMS[quantity]: value}
-    return judged_term(quantity, replace(stated, **changed), joint, kind, settings)
+    return judged_term(quantity, replace(stated, **changed), joint, kind, pull, settings)
 
 
 def judged_term(
-    quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, settings: PhysicsSettings
+    quantity: Quantity, stated: Dynamics, joint: JointPhysics, kind: Handling, pull: Pull, settings: PhysicsSettings
 ) -> Belief:
-    """Belief in one stated term of a joint, by what a hand needs for it at the part's edge, and by whether it does
-    anything."""
+    """Belief in one stated term of a joint, by what a hand needs for it at the part's edge, of a spring beside the
+    weight that it carries (``pull``), and by whether it does anything."""
     slides = joint.type == "prismatic"
     span = FREE_SLIDE_M if slides else QUARTER_TURN
     if joint.lower is not None and joint.upper is not None:
@@ -153,14 +169,37 @@ def judged_term(
         effort = stated.friction
     else:
         ends = [end for end in (joint.lower, joint.upper) if end is not None] or [joint.initial_position + span]
-        effort = stated.stiffness * max(abs(end - stated.spring_reference) for end in ends)
+        alone = stated.stiffness * max(abs(end - stated.spring_reference) for end in ends)
+        places = np.linspace(min(ends), max(ends), SPRING_PLACES)
+        effort = float(np.abs(left_by_spring(stated, pull, places)).max())
         if stated.stiffness <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
             return doubtful_belief("it would take half a minute to bring its part back")
-        if effort < kind.lever * kind.range.least_n:
+        if alone < kind.lever * kind.range.least_n:
             return doubtful_belief(f"weaker than a {kind.range.kind} feels, {kind.range.least_n:g} N")
     if effort > kind.lever * kind.range.most_n:
         return doubtful_belief(f"a hand would need more than a {kind.range.kind} takes, {kind.range.most_n:g} N")
     return PLAUSIBLE_TERM
+
+
+def left_by_spring(stated: Dynamics, pull: Pull, places: Array) -> Array:
+    """(n,) what gravity and a stated spring together do to a joint at these positions (rad or m), N·m or N."""
+    left: Array = pull.at(places) + stated.stiffness * (stated.spring_reference - places)
+    return left
+
+
+def carried_where_they_start(
+    opinion: Opinion, features: Features, stated: Mapping[str, Dynamics], pulls: Mapping[str, Pull]
+) -> frozenset[str]:
+    """The joints whose stated spring and friction, both believed, carry their part's weight where the file has them
+    start: they stay there."""
+    found = set[str]()
+    for joint in features.movable_joints:
+        own = stated[joint.name]
+        if joint.start is None or not {Quantity.SPRINGS, Quantity.FRICTION} <= opinion.kept(joint.name):
+            continue
+        if abs(float(left_by_spring(own, pulls[joint.name], np.array([joint.start]))[0])) <= own.friction:
+            found.add(joint.name)
+    return frozenset(found)
 
 
 def with_kept_terms(
@@ -169,9 +208,11 @@ def with_kept_terms(
     stated: Mapping[str, Dynamics],
     joints: Iterable[JointPhysics],
     handled: Mapping[str, Handling],
+    carried: Collection[str] = (),
 ) -> Overlay:
     """The proposal with the believed dynamics of the file in place of its own, but where its user states them; a part
-    with a spring rests where that, its weight and the ground leave it. ``joints`` are as they would be without."""
+    with a spring rests where that, its weight and the ground leave it, and one that it has ``carried`` where it starts.
+    ``joints`` are as they would be without."""
     proposals = {proposal.name: proposal for proposal in overlay.joints}
     for joint in joints:
         kept, own = opinion.kept(joint.name), stated[joint.name]
@@ -187,7 +228,8 @@ def with_kept_terms(
             rest = own.spring_reference + (joint.gravity_load + handled[joint.name].ground_load) / own.stiffness
             rest = rest if joint.lower is None else max(rest, joint.lower)
             update |= dict.fromkeys(("spring_hz", "returns_s", "press_start", "press_end"))
-            update |= {"spring_rest": rest if joint.upper is None else min(rest, joint.upper), "holds": False}
+            rest = rest if joint.upper is None else min(rest, joint.upper)
+            update |= {"holds": True} if joint.name in carried else {"spring_rest": rest, "holds": False}
         before = proposals.get(joint.name) or JointProposal(name=joint.name)
         proposals[joint.name] = before.model_copy(update=update)
     return overlay.model_copy(update={"joints": tuple(proposals.values())})

@@ -13,8 +13,8 @@ from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
 from asset2sim.guidance.category import row_of
 from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import floats_of, inertia_terms
-from asset2sim.physics.kinematics import locked_joint, tree_of
-from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.kinematics import TreeJoint, locked_joint, tree_of
+from asset2sim.physics.mass_matrix import Body, Pull, joint_space
 from asset2sim.validation.build import as_thick_as_their_kind
 from asset2sim.validation.disputes import Disputes
 from asset2sim.validation.followers import leaders_positions, starts_of_followers
@@ -30,6 +30,7 @@ from asset2sim.validation.support import closed_polygon, held_by_file, support_o
 from asset2sim.validation.suspension import lifted_by_machines, with_suspensions
 from asset2sim.validation.trust import (
     Opinion,
+    carried_where_they_start,
     judge_joints,
     with_authored_sources,
     with_kept_terms,
@@ -103,15 +104,20 @@ def validate(
         extraction, scale, scale_source, source, contact, settings, guidance, placed, opinion, starts, limits
     )
     told = Notes()
-    done, handled = complete(unmoved, overlay, support, told)
+    completed = complete(unmoved, overlay, support, told)
+    done, handled = completed.physics, completed.handled
     if opinion.on_joints and keep_terms and settings.dynamics is not DynamicsRule.PAPER:
         stated = read_dynamics(extraction.urdf)
-        judge_joints(opinion, done.all_joints, stated, handled, settings)
+        pulls = completed.pulls() if any(own.stiffness for own in stated.values()) else {}
+        judge_joints(opinion, done.all_joints, stated, handled, pulls, settings)
         overlay = opinion.disputes.applied(overlay)
-        kept = with_kept_terms(overlay, opinion, stated, done.all_joints, handled)
+        carried = carried_where_they_start(opinion, features, stated, pulls)
+        unmoved = replace(unmoved, starts=starts | judge_starts(opinion, features, sprung - carried))
+        kept = with_kept_terms(overlay, opinion, stated, done.all_joints, handled, carried)
         if kept != overlay:
             told = Notes()
-            done, handled = complete(unmoved, kept, support, told)
+            completed = complete(unmoved, kept, support, told)
+            done, handled = completed.physics, completed.handled
             done = with_authored_sources(done, opinion, stated, handled, settings)
             told.findings = without_bounds_of(done, told.findings)
     if opinion.found or features.metric:
@@ -139,10 +145,25 @@ class Completion:
     limits: Thresholds
 
 
-def complete(
-    given: Completion, overlay: Overlay, support: Support | None, notes: Notes
-) -> tuple[PhysicsOverlay, Mapping[str, Handling]]:
-    """A proposal completed: masses, limits, positions, support, joint dynamics; and how people handle each part."""
+@dataclass(frozen=True)
+class Completed:
+    """A complete overlay, how people handle each part, and the tree, bodies and positions of which it was made."""
+
+    physics: PhysicsOverlay
+    handled: Mapping[str, Handling]
+    root: str
+    tree: tuple[TreeJoint, ...]
+    bodies: Mapping[str, Body]
+    positions: Mapping[str, float]
+
+    def pulls(self) -> dict[str, Pull]:
+        """Joint → gravity's pull on it, the others where they start."""
+        space = joint_space(self.tree, self.root, self.bodies, self.positions)
+        return dict(zip(space.names, space.pulls, strict=True))
+
+
+def complete(given: Completion, overlay: Overlay, support: Support | None, notes: Notes) -> Completed:
+    """A proposal completed: masses, limits, positions, support, joint dynamics."""
     extraction, scale, source, settings = given.extraction, given.scale, given.source, given.settings
     features, asked = extraction.features, frozenset(overlay.asked)
     links = {proposal.name: proposal for proposal in overlay.links}
@@ -204,7 +225,7 @@ def complete(
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
-    return done, handled
+    return Completed(done, handled, features.root, tuple(tree), bodies, positions)
 
 
 def bounded_scale(
