@@ -5,6 +5,9 @@ from pydantic import Field
 from schemas.base import Fraction, Frozen, Positive
 from schemas.declared import FurtherCheck
 
+FINGERTIP_M = 0.016
+"""Width of a finger tip, m: a hand's finger, and a gripper's."""
+
 
 class HandSettings(Frozen):
     """A gripper of two fingers that floats, and how it uses parts."""
@@ -63,7 +66,7 @@ class ContentSettings(Frozen):
     """Largest body, m: a tennis ball, a mug's width."""
     room_share: Fraction = 0.6
     """Radius of a body over the greatest distance to a face in the interior: room for a hand to set it down."""
-    finger_m: Positive = 0.016
+    finger_m: Positive = FINGERTIP_M
     """Room beside a body for the finger that sets it down, m, where there is so much: the hand's are as wide."""
     density_kg_m3: Positive = 700.0
     """Density of the bodies, kg/m³: wood, fruit; 80 g for the largest ball."""

@@ -27,10 +27,13 @@ STEP = PHYSICS.coarse_timestep_s
 G = 9.81
 
 
+FOLDER = tempfile.TemporaryDirectory()
+"""Where it is read from: what a press meets is looked for in its files."""
+
+
 @cache
 def thing() -> Extraction:
-    with tempfile.TemporaryDirectory() as folder:
-        return read(written(Path(folder) / "cabinet", cabinet()))
+    return read(written(Path(FOLDER.name) / "cabinet", cabinet()))
 
 
 def checked(

@@ -95,6 +95,8 @@ class Extraction:
     opened: DescriptionFile | None = field(default=None, repr=False, compare=False)
     companions: dict[str, Path] = field(default_factory=dict, repr=False, compare=False)
     """PartNet-Mobility's files beside the URDF, by name."""
+    presses: dict[Any, float] = field(default_factory=dict, repr=False, compare=False)
+    """How deep fingers press parts, filled on demand by ``validation.pressed``."""
 
     @property
     def source(self) -> Path:

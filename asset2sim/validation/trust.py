@@ -62,13 +62,17 @@ class Opinion:
         """Whether any term of a joint's dynamics may be kept."""
         return self.in_metres or any(kept_share(self.words, quantity) is Keep.ALL for quantity in TERMS)
 
+    def keeps(self, quantity: Quantity) -> bool:
+        """Whether a quantity's plausible numbers are to stay."""
+        keep = kept_share(self.words, quantity)
+        return keep is Keep.ALL or (keep is Keep.PLAUSIBLE and self.in_metres)
+
     def add(
         self, quantity: Quantity, name: str, belief: Belief, stated: float | None = None, judge: Judge | None = None
     ) -> Belief:
         """Add what is believed of one number, unless it is not to be kept; a doubtful one that is to be stays. A model
         may dispute a ``stated`` number with another, which ``judge`` judges."""
-        keep = kept_share(self.words, quantity)
-        judged = keep is Keep.ALL or (keep is Keep.PLAUSIBLE and self.in_metres)
+        keep, judged = kept_share(self.words, quantity), self.keeps(quantity)
         if stated is not None and judge is not None and judged:
             belief = self.disputes.settle(quantity, name, stated, belief, judge, keep)
         if keep is Keep.ALL and belief.trust is Trust.DOUBTFUL:

@@ -26,6 +26,7 @@ from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
 from asset2sim.validation.positions import hanging_starts, initial_positions, note_guessed_ends
+from asset2sim.validation.pressed import pressed_ranges
 from asset2sim.validation.support import closed_polygon, held_by_file, support_of, wall_evidence
 from asset2sim.validation.suspension import lifted_by_machines, with_suspensions
 from asset2sim.validation.trust import (
@@ -182,6 +183,9 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     ranges = {name: span for name, span in spans.items() if span is not None}
     rests = {name: item.spring_rest for name, item in proposals.items() if item.spring_rest is not None}
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
+    asked_for = {name: position for name, position in wanted.items() if name in theirs}
+    limits_kept = given.opinion.keeps(Quantity.LIMITS)
+    ranges = pressed_ranges(extraction, ranges, proposals, asked_for, scale, kept=limits_kept, notes=notes)
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
     starts = starts_of_followers(features, starts, scale, notes)

@@ -17,10 +17,10 @@ import numpy as np
 from asset2sim.gym.arm.scene import CONTACT_TIME_S, TOOL, object_world
 from asset2sim.load import Description, Joint
 from asset2sim.physics.arrays import Array
-from schemas.hand_settings import HandSettings
+from schemas.hand_settings import FINGERTIP_M, HandSettings
 
-FINGER = np.array([0.008, 0.004, 0.025])
-"""Half the size of a finger, m: a finger tip is 16 mm wide."""
+FINGER = np.array([FINGERTIP_M / 2.0, 0.004, 0.025])
+"""Half the size of a finger, m."""
 TIP_M, PALM = 0.01, np.array([0.015, 0.05, 0.015])
 """How far the fingers reach beyond the middle of their pads, and half the size of the palm, m."""
 HAND_KG, HAND_INERTIA = 1.0, 0.02
