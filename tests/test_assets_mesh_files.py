@@ -165,3 +165,17 @@ def test_files_outside_the_asset_get_names_of_their_own(tmp_path: Path) -> None:
     assert (tmp_path / "out" / left).read_bytes() == (package / "left/a.obj").read_bytes()
     assert (tmp_path / "out" / right).read_bytes() == (package / "right/a.obj").read_bytes()
     assert all(not place.startswith(("/", "..")) and "\\" not in place for place in files)
+
+
+def test_an_stl_in_text_is_written_in_binary(tmp_path: Path) -> None:
+    box = trimesh.creation.box((1.0, 2.0, 3.0))
+    named = b"solid" + trimesh.exchange.stl.export_stl(box)[5:]
+    text = trimesh.exchange.stl.export_stl_ascii(box)
+    source = laid_out(tmp_path / "in", {"meshes/text.stl": text, "binary.stl": named})
+    wanted = {name: source / name for name in ("meshes/text.stl", "binary.stl")}
+    places, _ = brought(dict(wanted), source, tmp_path / "out")
+    assert places == {name: name for name in wanted}
+    written = (tmp_path / "out/meshes/text.stl").read_bytes()
+    assert len(written) == 84 + 50 * len(box.faces), "PyBullet shows nothing of text, and MuJoCo refuses it"
+    assert np.allclose(load_mesh(tmp_path / "out/meshes/text.stl").bounds, box.bounds)
+    assert (tmp_path / "out/binary.stl").read_bytes() == named, "a header may begin with 'solid'"

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
@@ -13,6 +14,9 @@ OUTSIDE = "outside"
 """Folder for meshes that lie outside the asset's own folder."""
 COPIED = (".obj", ".stl")
 """Formats that PyBullet, MuJoCo and PhysX all read; anything else is converted to OBJ."""
+
+STL_HEADER, STL_FACE = 84, 50
+"""Bytes of a binary STL file before its triangles, the last four their number, and of each triangle."""
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp")
 """Formats of the textures that a URDF's materials name."""
@@ -28,7 +32,7 @@ COLLADA_PICTURE = re.compile(rb"<(?:init_from|ref)>\s*([^<]+?)\s*<")
 def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Path) -> dict[str, str]:
     """Copy the existing files into ``target``; reference → its new path relative to ``target``, forward slashes. Files
     under ``source`` keep their place; others go to ``outside/``, each to a folder of its own. COLLADA and glTF become
-    OBJ, which every engine reads. Nothing under ``source`` is written to."""
+    OBJ, which every engine reads, and STL in text becomes binary. Nothing under ``source`` is written to."""
     source, target = source.resolve(), target.resolve()
     placed: dict[str, str] = {}
     taken: dict[Path, str] = {}
@@ -37,7 +41,9 @@ def copy_meshes(references: Mapping[str, Path | None], source: Path, target: Pat
             continue
         if file not in taken:
             place = path_in_target(file, source, len(taken))
-            if file.suffix.lower() in (*COPIED, *PICTURES):
+            if file.suffix.lower() == ".stl" and is_text_stl(file):
+                write_binary_stl(file, target / place)
+            elif file.suffix.lower() in (*COPIED, *PICTURES):
                 copy_file(file, target / place)
                 if file.suffix.lower() == ".obj":
                     copy_materials(file, (target / place).parent, target)
@@ -176,6 +182,25 @@ def path_inside(path: Path, folder: Path) -> Path | None:
     """The normalised path if it lies inside the folder, which is resolved, else None."""
     resolved = path.resolve()
     return resolved if resolved.is_relative_to(folder) else None
+
+
+def is_text_stl(file: Path) -> bool:
+    """Whether an STL file is in text, which PyBullet shows nothing of and MuJoCo refuses."""
+    with file.open("rb") as stream:
+        head = stream.read(STL_HEADER)
+    faces = struct.unpack_from("<I", head, STL_HEADER - 4)[0] if len(head) == STL_HEADER else 0
+    # Headers of binary files may begin with this word, too: their size tells.
+    return head.lstrip().startswith(b"solid") and file.stat().st_size != STL_HEADER + STL_FACE * faces
+
+
+def write_binary_stl(file: Path, place: Path) -> None:
+    """Write the triangles of an STL file in binary, making its folder."""
+    import trimesh  # late: not needed to list an asset's files
+
+    from asset2sim.assets.meshes.load import load_scene
+
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_bytes(trimesh.exchange.stl.export_stl(load_scene(file).to_mesh()))
 
 
 def convert_to_obj(file: Path, target: Path, place: str) -> str:
