@@ -80,8 +80,9 @@ def network_attempts() -> Iterator[list[str]]:
 
 
 SLOWEST_FIRST = (
-    "test_project_walks", "test_flows_refine_dataset", "test_gym_learn", "test_flows_faults",
-    "test_flows_serve_nightly", "test_tasks_ask_again", "test_speed", "test_runs_hostile_answers", "test_flows_remote",
+    "test_project_walks", "test_project_walk_data", "test_project_walk_models", "test_project_walk_nights",
+    "test_flows_serve_nightly", "test_flows_faults", "test_flows_refine_dataset", "test_gym_learn",
+    "test_tasks_ask_again", "test_speed", "test_runs_hostile_answers", "test_flows_remote",
     "test_tasks_paper9", "test_flows_serving", "test_runs_remote_output", "test_runs_plan", "test_assets_origins",
     "test_runs_settings_file", "test_catalog_write", "test_models_gateway_secrets", "test_hostile",
     "test_catalog_parts", "test_catalog_history", "test_flows_secrets", "test_probes_scene",

@@ -1,7 +1,6 @@
 """Dask in processes of its own: ``dask scheduler`` and ``dask worker`` as started by hand, or a cluster that exists
 before the run."""
 
-import socket
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import dask
 from distributed import Client, LocalCluster
 
 from tests.assets import ROOT
+from tests.processes import free_port
 
 Program = subprocess.Popen[bytes]
 
@@ -29,9 +29,7 @@ class Programs:
 
 
 def programs(environment: dict[str, str], folder: Path) -> Programs:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-    return Programs(port, environment, folder / "dask.log")
+    return Programs(free_port(), environment, folder / "dask.log")
 
 
 def start_scheduler(with_: Programs) -> Program:

@@ -1,8 +1,9 @@
-"""Finding, killing and waiting for other processes on this machine."""
+"""Finding, killing and waiting for other processes on this machine, and ports for new ones."""
 
 import contextlib
 import os
 import signal
+import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -49,3 +50,9 @@ def wait_until(condition: Callable[[], bool], seconds: float) -> bool:
             return True
         time.sleep(0.1)
     return condition()
+
+
+def free_port() -> int:
+    """A port of this machine that nobody listens on."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return int(free.getsockname()[1])

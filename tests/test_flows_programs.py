@@ -12,7 +12,7 @@ import pytest
 from flows.command import main
 from flows.serve_pages import ProgramError, commands, run_programs
 from tests.assets import ROOT
-from tests.processes import alive, gone, wait_until
+from tests.processes import alive, free_port, gone, wait_until
 
 SLEEPER = "import subprocess, sys, pathlib\nchild = subprocess.Popen(['sleep', '600'])\n"
 
@@ -56,11 +56,6 @@ flows.serve_pages.commands = lambda *_: {
 }
 sys.exit(main(sys.argv[1:]))
 """
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        return int(free.getsockname()[1])
 
 
 @pytest.mark.system

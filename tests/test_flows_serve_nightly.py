@@ -34,7 +34,7 @@ from schemas.settings import RunSettings, Settings
 from tests.assets import RAW, ROOT
 from tests.nightlies import LIMIT_S, Model, Nightly, make_nightly, model, served
 from tests.prefect_server import with_tables
-from tests.processes import alive, wait_until
+from tests.processes import alive, free_port, wait_until
 
 pytestmark = [
     pytest.mark.system,
@@ -48,8 +48,7 @@ COMMANDS_WORK = Version(fastapi.__version__) < Version("0.151")
 def address(tmp_path_factory: pytest.TempPathFactory, prefect_tables: Path) -> Iterator[str]:
     """``prefect server start``, as a user does it: in a process and a folder of its own, on SQLite."""
     home = with_tables(tmp_path_factory.mktemp("server"), prefect_tables)
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+    port = free_port()
     bare = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
     bare |= {"PREFECT_SERVER_ANALYTICS_ENABLED": "false", "PREFECT_SERVER_SERVICES_SCHEDULER_LOOP_SECONDS": "1"}
     command = [sys.executable, "-m", "prefect", "server", "start", "--host", "127.0.0.1", "--port", f"{port}"]

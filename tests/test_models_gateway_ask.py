@@ -21,6 +21,7 @@ from schemas.request import LabelledImage, ModelRequest
 from schemas.secret import redact
 from schemas.settings import ModelSettings
 from tests.model_server import Reply, forget_refusals, serve
+from tests.processes import free_port
 
 StandIn = Callable[[Callable[[str], str]], None]
 
@@ -108,9 +109,7 @@ def test_a_hanging_server_is_left_after_the_time_limit() -> None:
 
 @pytest.mark.system
 def test_a_server_that_is_not_there_is_named() -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     answer = ask(REQUEST, settings(f"http://127.0.0.1:{port}/v1", max_attempts=2))
     assert len(answer.calls) == 2
     assert answer.error is not None and "could not be reached" in answer.error and str(port) in answer.error

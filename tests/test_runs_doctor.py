@@ -1,6 +1,5 @@
 """The doctor's checks find what is broken and pass what works."""
 
-import socket
 from pathlib import Path
 
 import pytest
@@ -11,6 +10,7 @@ from schemas.settings import ModelSettings
 from schemas.vocabulary import Engine
 from tests.engine_worlds import every_engine
 from tests.model_server import ModelServer, Reply, serve
+from tests.processes import free_port
 
 
 @pytest.mark.system
@@ -102,9 +102,9 @@ def test_a_server_that_refuses_is_one_line_with_what_to_do(
 @pytest.mark.system
 def test_no_server_is_one_line_with_what_to_do_and_no_key_of_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("OPENAI_API_KEY", raising=False)
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    settings = ModelSettings(model="openai/scripted", api_base=f"http://me:pass-word@127.0.0.1:{port}/v1?code=abc123")
+    settings = ModelSettings(
+        model="openai/scripted", api_base=f"http://me:pass-word@127.0.0.1:{free_port()}/v1?code=abc123"
+    )
     with pytest.raises(doctor.DoctorError, match=r"could not be reached at .*check the network and api_base") as error:
         doctor.check_model_answers(settings)
     told = str(error.value)

@@ -23,8 +23,8 @@ from schemas.vocabulary import Engine, FailureMode
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, RAW, prior, sample
 from tests.factories import make_failure
+from tests.processes import free_port
 from tests.test_catalog_query import told
-from tests.test_project_walks import free_port
 
 pytest.importorskip("viser", reason="viser is not installed: the extra 'view' has it")
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: the extra 'browser' has it")
@@ -56,7 +56,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def viewer(out: Path) -> Iterator[Any]:
-    port = int(free_port())
+    port = free_port()
     with open_viewer(
         out, DESK, engine=Engine.PYBULLET, host="127.0.0.1", port=port, settings=EngineSettings()
     ) as found:
@@ -196,7 +196,7 @@ def test_a_failure_is_reviewed_and_failures_knows(
 
 def test_what_cannot_be_served_is_the_user_s_mistake(viewer: Any, out: Path) -> None:
     port = viewer.server.get_port()
-    for asset_id, where, said in ((DESK, port, "cannot be used"), ("desk", int(free_port()), "unknown asset 'desk'")):
+    for asset_id, where, said in ((DESK, port, "cannot be used"), ("desk", free_port(), "unknown asset 'desk'")):
         with (
             pytest.raises(UsageError, match=said),
             open_viewer(out, asset_id, engine=Engine.PYBULLET, host="127.0.0.1", port=where, settings=EngineSettings()),

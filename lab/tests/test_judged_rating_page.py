@@ -30,8 +30,8 @@ from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Method
 from tests.exported import arm
 from tests.factories import make_record
+from tests.processes import free_port
 from tests.test_catalog_history import night
-from tests.test_project_walks import free_port
 
 pytest.importorskip("viser", reason="viser is not installed: the extra 'view' has it")
 zstandard = pytest.importorskip("zstandard", reason="zstandard is not installed: viser brings it")
@@ -84,7 +84,7 @@ def decoded(message: bytes | str) -> bytes:
 @contextmanager
 def desk_of(out: Path) -> Iterator[Any]:
     variants, _ = variants_of(variant_folders([out]), (), ())
-    port = int(free_port())
+    port = free_port()
     with open_rating(
         out, variants, engine=Engine.PYBULLET, host="127.0.0.1", port=port, settings=EngineSettings(),
         durations=QUICK, seed=3,
