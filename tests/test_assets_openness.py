@@ -178,3 +178,10 @@ def test_a_handle_that_lies_on_either_side_and_a_reel_stay_guesses(limits: tuple
     hoop = corners((-0.2, -0.01, 0.0), (0.2, 0.01, 0.2))
     joint = facing("revolute", (-1, 0, 0), 1.0, (0, 0, 0.5))
     assert ends(joint, hoop, *limits).confidence < 0.3
+
+
+def test_a_seesaw_that_stands_on_end_either_way_is_closed_at_neither() -> None:
+    board, foot = corners((-0.75, -0.4, 0.02), (0.75, 0.4, 0.06)), corners((-0.1, -0.4, -0.26), (0.1, 0.4, 0.0))
+    joint = tree_joint("j", "revolute", "body", "part", (0, 1, 0), (0, 0, 0))
+    found = ends(joint, board, -math.pi, math.pi, body=foot)
+    assert found.confidence == 0.0, "it starts where its file has it"

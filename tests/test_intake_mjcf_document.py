@@ -312,3 +312,17 @@ def test_angles_of_no_stated_unit_are_radians_where_they_can_be_nothing_else(
     found = made.robot.find("joint[@name='hinge']/limit")
     assert found is not None and float(str(found.get("upper"))) == pytest.approx(upper, rel=1e-3)
     assert ("read as radians" in str(made.notes)) == (upper in (1.57, 3.0))
+
+
+def test_boxes_of_a_class_named_collision_are_not_seen_on_bodies_that_have_looks(tmp_path: Path) -> None:
+    classes = (
+        "<default><default class='looks'><geom contype='0' conaffinity='0' group='1'/></default>"
+        "<default class='collision'><geom group='0' rgba='1 0 0 .5'/></default></default>"
+    )
+    body = "<geom class='looks' type='sphere' size='.1'/><geom class='collision' type='box' size='.1 .1 .1'/>"
+    bare = "<body><joint/><geom class='collision' type='box' size='.1 .1 .1' mass='1'/></body>"
+    converted = urdf_of_mjcf(written(tmp_path, f"<body>{body}{bare}</body>", classes), tmp_path)
+    whole, alone = converted.robot.findall("link")
+    assert len(whole.findall("visual")) == len(whole.findall("collision")) == 1
+    assert whole.find("visual/geometry/sphere") is not None
+    assert alone.find("visual") is not None, "there is nothing else to see"

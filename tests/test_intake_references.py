@@ -423,3 +423,9 @@ def test_a_xacro_does_not_learn_the_environment(tmp_path: Path, monkeypatch: pyt
         urdf_of_xacro(tmp_path / "box.urdf.xacro", tmp_path, AllowedFolders((tmp_path,))).robot[0].get("name") == "none"
     )
     assert urdf_of_xacro(tmp_path / "box.urdf.xacro", tmp_path).robot[0].get("name") == "sk-of-the-environment"
+
+
+@pytest.mark.parametrize("reference", ["a/own.obj", "Box/a/own.obj"])
+def test_a_path_from_a_folder_in_which_engines_search_is_found(reference: str, tmp_path: Path) -> None:
+    item = extract(dataset(tmp_path, reference))
+    assert not item.findings and reference in {mesh.file for mesh in item.features.links[0].meshes}

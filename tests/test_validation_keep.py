@@ -4,8 +4,10 @@ import re
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.metric import STATED_UNIT
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
 from asset2sim.intake.origin import extract
@@ -186,3 +188,13 @@ def test_a_hall_in_metres_is_larger_than_any_household_object(tmp_path: Path) ->
     done, findings = complete(weighed, Overlay(scale=1.0))
     assert done.scale == 1.0 and "scale_bounded" not in findings
     assert complete(box_with_lid(tmp_path / "b", size=6.0), Overlay(scale=1.0))[0].scale < 1.0
+
+
+@pytest.mark.parametrize(("unit", "high", "metric"), [(True, 0.9, True), (False, 0.9, False), (True, 1.8, False)])
+def test_meshes_that_state_their_unit_speak_for_metres(unit: bool, high: float, metric: bool, tmp_path: Path) -> None:
+    """A cart 1.8 m long, of a size to which datasets bring objects; one whose longest edges are 2 was brought to it."""
+    box = trimesh.creation.box((2.0 if high == 1.8 else 1.8, 1.0, high))
+    place = written(tmp_path, robot(link("body", mesh("body.dae"))))
+    text = trimesh.exchange.dae.export_collada(box).decode()
+    (place / "body.dae").write_text(text.replace("<asset>", '<asset><unit name="meter" meter="1"/>') if unit else text)
+    assert (read(place).features.metric == STATED_UNIT) is metric

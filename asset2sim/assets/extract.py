@@ -195,6 +195,7 @@ def read_asset(
             document.robot,
             floats_of(closed_high - closed_low),
             floats_of(high - low),
+            unit_stated=reader.unit_stated,
         ),
         keep=keep,
     )

@@ -63,6 +63,8 @@ class MeshReader:
     origin: Path | None = None
     """The folder of the file that ``folder``'s URDF was made of, in which missing files are looked for in vain."""
     largest_mb: float = InputSettings().max_mesh_mb
+    unit_stated: bool = False
+    """Whether a mesh file states its unit of length."""
     lost: dict[str, str] = field(default_factory=dict)
     """Reference → why it cannot be read, in words."""
 
@@ -75,7 +77,8 @@ class MeshReader:
         """Say once an asset that its COLLADA files are not in metres, or state another up axis than z."""
         unit, axis = collada_header(path)
         told = {finding.code for finding in self.findings}
-        if unit != 1.0 and "collada_unit" not in told:
+        self.unit_stated |= unit is not None
+        if unit not in (None, 1.0) and "collada_unit" not in told:
             message = f"{named} is in units of {unit:.4g} m; such meshes are brought to metres, as loaders do"
             self.inform("collada_unit", message, link)
         if axis != "Z_UP" and "collada_up_axis" not in told:

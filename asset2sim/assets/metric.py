@@ -38,6 +38,7 @@ LEAST_LENGTHS, LEAST_OF_SHAPES, DRAWN_SHARE = 4, 2, 0.9
 and joints stand, and the share on the grid, from which a drawing in metres is told: bringing an object to one size
 leaves no round lengths."""
 DRAWN = "its boxes and cylinders are drawn in tenths of a millimetre"
+STATED_UNIT = "its meshes state their unit of length"
 UNITS, OF_UNIT = (1.0, 2.0), 1e-3
 """Longest edge or diagonal of what was brought to one size, and the share by which it is off."""
 NEAR_UNIT = 0.01
@@ -54,13 +55,16 @@ def metric_evidence(
     robot: Element | None = None,
     size: Sequence[float] = (),
     rest_size: Sequence[float] = (),
+    *,
+    unit_stated: bool = False,
 ) -> str:
     """The reason to take the authored lengths for metres; empty where there is none.
 
     ``metric_format`` is the name of a format that has metres, empty for one that may have anything. Metres has also a
     URDF whose masses fit its volumes: at ten times its size an object of those masses would be a thousand times too
     light; one of boxes, cylinders and spheres (of ``robot``) with lengths in whole tenths of a millimetre, unless it
-    has meshes, too, and its ``size`` is of something that was brought to one; and, the weakest, one whose ``size`` and
+    has meshes, too, and its ``size`` is of something that was brought to one; one whose meshes state their unit of
+    length (``unit_stated``), unless it has such a size; and, the weakest, one whose ``size`` and
     ``rest_size`` (edges in m, closed and with all joints at zero) are none to which anything is brought. The size is
     ``kept`` as the user asks: whatever it is, where it is plausible, or not at all.
     """
@@ -77,6 +81,8 @@ def metric_evidence(
     # Meshes are brought to one size, and boxes around them with them; nobody does so to what is written in numbers.
     if robot is not None and is_drawn_in_metres(robot) and (robot.find("link//mesh") is None or not is_unit(size)):
         return DRAWN
+    if unit_stated and not any(is_unit(edges, NEAR_UNIT) for edges in (size, rest_size)):
+        return STATED_UNIT
     apart = not any(is_unit(edges, NEAR_UNIT) or in_unit_sphere(edges) for edges in (size, rest_size))
     return UNLIKE_UNITS if apart and 0.0 < max(size, default=0.0) <= LARGEST_M else ""
 

@@ -60,13 +60,13 @@ def load_scene(path: Path, **how: Any) -> trimesh.Scene:
     return scene if unit == 1.0 else scene.apply_scale(unit)
 
 
-def collada_header(path: Path) -> tuple[float, str]:
-    """The unit (m) and the up axis (``Y_UP``) that a COLLADA file states; COLLADA's defaults where it does not."""
+def collada_header(path: Path) -> tuple[float | None, str]:
+    """The unit (m, None where there is none) and the up axis that a COLLADA file states, ``Y_UP`` where it does not."""
     with path.open("rb") as stream:
         head = stream.read(65_536).decode("utf-8", errors="replace")
     unit = re.search(r"""<unit[^>]*\smeter\s*=\s*["']\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)""", head)
     axis = re.search(r"<up_axis>\s*(\w+)", head)
-    return (float(unit[1]) if unit else 1.0), (axis[1] if axis else "Y_UP")
+    return (float(unit[1]) if unit else None), (axis[1] if axis else "Y_UP")
 
 
 def unit_of(scene: trimesh.Scene) -> float:

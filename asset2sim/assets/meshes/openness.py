@@ -102,7 +102,7 @@ def joint_ends(
     inner = int(np.argmin(cost))
     # A leaf that slides along a wall is nearest to its middle where it stands in the way: that alone says nothing.
     compact = shares[inner] < min(shares[0], shares[-1]) - BLIND or lower < 0.0 < upper
-    if compact and cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN:
+    if compact and cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN and not is_mirrored(positions, cost, inner):
         closed = float(positions[inner])
         if upper - lower < 2.0 * math.pi and lies_beside(tree, root, points, joint, closed):
             closed = higher_end(tree, root, points, joint, (lower, upper))
@@ -116,6 +116,14 @@ def joint_ends(
         return JointEnds(nearest_zero, other, 0.0)
     closed, opened = (lower, upper) if cost[0] < cost[-1] else (upper, lower)
     return JointEnds(closed, opened, min(difference / SURE, 1.0))
+
+
+def is_mirrored(positions: Array, cost: Array, inner: int) -> bool:
+    """Whether the joint is as compact as at its sample ``inner`` where it is turned as far the other way: a seesaw that
+    stands on end either way is closed at neither."""
+    other = int(np.argmin(np.abs(positions + positions[inner])))
+    apart = abs(float(positions[other] + positions[inner])) <= 1e-3 * float(np.ptp(positions))
+    return other != inner and apart and float(cost[other] - cost[inner]) < INTERIOR_MARGIN
 
 
 def lies_beside(

@@ -196,6 +196,10 @@ def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath])
     for start in range(len(parts)) if loose or text.startswith("/") else (0,):
         for base in (folder, *above) if loose else (folder,):
             yield base.joinpath(*parts[start:])
+    # Programs that name a folder in which engines search have paths from there: "door/leaf.obj" of "door/door.urdf".
+    for count in range(1, len(parts)):
+        if tuple(parts[:count]) == folder.parts[-count:]:
+            yield folder.joinpath(*parts[count:])
 
 
 def is_loose(reference: str) -> bool:

@@ -112,6 +112,7 @@ class _Model:
         self.meshes: dict[int, str] = {}
         self.base = world_name({self.name("body", body) for body in range(1, model.nbody)})
         self.ground = ground_of(mujoco, model)
+        self.unseen = unseen_geoms(spec, model)
 
     def converted(self) -> Converted:
         """The model as a URDF."""
@@ -311,7 +312,8 @@ class _Model:
             self.notes.append(f"geom '{self.name('geom', geom)}' is left out: a URDF has no such shape")
             return
         collides = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
-        roles = (["visual"] if not collides or m.geom_group[geom] in SHOWN_GROUPS else []) + ["collision"] * collides
+        seen = not collides or (m.geom_group[geom] in SHOWN_GROUPS and geom not in self.unseen)
+        roles = ["visual"] * seen + ["collision"] * collides
         for role in roles:
             element = add_child(link, role)
             add_origin(element, pose)
@@ -329,6 +331,20 @@ class _Model:
             faces = slice(m.mesh_faceadr[mesh], m.mesh_faceadr[mesh] + m.mesh_facenum[mesh])
             self.meshes[mesh] = write_obj(self.work, f"mesh_{mesh}", m.mesh_vert[corners], m.mesh_face[faces])
         return self.meshes[mesh]
+
+
+def unseen_geoms(spec: Any, model: Any) -> frozenset[int]:
+    """Geoms of a class named after collision on bodies that have looks of their own: MuJoCo shows them as boxes around
+    these, and the benchmarks that write so hide their group."""
+    looked = {
+        int(model.geom_bodyid[g])
+        for g in range(model.ngeom)
+        if not (model.geom_contype[g] or model.geom_conaffinity[g])
+    }
+    named = {
+        geom.id for geom in spec.geoms if geom.classname is not None and "collision" in geom.classname.name.lower()
+    }
+    return frozenset(geom for geom in named if int(model.geom_bodyid[geom]) in looked)
 
 
 def is_of_material(density_kg_m3: float) -> bool:
