@@ -14,9 +14,11 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
 from tests.assets import joint, link, robot, shape, written
 
-KEYS = {"narrow": (5, 2.0), "wide": (20, 2.0), "proud": (5, 6.0), "flush": (5, 0.0), "middling": (12, 0.0),
-        "broad": (15, 0.0), "sunk": (5, -2.0)}  # fmt: skip
+KEYS = {"narrow": (5, 2.0), "wide": (20, 2.0), "proud": (5, 6.0), "flush": (5, 0.0), "sunk": (5, -2.0),
+        "middling": (12, 0.0), "broad": (15, 0.0), "in_hole": (20, 2.0)}  # fmt: skip
 """Key → its width and how far it stands out of the board, mm. Each goes down by 4 mm."""
+STRIPS = ((-0.2, 0.094), (0.106, 0.1425), (0.1575, 0.19), (0.21, 0.25))
+"""What the board covers along x, m: the last three keys go down between them, the others are drawn in it."""
 
 
 def pressed(
@@ -24,7 +26,8 @@ def pressed(
 ) -> tuple[dict[str, JointPhysics], list[Finding]]:
     """The keys of a board as validated, and what is said of how far they go. The board's top, at z = 0, is a part
     of its own, fixed on with its axes turned; each key is a box 1 cm deep."""
-    parts = [link("base", shape("0.4 0.2 0.01")), link("cover", shape("0.2 0.4 0.01"))]
+    strips = (shape(f"0.2 {high - low} 0.01", xyz=f"0 {-(low + high) / 2.0} 0") for low, high in STRIPS)
+    parts = [link("base", shape("0.4 0.2 0.01")), link("cover", "".join(strips))]
     on_top = '<parent link="base"/><child link="cover"/><origin xyz="0 0 0.01" rpy="0 0 1.5707963"/>'
     parts += [f'<joint name="on_top" type="fixed">{on_top}</joint>']
     for number, (name, (wide, out)) in enumerate(KEYS.items()):
@@ -41,16 +44,18 @@ def pressed(
 
 def test_a_key_narrower_than_a_finger_goes_no_deeper_than_it_stands_out(tmp_path: Path) -> None:
     keys, told = pressed(tmp_path)
-    # 2 mm less 0.1; a tip of 16 mm dips by 0.4 mm into a gap of 5 mm, so that the least of 0.5 mm stays.
-    assert keys["narrow"].upper == pytest.approx(0.0019) and keys["flush"].upper == pytest.approx(0.0005)
-    # Into a gap of 12 mm it dips by 2.7 mm, which is looked for in rings of half a millimetre.
+    # 2 mm less 0.1, however wide what is drawn on the board itself; at least half a millimetre.
+    assert keys["narrow"].upper == keys["wide"].upper == pytest.approx(0.0019)
+    assert keys["flush"].upper == pytest.approx(0.0005)
+    # Into a gap of 12 mm a tip of 16 mm dips by 2.7 mm, which is looked for in rings of half a millimetre.
     dips = [8.0 - math.sqrt(64.0 - half**2) - 0.1 for half in (6.0, 6.5)]
     assert dips[0] <= 1e3 * (keys["middling"].upper or 0.0) <= dips[1] + 1e-9
-    # A finger goes in with the wide one, dips 5.2 mm into a gap of 15 mm, and does not get to what is sunk.
-    assert all(keys[name].upper == 0.004 for name in ("wide", "proud", "broad", "sunk"))
-    assert [(one.code, one.joint) for one in told] == [("press_drawn_in", n) for n in ("narrow", "flush", "middling")]
+    # Into one of 15 mm it dips by 5.2 mm, it goes into one of 20 mm, and does not get to what is sunk.
+    assert all(keys[name].upper == 0.004 for name in ("proud", "broad", "in_hole", "sunk"))
+    drawn_in = ("narrow", "wide", "flush", "middling")
+    assert [(one.code, one.joint) for one in told] == [("press_drawn_in", name) for name in drawn_in]
     assert "goes 4 mm" in told[0].message and "after 2 mm: drawn in to 1.9 mm" in told[0].message
-    narrow, wide = keys["narrow"], keys["wide"]
+    narrow, wide = keys["narrow"], keys["in_hole"]
     assert (narrow.limits_source, wide.limits_source) == (Source.RULE, Source.AUTHORED)
     # It is open where it ends, and there its spring has what it was asked to have, 0.9 N, beside the key's weight.
     assert narrow.open == narrow.upper and narrow.closed == 0.0
@@ -66,7 +71,7 @@ def test_a_finger_does_not_grow_with_the_object(tmp_path: Path) -> None:
 def test_a_range_that_is_kept_or_asked_for_is_told_and_stays(tmp_path: Path) -> None:
     keys, told = pressed(tmp_path / "kept", keep="limits")
     assert {own.upper for own in keys.values()} == {0.004}
-    assert [one.code for one in told] == ["press_deep"] * 3 and "kept as its file has it" in told[0].message
+    assert [one.code for one in told] == ["press_deep"] * 4 and "kept as its file has it" in told[0].message
     keys, told = pressed(tmp_path / "asked", narrow=0.003, flush=0.0)
     assert keys["narrow"].upper == keys["narrow"].initial_position == 0.003
     assert keys["flush"].upper == pytest.approx(0.0005)

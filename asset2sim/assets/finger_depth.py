@@ -17,11 +17,11 @@ SHARES = (0.5, 0.2, 0.8)
 
 
 def finger_depth(part: Array, around: Array, way: Array, finger_m: float, enough_m: float) -> float:
-    """The way, m, along which a fingertip takes a part before it meets what is around it, which the part does not take
-    along: as far as the part stands out there, or as deep as the tip's pad, round and ``finger_m`` across, dips into
-    the gap if that is more. Where the part is pressed best, or at the first place at which it is ``enough_m``. What the
-    drawing has under the part does not count: it slides in a hole, drawn or not. Infinite for what is as wide as a
-    finger or stands alone, and where no finger comes near from its front.
+    """The way, m, along which a fingertip takes a part before it meets what is drawn under the part, which stops it
+    where the part has no hole to slide in, or what is around a part that is narrower: as far as the part stands out
+    there or, beside it, as deep as the tip's pad, round and ``finger_m`` across, dips into the gap if that is more.
+    Where the part is pressed best, or at the first place at which it is ``enough_m``. Infinite where nothing is met,
+    and where no finger comes near from its front.
 
     ``part`` and ``around`` are (n, 3, 3) triangles in one frame, m, and ``way`` the (3,) unit direction of the press.
     """
@@ -36,21 +36,22 @@ def finger_depth(part: Array, around: Array, way: Array, finger_m: float, enough
     around = around[boxed.all(axis=1) & (around[..., 2].max(axis=1) > front - ARM_M)]
     if not len(around):
         return math.inf
-    rings = np.repeat(radius * np.arange(1, RINGS + 1) / RINGS, ANGLES)
-    angles = np.tile(2.0 * math.pi * np.arange(ANGLES) / ANGLES, RINGS)
+    rings = np.repeat(radius * np.arange(RINGS + 1) / RINGS, ANGLES)
+    angles = np.tile(2.0 * math.pi * np.arange(ANGLES) / ANGLES, RINGS + 1)
     tip = rings[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     dips = radius - np.sqrt(np.maximum(radius**2 - rings**2, 0.0))
     best = -math.inf
     for share in ((x, y) for x in SHARES for y in SHARES):
         middle = low + np.array(share) * (high - low)
-        own = first_met(part, np.vstack([middle, middle + tip]), front - ARM_M)
+        own = first_met(part, middle + tip, front - ARM_M)
         if math.isinf(own[0]):
             continue
         met = first_met(around, middle + tip, front - ARM_M)
-        out = np.where(met < own[1:], met - own[0], math.inf)
+        out = met - own[0]
         if (out < -BESIDE_M).any():
             continue
-        best = max(best, float(np.maximum(out, dips)[np.isfinite(out)].min(initial=math.inf)))
+        deep = np.where(met < own, np.maximum(out, dips), math.inf)
+        best = max(best, min(float(deep.min()), float(out[0])))
         if best >= enough_m:
             break
     return math.inf if math.isinf(best) else best

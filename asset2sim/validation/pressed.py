@@ -1,4 +1,4 @@
-"""How far keys and buttons go: no finger presses what is narrower than itself below what is around it."""
+"""How far keys and buttons go: no deeper than a finger presses them before it meets what is around them."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -116,7 +116,7 @@ class Drawn:
 
 def depth_of_press(drawn: Drawn, span: Range, rest: float, sign: float, scale: float, way: float) -> float:
     """How deep a fingertip presses a part, which rests at a position at the authored scale, m at the final scale: up to
-    ``way``, before it meets what does not move against the part's parent."""
+    ``way``, before it meets what is fixed to the part's parent."""
     known, key = drawn.extraction.presses, (span.joint, rest, sign, scale)
     if key not in known:
         joint = next(item for item in drawn.tree if item.name == span.joint.name)
