@@ -526,3 +526,25 @@ def test_the_cap_of_a_machine_is_a_lid(category: str, material: str) -> None:
 def test_a_wall_switch_stays_on() -> None:
     term = felt(ask(known.thing("Switch", known.hinged("rocker", "switch"))), "rocker")
     assert term["holds"] is True and not term.get("spring_hz")
+
+
+@pytest.mark.parametrize(
+    ("cover", "words", "material"),
+    [
+        ("dark grey (black_metal)", "", "steel"),
+        ("light grey (BrushedStainlessSteel), 80 %", "", "stainless steel"),
+        ("dark grey (black_metal), 40 %", "", "plastic"),
+        ("dark grey (black_metal)", "A plastic thing.", "plastic"),
+        ("black (box_glass)", "", "plastic"),
+    ],
+)
+def test_a_files_paint_names_what_most_of_a_link_is_made_of(cover: str, words: str, material: str) -> None:
+    item = thing("Glasses" if "glass" in cover else "", asset_id="thing", size=0.4)
+    item["links"][0]["materials"] = [cover]
+    assert ask(item, words)["links"][0]["material"] == material
+
+
+def test_a_paint_called_metal_or_wood_is_any_of_its_kind() -> None:
+    door = thing("Door", size=2.0)
+    door["links"][0]["materials"] = ["brown (oak)"]
+    assert ask(door)["links"][0]["material"] == ask(thing("Door", size=2.0))["links"][0]["material"] != "wood"

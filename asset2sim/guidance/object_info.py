@@ -38,7 +38,8 @@ def read_prompt(text: str) -> tuple[Mapping[str, Json], str]:
 
 @dataclass(frozen=True)
 class LinkInfo:
-    """One link: sizes in m, volumes in m³ and areas in m², in the root frame at rest and at the authored scale."""
+    """One link: sizes in m, volumes in m³ and areas in m², in the root frame at rest and at the authored scale; what
+    covers it in words, what covers most first."""
 
     name: str
     label: str
@@ -47,6 +48,7 @@ class LinkInfo:
     volume_m3: float
     hull_volume_m3: float
     outer_m2: float
+    covers: tuple[str, ...] = ()
 
     @property
     def has_geometry(self) -> bool:
@@ -159,7 +161,7 @@ def decoded(text: str) -> Json:
 
 
 def _link(item: Mapping[str, Json]) -> LinkInfo:
-    area = max(finite_number(item.get("area_m2"), 0.0), 0.0)
+    area, covers = max(finite_number(item.get("area_m2"), 0.0), 0.0), item.get("materials")
     return LinkInfo(
         name=text_or_empty(item.get("name")),
         label=text_or_empty(item.get("label")),
@@ -168,6 +170,7 @@ def _link(item: Mapping[str, Json]) -> LinkInfo:
         volume_m3=max(finite_number(item.get("volume_m3"), 0.0), 0.0),
         hull_volume_m3=max(finite_number(item.get("hull_volume_m3"), 0.0), 0.0),
         outer_m2=max(finite_number(item.get("outer_m2"), area), 0.0),
+        covers=tuple(word for word in covers if isinstance(word, str)) if isinstance(covers, list | tuple) else (),
     )
 
 

@@ -1,6 +1,7 @@
 """How each link is built: a wall or a solid, of what, and what is inside; the object's mass follows from its parts."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -39,6 +40,9 @@ WIRE_KG_M, GRIP_M = 0.099, 0.07
 _FRAME = ("", "leg")
 """Parts that carry what a known total has more than its parts, where no row says how such an object is built."""
 _PLASTICS = ("plastic", "polypropylene", "polyethylene", "pvc")
+_ALIKE = (_PLASTICS, ("steel", "stainless steel", "aluminium", "brass", "iron"),
+          ("wood", "particleboard", "hollow-core board"))  # fmt: skip
+"""Materials of which a file's paint means any by the name of one: "metal", "wood"."""
 _UNCHANGED_MATERIALS = ("electronics", "glass", "rubber")
 """Materials that a word about the whole object does not change: a steel watch keeps its glass."""
 
@@ -123,6 +127,8 @@ def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -
     material, hollow, wall = row.material, row.hollow, row.wall_m
     wanted = words.get(part) or words.get("")
     same = wanted == material or (wanted == "plastic" and material in _PLASTICS)
+    if wanted is None and (named := painted_material(link.covers, category)):
+        wanted, same = named, any({named, material} <= {*alike} for alike in _ALIKE)
     if wanted and not same and (part in words or material not in _UNCHANGED_MATERIALS):
         table = tables.materials()
         thicker = table[wanted].wall_factor / table[material].wall_factor
@@ -132,6 +138,24 @@ def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -
     if link.hull_volume_m3 > 0.0 and link.volume_m3 > 0.0:
         hollow *= link.hull_volume_m3 / link.volume_m3
     return _Piece(link, part, material, min(max(hollow, MIN_HOLLOW), 1.0), wall if link.outer_m2 > 0.0 else 0.0)
+
+
+def painted_material(covers: Sequence[str], category: str) -> str:
+    """The material after which a file names the paint of most of a link ("dark grey (black_metal), 80 %"); "" where its
+    name says none, or is the object's own ("glass" of a wine glass)."""
+    if not covers or ((share := _SHARE.search(covers[0])) is not None and float(share[1]) < MOST_OF_IT):
+        return ""
+    name = _NAMED.search(covers[0])
+    tokens = re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name[1] if name else "").lower())
+    table = tables.material_words()
+    found = [table[token] for token in tokens if token in table and token not in category.lower()]
+    return "stainless steel" if "stainless steel" in found else next(iter(found), "")
+
+
+_NAMED, _SHARE = re.compile(r"\(([^()]+)\)"), re.compile(r", (\d+) %$")
+"""A paint's name, and its share of the link's area in percent, in the words that say what covers a link."""
+MOST_OF_IT = 60.0
+"""Share of a link's area, in percent, from which a paint may name what the link is made of."""
 
 
 def _thinner(piece: _Piece, ratio: float) -> _Piece:
