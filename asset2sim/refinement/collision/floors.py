@@ -27,6 +27,8 @@ LOST = 0.5
 """Most surface of the mesh that a cut takes off, over the floor that it lays free: else it was a rim or a plate."""
 
 
+ROUNDING_M = 1e-9
+"""By how much a triangle's box is made larger for rounding, m."""
 PLACES = 120
 """Places of a floor at which it is looked whether a piece covers it, about."""
 
@@ -129,11 +131,14 @@ def free_above(floor: Floor, over: Array) -> Array:
     flat, edges, area = flat[sound], edges[sound], area[sound]
     levels = np.roll(over[sound] @ floor.normal, -2, axis=1) - floor.height  # side i is opposite to corner i + 2
     found = np.full(len(floor.places), np.inf)
+    (left, front), (right, back) = flat.min(axis=1).T - ROUNDING_M, flat.max(axis=1).T + ROUNDING_M
     for index, place in enumerate(floor.places):
-        off = np.array([place @ first, place @ second]) - flat
-        shares = (edges[..., 0] * off[..., 1] - edges[..., 1] * off[..., 0]) / area[:, None]
+        x, y = place @ first, place @ second
+        near = np.flatnonzero((left <= x) & (x <= right) & (front <= y) & (y <= back))
+        off = np.array([x, y]) - flat[near]
+        shares = (edges[near, :, 0] * off[..., 1] - edges[near, :, 1] * off[..., 0]) / area[near, None]
         met = (shares >= 0.0).all(axis=1)
-        heights = (shares[met] * levels[met]).sum(axis=1)
+        heights = (shares[met] * levels[near[met]]).sum(axis=1)
         found[index] = heights[heights > 1e-6].min(initial=np.inf)
     return found
 
