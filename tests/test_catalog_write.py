@@ -309,11 +309,11 @@ def test_a_reader_never_sees_two_runs_at_once(tmp_path: Path) -> None:
     child = os.fork()
     if child == 0:
         try:
-            for index in range(1, 1000):
+            for index in range(1, 40):
                 write_run(tmp_path, make_run(str(index)), records)
                 if enough.exists():
                     os._exit(0)
-                time.sleep(index * 0.02)  # longer each time, until the slowest reader gets between two of them
+                time.sleep(0.02 * 1.25**index)  # longer each time, until the slowest reader gets between two of them
         except BaseException:
             os._exit(3)
         os._exit(4)
