@@ -1,7 +1,6 @@
 """Convex decomposition keeps hollows empty, stays within the hull, repeats itself, and ends when it is told to."""
 
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,10 +11,10 @@ from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose, surf
 from asset2sim.assets.meshes.decompose_pieces import clip, merge
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
+from tests.marks import OBJECTS, needs_objects
 
 pytestmark = pytest.mark.system
 
-SHARED = Path(__file__).resolve().parents[2] / "shared" / "partnet_mobility"
 SETTINGS = DecomposeSettings(cpu_limit_s=60.0)
 
 
@@ -150,10 +149,10 @@ def test_merging_joins_the_pieces_that_fill_least() -> None:
     assert sorted(round(ConvexHull(piece).volume, 6) for piece in merged) == [1.0, 2.0]
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the real objects are not here")
+@needs_objects
 @pytest.mark.parametrize("name", ["original-3", "original-4", "original-7"])
 def test_double_sided_thin_parts_are_not_fattened(name: str) -> None:
-    mesh = load_mesh(SHARED / "Stapler" / "103275" / "textured_objs" / f"{name}.obj")
+    mesh = load_mesh(OBJECTS / "Stapler" / "103275" / "textured_objs" / f"{name}.obj")
     pieces = run(mesh)
     assert pieces is not None
     check_within_hull(mesh, pieces, SETTINGS.max_hulls)

@@ -9,7 +9,8 @@ import pytest
 from asset2sim.assets.meshes import triangles
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.assets.meshes.triangles import Triangles, file_key, read_triangles, write_triangles
-from tests.assets import RAW, SHARED, box_obj
+from tests.assets import RAW, box_obj
+from tests.marks import OBJECTS, needs_objects
 
 BIN = RAW / "TrashCan" / "trashcan_pedal"
 
@@ -52,10 +53,10 @@ def test_what_is_read_from_disk_is_what_was_parsed(tmp_path: Path, monkeypatch: 
     assert_kept(tmp_path / "store.npz", BIN, monkeypatch)
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the real objects are not here")
+@needs_objects
 @pytest.mark.parametrize("name", ["Stapler/103275", "TrashCan/102155", "Laptop/10040"])
 def test_real_meshes_come_back_in_every_bit(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert_kept(tmp_path / "store.npz", SHARED / "partnet_mobility" / name, monkeypatch)
+    assert_kept(tmp_path / "store.npz", OBJECTS / name, monkeypatch)
 
 
 def test_a_file_is_parsed_once_without_a_store_too(monkeypatch: pytest.MonkeyPatch) -> None:

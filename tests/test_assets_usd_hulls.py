@@ -31,13 +31,13 @@ from tasks.apply import apply_overlay
 from tasks.extract import extract_asset
 from tasks.progress import AssetJob
 from tasks.validate import validate_overlay
-from tests.assets import NO_VIEWS, RAW, SHARED, prior, sample
+from tests.assets import NO_VIEWS, RAW, prior, sample
 from tests.builders import ORIGIN, UrdfLink, mesh
 from tests.exported import refined
+from tests.marks import OBJECTS, needs_objects
 
 pxr = pytest.importorskip("pxr", reason="usd-core is not installed")
 
-REAL = SHARED / "partnet_mobility"
 with (RAW / "manifest.csv").open(encoding="utf-8", newline="") as stream:
     GOOD_SAMPLES = [row["asset_id"] for row in csv.DictReader(stream) if not row["asset_id"].startswith("planted")]
 
@@ -201,8 +201,8 @@ def test_every_sample_is_within_the_limits(asset_id: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.system
-@pytest.mark.skipif(not REAL.is_dir(), reason="../shared/partnet_mobility is absent")
+@needs_objects
 @pytest.mark.parametrize("asset_id", ["179", "3398"])
 def test_real_objects_with_round_parts_are_within_the_limits(asset_id: str, tmp_path: Path) -> None:
-    (asset,) = (item for item in load_dataset(REAL, None, (asset_id,), None))
+    (asset,) = (item for item in load_dataset(OBJECTS, None, (asset_id,), None))
     assert check_export(exported(asset, tmp_path), 0.1) > 0

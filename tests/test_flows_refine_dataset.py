@@ -120,7 +120,6 @@ def test_a_killed_run_leaves_no_process(running: subprocess.Popen[str], tmp_path
     assert not (tmp_path / "out" / "catalog").exists()
 
 
-@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_three_samples_and_a_missing_one_end_to_end(
     tmp_path: Path, environment: dict[str, str], prefect_server: str, mark: str
 ) -> None:

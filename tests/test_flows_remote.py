@@ -60,7 +60,6 @@ def comparable(out: Path | str, name: str) -> pd.DataFrame:
     return table.loc[:, ~(timed | table.columns.isin(OF_THE_RUN))]
 
 
-@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(
     store: Store, tmp_path: Path, prefect_server: str
 ) -> None:

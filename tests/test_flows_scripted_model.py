@@ -6,15 +6,11 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.read import read_table
-from tests.assets import SHARED
 from tests.commands import one_after_the_other
+from tests.marks import OBJECTS, needs_objects
 from tests.scripted_server import scripted
 
-OBJECTS = SHARED / "partnet_mobility"
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent"),
-]
+pytestmark = [pytest.mark.system, needs_objects]
 
 CHOSEN = "19179"
 """A cabinet, whose drawers overlap what is around them as they are drawn: a model is asked for its state as well."""

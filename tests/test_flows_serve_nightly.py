@@ -36,10 +36,7 @@ from tests.nightlies import LIMIT_S, Model, Nightly, make_nightly, model, served
 from tests.prefect_server import with_tables
 from tests.processes import alive, free_port, wait_until
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here"),
-]
+pytestmark = pytest.mark.system
 TWO = ("--assets", "box_wooden,laptop_silver")
 COMMANDS_WORK = Version(fastapi.__version__) < Version("0.151")
 

@@ -14,7 +14,6 @@ from flows.run_report import moment
 from flows.server.client import send_held
 from flows.server.server import Serving, deployment_name, find_serving, serving
 from schemas.errors import UsageError
-from tests.assets import RAW
 from tests.nightlies import LIMIT_S, make_nightly, served
 from tests.prefect_server import with_tables
 from tests.processes import alive, wait_until
@@ -71,7 +70,6 @@ def test_the_next_run_is_shown_with_how_far_off_it_is() -> None:
     assert "none is planned" in moment(None)
 
 
-@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_a_nightly_with_a_server_of_its_own_is_served_triggered_and_stopped(home: Path, tmp_path: Path) -> None:
     mark = f"asset2sim-test-{uuid.uuid4().hex}"
     bare = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}

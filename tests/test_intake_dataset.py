@@ -23,7 +23,7 @@ from flows.steps import discover
 from schemas.errors import MISTAKE, MOST_MISTAKES, AssetError, UnknownChoiceError, UsageError
 from schemas.location import Location
 from schemas.vocabulary import UpAxis
-from tests.assets import SHARED
+from tests.marks import OBJECTS, needs_objects
 
 
 def write_manifest(folder: Path, text: str) -> Path:
@@ -201,13 +201,13 @@ def test_real_names_are_safe_and_separators_are_not() -> None:
             check_asset_id(bad, "x")
 
 
-@pytest.mark.skipif(not (SHARED / "partnet_mobility").is_dir(), reason="the shared real objects are not here")
+@needs_objects
 def test_the_real_manifest_and_the_same_folders_without_it() -> None:
-    refs = load_dataset(SHARED / "partnet_mobility")
+    refs = load_dataset(OBJECTS)
     assert len(refs) == 150
-    assert len(load_dataset(SHARED / "partnet_mobility", subset="paper9")) == 9
+    assert len(load_dataset(OBJECTS, subset="paper9")) == 9
     assert all(Path(ref.path).is_dir() for ref in refs)
-    boxes = load_dataset(SHARED / "partnet_mobility" / "Box")
+    boxes = load_dataset(OBJECTS / "Box")
     assert {ref.asset_id for ref in boxes} == {ref.asset_id for ref in refs if ref.category == "Box"}
 
 

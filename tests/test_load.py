@@ -31,6 +31,7 @@ from schemas.vocabulary import Engine, Export, FailureMode, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, ROOT, SHARED, prior, sample
 from tests.factories import make_failure, make_record
+from tests.marks import needs_shared
 from tests.test_load_engines import BALL, BASE, NEEDS, body, box, written
 
 
@@ -268,7 +269,7 @@ FROM_ALL = {
 
 
 @pytest.mark.system
-@pytest.mark.skipif(not SHARED.is_dir(), reason="../shared is absent")
+@needs_shared
 @pytest.mark.parametrize("origin", FROM_ALL)
 def test_objects_of_all_origins_are_alike_in_all_engines_exported_and_not(origin: str, tmp_path: Path) -> None:
     """Every joint put halfway and back, then the object left alone for half a second as it starts."""

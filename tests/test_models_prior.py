@@ -17,11 +17,9 @@ from asset2sim.models.prior.link_proposals import link_mass
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay
 from tests import prior_objects as known
-from tests.assets import SHARED
+from tests.marks import OBJECTS, needs_objects
 from tests.prior_objects import Json, ask, felt, hinged, link, prompt, thing
 
-MOBILITY = SHARED / "partnet_mobility"
-needs_objects = pytest.mark.skipif(not MOBILITY.is_dir(), reason="../shared/partnet_mobility is absent")
 PARTNET_MOBILITY = [
     "Bottle",
     "Box",
@@ -454,7 +452,7 @@ def test_the_blocks_may_hold_their_own_tags_as_data() -> None:
 
 @needs_objects
 def test_every_category_of_the_manifest_has_a_size() -> None:
-    with (MOBILITY / "manifest.csv").open(encoding="utf-8") as file:
+    with (OBJECTS / "manifest.csv").open(encoding="utf-8") as file:
         assert {row["category"] for row in csv.DictReader(file)} <= set(tables.sizes())
 
 
@@ -463,13 +461,13 @@ def test_paper9_scales_are_near_the_experts() -> None:
     from asset2sim.intake.origin import extract
     from asset2sim.models.prompts import SYNTHESIS, overlay_request
 
-    with (MOBILITY / "reference.csv").open(encoding="utf-8") as file:
+    with (OBJECTS / "reference.csv").open(encoding="utf-8") as file:
         reference = {row["asset_id"]: float(row["scale"]) for row in csv.DictReader(file)}
-    with (MOBILITY / "manifest.csv").open(encoding="utf-8") as file:
+    with (OBJECTS / "manifest.csv").open(encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["subset"] == "paper9"]
     errors = {}
     for row in rows:
-        ref = AssetRef(asset_id=row["asset_id"], path=str(MOBILITY / row["path"]), category=row["category"])
+        ref = AssetRef(asset_id=row["asset_id"], path=str(OBJECTS / row["path"]), category=row["category"])
         found = extract(ref).features
         request = overlay_request(SYNTHESIS, found, row["prompt"])
         overlay = Overlay.model_validate_json(answer(request.text))

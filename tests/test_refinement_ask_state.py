@@ -17,9 +17,10 @@ from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import CollisionSettings, EngineSettings, Settings, Thresholds
 from schemas.vocabulary import CollisionMode, Engine, Source, Status
 from tasks.pipeline import refine_asset
-from tests.assets import SHARED, joint, link, near, prior, read, robot, sample, shape, written
+from tests.assets import joint, link, near, prior, read, robot, sample, shape, written
 from tests.builders import UrdfJoint, UrdfLink, box, write_urdf
 from tests.factories import make_joint, make_measurement
+from tests.marks import OBJECTS, needs_objects
 
 UPRIGHT = 1.5708
 STOP = 1.65
@@ -178,7 +179,7 @@ def test_a_state_that_was_left_is_brought_back_as_far_as_nothing_overlaps(tmp_pa
 
 
 @pytest.mark.system
-@pytest.mark.skipif(not SHARED.is_dir(), reason="../shared is absent")
+@needs_objects
 def test_a_real_suitcase_that_its_lid_pulls_over_is_laid_on_its_back_and_keeps_the_state_that_is_asked(
     tmp_path: Path,
 ) -> None:
@@ -186,7 +187,7 @@ def test_a_real_suitcase_that_its_lid_pulls_over_is_laid_on_its_back_and_keeps_t
     engine = SETTINGS.engine.model_copy(update={"interact": True, "verify": (Engine.PYBULLET,)})
     views = SETTINGS.views.model_copy(update=only)
     settings = SETTINGS.model_copy(update={"views": views, "engine": engine})
-    record = refine_asset(sample("103755", SHARED / "partnet_mobility"), tmp_path, settings, prior)
+    record = refine_asset(sample("103755", OBJECTS), tmp_path, settings, prior)
     assert record.status is Status.OK and record.overlay is not None, record.reason
     assert [finding.code for finding in record.findings].count("laid_down") == 1
     lid = next(item for item in record.overlay.joints if item.name == "joint_1")

@@ -15,8 +15,9 @@ from asset2sim.validation.validate import validate
 from schemas.overlay import Overlay
 from schemas.settings import CollisionSettings, PhysicsSettings
 from schemas.vocabulary import Source
-from tests.assets import SHARED, read
+from tests.assets import read
 from tests.interior import cavity, interiors
+from tests.marks import OBJECTS, needs_objects
 from tests.test_refinement_shapes import case
 
 pytestmark = pytest.mark.system
@@ -76,10 +77,10 @@ def test_a_ball_stays_in_pieces_and_not_in_a_hull_or_through_a_floor(tmp_path: P
     assert open_below.overlap_m == 0.0 and not open_below.stayed
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the real objects are not here")
+@needs_objects
 @pytest.mark.parametrize(("path", "scale", "label"), REAL)
 def test_real_interiors_hold_a_ball(path: str, scale: float, label: str, tmp_path: Path) -> None:
-    item = read(SHARED / "partnet_mobility" / path)
+    item = read(OBJECTS / path)
     hulls, _ = collision_shapes(item, scale, CollisionSettings())
     found = interiors(refined(item, scale, hulls, tmp_path / "asset"), (label,))
     assert found and all(interior.holds for interior in found)

@@ -13,7 +13,8 @@ from asset2sim.refinement.collision.shapes import collision_shapes, piece_limit
 from schemas.asset import AssetRef
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity
-from tests.assets import SHARED, box_obj, joint, link, mesh, read, robot, written
+from tests.assets import box_obj, joint, link, mesh, read, robot, written
+from tests.marks import OBJECTS, needs_objects
 
 SETTINGS = CollisionSettings()
 OPEN_BOX = (
@@ -170,12 +171,12 @@ def test_coacd_cuts_too(tmp_path: Path) -> None:
     assert len(hulls["body"]) > 1 and not inside(hulls, "body", (0.2, 0.2, 0.15))
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the real objects are not here")
+@needs_objects
 @pytest.mark.parametrize(
     ("path", "scale", "body"), [("TrashCan/102181", 0.2, "link_2"), ("Microwave/7221", 0.3, "link_1")]
 )
 def test_real_bodies_are_hollow_within_few_pieces(path: str, scale: float, body: str) -> None:
-    ref = AssetRef(asset_id="real", path=str(SHARED / "partnet_mobility" / path))
+    ref = AssetRef(asset_id="real", path=str(OBJECTS / path))
     item = read(Path(ref.path))
     plain, (hulls, notes) = collision_hulls(item, scale), collision_shapes(item, scale, SETTINGS)
     volume = [sum(float(trimesh.convex.convex_hull(piece).volume) for piece in which[body]) for which in (plain, hulls)]

@@ -167,7 +167,6 @@ def test_a_nightly_reads_its_file_when_a_night_begins_and_its_options_go_before(
     assert without["settings_file"] is None and without["settings"] == asked([]).settings.model_dump(mode="json")
 
 
-@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 @pytest.mark.system
 def test_a_real_run_by_a_file_then_by_none(tmp_path: Path, prefect_server: str) -> None:
     out, quick = tmp_path / "out", "engine: {verify: [pybullet], interact: false}\nviews: {write: false}\n"

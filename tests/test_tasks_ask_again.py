@@ -31,16 +31,12 @@ from schemas.settings import DoubtSettings, ModelSettings, Settings, ViewSetting
 from tasks.progress import AssetJob
 from tasks.synthesize import with_users_numbers
 from tasks.validate import validate_overlay
-from tests.assets import SHARED
 from tests.factories import guidance_of, make_record
+from tests.marks import OBJECTS, needs_objects
 from tests.mistaken_model import MistakenModel
 from tests.scripted_server import ScriptedServer, scripted
 
-OBJECTS = SHARED / "partnet_mobility"
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent"),
-]
+pytestmark = [pytest.mark.system, needs_objects]
 
 CALLS_AN_ASSET = 1.5
 LEAST_MENDED = 0.5

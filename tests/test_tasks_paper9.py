@@ -9,13 +9,10 @@ from asset2sim.checks.rest import observe
 from schemas.asset import AssetRecord
 from schemas.vocabulary import Engine, Status
 from tasks.pipeline import refine_asset
-from tests.assets import NO_VIEWS, SHARED, prior, sample
+from tests.assets import NO_VIEWS, prior, sample
+from tests.marks import OBJECTS, needs_objects
 
-OBJECTS = SHARED / "partnet_mobility"
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(not OBJECTS.is_dir(), reason="../shared/partnet_mobility is absent"),
-]
+pytestmark = [pytest.mark.system, needs_objects]
 
 FAST = ("103275", "19179", "102181")
 """A stapler, a table with drawers, a trash can: small, and three mechanisms."""

@@ -73,7 +73,6 @@ def test_mistakes_are_one_line_before_anything_runs(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.skipif(not (RAW / "manifest.csv").exists(), reason="the sample dataset is not here")
 def test_two_objects_by_two_methods(tmp_path: Path, prefect_server: str) -> None:
     page = tmp_path / "README.md"
     page.write_text("\n".join(markers("compare")), encoding="utf-8")

@@ -1,7 +1,6 @@
 """The paper's eleven tasks in the DROID scene, and from a policy's actions to the arm's servos."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,9 +19,9 @@ from lab.probes.scene import FLANGE, START
 from lab.probes.tasks import PAPER11, ProbeTask
 from schemas.errors import UnknownChoiceError
 from tests.factories import make_joint
+from tests.marks import OBJECTS, needs_objects
 
 MEASURED = START
-REAL = Path(__file__).resolve().parents[3] / "shared" / "partnet_mobility"
 
 
 PUBLISHED_WORDS = {
@@ -63,10 +62,10 @@ def test_the_tasks_are_the_papers_and_each_is_told_in_words_of_its_own() -> None
         probe_task(Task("box eat", Verb.CLOSE))
 
 
-@pytest.mark.skipif(not REAL.is_dir(), reason="../shared/partnet_mobility is absent")
+@needs_objects
 @pytest.mark.parametrize("task", [task for task in PAPER11.values() if task.joint], ids=lambda task: task.name)
 def test_each_tasks_joint_is_the_part_that_the_papers_task_names(task: ProbeTask) -> None:
-    (folder,) = REAL.glob(f"*/{task.asset_id}")
+    (folder,) = OBJECTS.glob(f"*/{task.asset_id}")
     (joint,) = (item for item in read_urdf(folder / URDF_NAME).joints if item.name == task.joint)
     parts = {item["id"]: item["name"] for item in json.loads((folder / "mobility_v2.json").read_text())}
     (named,) = (item for item in PAPER[task.asset_id] if item.name == task.name)

@@ -21,8 +21,8 @@ from lab.weights.compare import (
     weights_block,
 )
 from tests.assets import ROOT, SHARED
+from tests.marks import needs_shared
 
-needs_objects = pytest.mark.skipif(not SHARED.is_dir(), reason="../shared is absent")
 CATEGORIES = ("Dishwasher", "Microwave", "Refrigerator", "Toilet", "Keyboard", "Bottle", "TrashCan", "Bucket")
 
 
@@ -78,7 +78,7 @@ def test_a_row_that_rests_on_what_is_typical_says_so() -> None:
     assert 10 < sum(not item.typical for item in references()) < len(references())
 
 
-@needs_objects
+@needs_shared
 def test_the_readme_states_what_is_measured() -> None:
     """Of the categories that are weighed here, every row is as the documentation has it."""
     fresh = {line.split(" | ")[0]: line for line in weights_block(weighed()).splitlines() if line.startswith("| ")}
@@ -89,7 +89,7 @@ def test_the_readme_states_what_is_measured() -> None:
             assert fresh[name] == shown[name], "stale: run make weights"
 
 
-@needs_objects
+@needs_shared
 def test_a_dishwashers_door_weighs_what_a_spare_door_does() -> None:
     ours = row("dishwasher door").ours
     assert ours is not None and 4.0 <= ours <= 8.0
@@ -97,14 +97,14 @@ def test_a_dishwashers_door_weighs_what_a_spare_door_does() -> None:
     assert len(doors) == 3 and max(doors) <= 8.0, "the issue found 17 to 22 kg"
 
 
-@needs_objects
+@needs_shared
 def test_hardly_any_total_is_brought_into_a_range() -> None:
     assert sum(item.fitted for item in weighed()) / len(weighed()) < 1 / 20
     good, total = agreement(compare(weighed(), [item for item in references() if item.category in CATEGORIES]))
     assert good / total >= 0.85
 
 
-@needs_objects
+@needs_shared
 def test_keys_and_buttons_keep_their_real_mass_beside_heavy_machines() -> None:
     assert row("keycap").agrees
     buttons = [
