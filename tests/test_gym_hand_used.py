@@ -14,7 +14,7 @@ from asset2sim.gym.hand.holds import CLEAR_M, Hold, body_pose, room_of, solid_of
 from asset2sim.gym.hand.operate import Led, share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
 from asset2sim.gym.hand.recorder import Recorder
-from asset2sim.gym.hand.surfaces import share_between_pads, share_of_rubbing, surface_places
+from asset2sim.gym.hand.surfaces import is_flush, share_between_pads, share_of_rubbing, surface_places
 from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, joints_to_try, no_task, use_joint, use_records
 from schemas.asset import AssetRef
 from schemas.finding import Finding
@@ -108,7 +108,11 @@ def test_what_slides_away_has_no_hold_or_lies_inside_is_not_used(tmp_path: Path)
     (folder / "overlay.json").write_text(json.dumps(overlay), encoding="utf-8")
     assert "shoved by" in used(folder).reason
     flush, inside = used(plate(tmp_path / "flush", proud_m=0.0)), used(plate(tmp_path / "inside", proud_m=-0.05))
-    assert (flush.done, flush.fault) == (False, "hand")
+    assert (flush.done, flush.fault) == (False, "object") and "it is flush with" in flush.reason
+    world = open_world(plate(tmp_path / "proud", proud_m=0.004), HandSettings(), 0.4)
+    world.reset()
+    way = way_of(world, "slide", 0.2)
+    assert not is_flush(world, way.bodies, way.velocity)
     assert (inside.done, inside.fault) == (False, "object") and "lies inside" in inside.reason
 
 

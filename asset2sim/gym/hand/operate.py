@@ -12,7 +12,7 @@ from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
 from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Way, axis_motion, best_holds, body_pose, cross, way_of
 from asset2sim.gym.hand.poses import Kind
 from asset2sim.gym.hand.recorder import Recorder, is_displaced, presses_elsewhere
-from asset2sim.gym.hand.surfaces import is_covered, stands_out, surface_places
+from asset2sim.gym.hand.surfaces import is_covered, is_flush, stands_out, surface_places
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -66,9 +66,9 @@ class Led:
     """A way that a hand led a part: the share of it gone while the hand had the part, and when the part rested; by
     which kind of hold; what the joint itself ``takes`` where it stood still, over what a hand has at its edge; how
     many ``holds`` were tried, and what the guards found; the largest force, N, of a finger or the palm on the object;
-    whether the part is lifted straight ``up``, whether it is ``covered``, so that no hand gets to it, and whether other
-    parts of the object were ``in_the_way`` of the hand; how much ``deeper_m`` its way leads than it stands out of
-    these, 0 where a finger could press it far enough."""
+    whether the part is lifted straight ``up``, whether it is ``covered``, so that no hand gets to it, or ``flush`` with
+    what is around it, and whether other parts of the object were ``in_the_way`` of the hand; how much ``deeper_m`` its
+    way leads than it stands out of these, 0 where a finger could press it far enough."""
 
     reached: float
     rested: float
@@ -81,6 +81,7 @@ class Led:
     covered: bool = False
     in_the_way: bool = False
     deeper_m: float = 0.0
+    flush: bool = False
 
 
 def lead_joint(
@@ -118,12 +119,13 @@ def lead_joint(
             break
     rested = 1.0 - (target - world.position(joint.name)) / whole
     covered = not tried and is_covered(world, way.bodies)
+    flush = not tried and not covered and is_flush(world, way.bodies, way.velocity)
     if in_the_way and way.slides:
         out_m = stands_out(world, way.bodies, way.sign * way.axis)
         if out_m < abs(target - world.position(joint.name)) - (1.0 - world.settings.open_share) * abs(whole):
             deeper_m = abs(target - world.position(joint.name)) - out_m
     guards = recorder.guards(target)
-    return Led(reached, rested, kind, takes, tried, guards, recorder.most_n, up, covered, in_the_way, deeper_m)
+    return Led(reached, rested, kind, takes, tried, guards, recorder.most_n, up, covered, in_the_way, deeper_m, flush)
 
 
 def share_by_hold(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float, float, bool]:

@@ -1,6 +1,7 @@
 """Places on the collision shapes of a part, and how thick it is there."""
 
 import math
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -22,6 +23,9 @@ PADS_M = np.array([(x, z) for x in (-0.006, 0.0, 0.006) for z in (-0.005, 0.002,
 """Places on a pad, across it and towards the tip, m."""
 FRONT, SKIP_M = 0.6, 1e-6
 """Least cosine between a part's way and the inner normal of its front, and step past a shape that is its own, m."""
+LOOKS, LEVER, FEW = 24, 0.3, 0.01
+"""Directions in which a place looks out, share of the longest lever at which no hand pulls, and share of a part's
+places that are no hold: what sees out through seams of convex pieces."""
 
 
 def surface_places(world: HandWorld, bodies: frozenset[int]) -> tuple[Array, Array, NDArray[np.int64]]:
@@ -148,6 +152,26 @@ def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
         0.0 <= mujoco.mj_ray(world.model, world.data, place, out, None, 1, world.body, geom) < REACH_M
         for place, out in zip(points + OFF_M * normals, directions, strict=True)
     )
+
+
+def is_flush(world: HandWorld, bodies: frozenset[int], velocity: Callable[[Array], Array]) -> bool:
+    """Whether a part offers a hand nothing but its front, away from its hinge, as the velocities of its (n, 3) places
+    say: hardly anywhere beside or behind it has a finger tip room and sees out, so that nothing pulls it open."""
+    points, normals, _ = surface_places(world, bodies)
+    way = velocity(points)
+    speeds, geom = np.linalg.norm(way, axis=1), np.array([-1], dtype=np.int32)
+    beside = (np.einsum("ij,ij->i", normals, way) < FRONT * speeds) & (speeds > LEVER * speeds.max(initial=0.0))
+    looks = np.random.default_rng(0).normal(size=(LOOKS, 3))
+    looks /= np.linalg.norm(looks, axis=1)[:, None]
+
+    def is_free(place: Array, towards: Array, length_m: float) -> bool:
+        met = mujoco.mj_ray(world.model, world.data, place, towards, None, 1, world.body, geom)
+        return not 0.0 <= met < length_m
+
+    thick, seen = 2.0 * FINGER[1] * world.settings.tip_scale, 0
+    for place, out in zip((points + OFF_M * normals)[beside], normals[beside], strict=True):
+        seen += is_free(place, out, thick) and any(is_free(place + thick * out, look, REACH_M) for look in looks)
+    return seen <= FEW * np.count_nonzero(beside)
 
 
 def stands_out(world: HandWorld, bodies: frozenset[int], ahead: Array) -> float:

@@ -83,7 +83,7 @@ def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -
     tried = joints_to_try(operated, settings.most_joints)
     found = {joint.name: use_joint(worlds, joint, overlay) for joint in tried}
     for joint in tried:
-        if not found[joint.name].done and found[joint.name].fault == "hand":
+        if found[joint.name].fault == "hand" or is_out_of_reach(found[joint.name]):
             sprung = [one for one in tried if one.stiffness > 0.0 and found[one.name].done]
             found[joint.name] = use_kept_open(worlds, joint, overlay, sprung) or found[joint.name]
     return [*found.values()] + [
@@ -102,7 +102,7 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
     tries += [(braced or steadied, scale, opened) for scale in (1.0, settings.tip_scale) if opened]
     best: UsedJoint | None = None
     for number, (held, scale, others) in enumerate(tries):
-        if others and best is not None and best.fault == "object" and not best.ways[-1].covered:
+        if others and best is not None and best.fault == "object" and not is_out_of_reach(best):
             break
         last = best.ways[-1] if number > 1 and best is not None and best.ways else None
         if last is not None and (last.deeper_m > 0.0 or (joint.stiffness > 0.0 and last.in_the_way)):
@@ -117,6 +117,11 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
         best = found if better else best
     assert best is not None, "a hand has at least one way to try"
     return best
+
+
+def is_out_of_reach(found: UsedJoint) -> bool:
+    """Whether a part was not used since it lies inside others or is flush with them: once they are open it may be."""
+    return bool(not found.done and found.ways and (found.ways[-1].covered or found.ways[-1].flush))
 
 
 def other_hand(joint: JointPhysics, overlay: PhysicsOverlay, settings: HandSettings) -> tuple[bool, bool]:
@@ -239,6 +244,7 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
         (drifts and (done or not led.in_the_way), "object", f"it goes {untouched} before it is touched"),
         (led.contact_n > settings.grip_n + settings.most_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
         (led.covered and not done, "object", "it lies inside its other parts, where no hand gets to it"),
+        (led.flush and not done, "object", "it is flush with what is around it: nothing on it can be held"),
         (not led.holds and not done, "hand", "no hold was found at which a hand has room"),
         (not done and led.takes > 1.0, "object", f"it takes {led.takes:.1f} times a hand's {most_n:g} N; {went}"),
         (not done and led.in_the_way, "hand", f"other parts stop it; {went}"),
