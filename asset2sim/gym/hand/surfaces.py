@@ -171,7 +171,7 @@ def is_flush(world: HandWorld, bodies: frozenset[int], velocity: Callable[[Array
     thick, seen = 2.0 * FINGER[1] * world.settings.tip_scale, 0
     for place, out in zip((points + OFF_M * normals)[beside], normals[beside], strict=True):
         seen += is_free(place, out, thick) and any(is_free(place + thick * out, look, REACH_M) for look in looks)
-    return seen <= FEW * np.count_nonzero(beside)
+    return bool(seen <= FEW * np.count_nonzero(beside))
 
 
 def stands_out(world: HandWorld, bodies: frozenset[int], ahead: Array) -> float:
