@@ -85,6 +85,16 @@ def test_the_shape_of_a_chest_of_a_pen_and_of_a_clock() -> None:
     assert (plate.kind, plate.mount) == (SupportKind.FIXED, Mount.WALL)
 
 
+def test_what_leans_on_its_third_foot_stands(tmp_path: Path) -> None:
+    """A cart whose wheels are drawn 4 cm lower than the box behind them, 1.2 m away: it leans by 2°."""
+    cart = robot(
+        link("body", shape("1.6 1 0.5", xyz="0 0 0.31")),
+        link("wheels", shape("0.4 1 0.4")),
+        joint("steer", "revolute", "body", "wheels", xyz="0.6 0 0.22", axis="0 0 1", limit="-0.5 0.5"),
+    )
+    assert support(tmp_path, cart).kind is SupportKind.FREESTANDING
+
+
 def test_a_flat_back_is_most_of_a_side_in_one_plane() -> None:
     assert has_flat_back(corners((0.0, 0.0, 0.0), (0.1, 0.4, 0.4)))
     angles = np.linspace(0.0, 2.0 * math.pi, 64)

@@ -14,7 +14,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
 from asset2sim.physics.mass_matrix import Body
-from asset2sim.physics.support_polygon import SupportPolygon, standing_on
+from asset2sim.physics.support_polygon import SupportPolygon, leaning_on
 from asset2sim.validation.hanging import hangs_on_wall, swings_below
 from schemas.features import Features
 from schemas.finding import Finding
@@ -98,13 +98,14 @@ def is_lone_part(features: Features) -> bool:
 def closed_polygon(
     features: Features, points: Mapping[str, Array], tree: Sequence[TreeJoint], bodies: Mapping[str, Body], scale: float
 ) -> tuple[SupportPolygon, Array]:
-    """The support polygon with every joint closed, and its (n, 3) points there in the root's frame; ``points``
-    maps links to points in their frame, all at the final scale."""
+    """The support polygon with every joint closed, leaning by no more than checks pass where that has it stand on more
+    of its feet, and its (n, 3) points there in the root's frame; ``points`` maps links to points in their frame, all
+    at the final scale."""
     ends = {
         joint.name: (joint.closed or 0.0) * (scale if joint.prismatic else 1.0) for joint in features.movable_joints
     }
     whole, center, mass = placed_cloud(features, points, tree, bodies, ends)
-    return standing_on(whole, center, mass, UP), whole
+    return leaning_on(whole, center, mass, UP), whole
 
 
 def placed_cloud(
