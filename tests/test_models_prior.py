@@ -546,3 +546,12 @@ def test_a_paint_called_metal_or_wood_is_any_of_its_kind() -> None:
     door = thing("Door", size=2.0)
     door["links"][0]["materials"] = ["brown (oak)"]
     assert ask(door)["links"][0]["material"] == ask(thing("Door", size=2.0))["links"][0]["material"] != "wood"
+
+
+def test_a_sinks_tap_is_of_brass_and_a_teapots_spout_of_what_the_pot_is() -> None:
+    sink = {
+        item["name"]: item["material"]
+        for item in ask(thing("Sink", hinged("tap", "spout"), hinged("grip", "handle")))["links"]
+    }
+    assert sink == {"body": "ceramic", "tap_link": "brass", "grip_link": "brass"}
+    assert {item["material"] for item in ask(thing("Teapot", hinged("tap", "spout"), size=0.2))["links"]} == {"ceramic"}

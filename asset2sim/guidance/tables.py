@@ -148,7 +148,7 @@ class Word:
 
 Phrase = tuple[str, ...]
 
-_CASING = ("", "door", "lid")
+_CASING = ("", "door", "lid", "spout")
 """Parts that are as the object's casing is, where no row says how such an object is built."""
 
 
@@ -238,7 +238,7 @@ def part_material(category: str, part: str) -> PartMaterial:
     table = _part_materials()
     keys = ((category, part), ("*", part), (category, "*"), ("*", "*"))
     row = next(table[key] for key in keys if key in table)
-    if part not in _CASING or is_built(category):
+    if (category, part) in table or part not in _CASING or is_built(category):
         return row
     # No row says how such an object is built: its casing is of what it stands on, unless that is its feet.
     skin = materials()[sizes()[category].contact]
