@@ -12,7 +12,9 @@ from asset2sim.assets.meshes.patches import (
     PatchPiece,
     hulls_of_groups,
     join_pieces,
+    least_added,
     piece_of,
+    piece_of_few_corners,
     pieces_around_hollow,
 )
 from asset2sim.physics.arrays import Array
@@ -174,3 +176,18 @@ def test_what_is_flat_is_made_thick(points: Array) -> None:
     assert piece.volume > 0.0
     assert depth(points, [piece]).min() > -1e-9
     assert np.ptp(piece.points, axis=0).max() <= np.ptp(points, axis=0).max() + 0.02
+
+
+def test_what_joining_adds_is_never_less_than_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    for number in range(400):
+        flat = np.array([1.0, 1.0, rng.choice([0.0, 1e-3, 1.0])])
+        away = rng.normal(size=3) * rng.choice([0.0, 0.5, 2.0]) * (flat if number % 2 else 1.0)
+        a, b = (piece_of(rng.normal(size=(rng.integers(4, 60), 3)) * flat * 0.1 + at, 0.01) for at in (0.0, away))
+        added = piece_of_few_corners(np.vstack([a.points, b.points]), 0.01).volume - a.volume - b.volume
+        assert least_added(a, b, 0.01) <= added
+    monkeypatch.setattr("asset2sim.assets.meshes.patches._joined", None)  # no hull is made that is never joined
+    corner = [
+        piece_of(np.asarray(boxes((size, (0.0, 0.0, 0.0))).vertices), 0.01) for size in ((1, 1, 0.1), (0.1, 1, 2))
+    ]
+    assert join_pieces(corner, None, 0.01, most=2, added_share=0.1) == corner

@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, LOOSE_DEPTHS, Hollow
 from asset2sim.assets.meshes.hull import spread_directions, used_points
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, cross
 
 MOST_GROUPS = 192
 """Groups that a shape's faces are halved into at most: joining costs a millisecond for each pair that touches."""
@@ -36,6 +36,8 @@ SHARES = np.array([0.25, 0.5, 0.75])
 """Where along a line between two pieces the hollow is looked at, for a tenth of what making their hull costs."""
 AT_ONCE = 64
 """Hulls that are looked up in the hollow together: some 10 MB of samples."""
+ROUNDING = 1e-6
+"""Share of a hull's volume by which Qhull's may be less for rounding, far more than it is."""
 PARTNERS = 8
 """Partners tried for each piece: the joins that add least are among those whose boxes grow least."""
 
@@ -62,6 +64,21 @@ class PatchPiece:
     def high(self) -> Array:
         """(3,) highest corner of its box."""
         return np.asarray(self.points.max(axis=0))
+
+    @cached_property
+    def wedges(self) -> tuple[Array, Array]:
+        """(3, m) and (m,): with p @ the first + the second, the volumes between each face and a point p, m³, above 0
+        where the point sees the face from outside."""
+        first = self.triangles[:, 0]
+        normals = cross(self.triangles[:, 1] - first, self.triangles[:, 2] - first) / 6.0
+        inward = np.einsum("ij,ij->i", normals, self.points.mean(axis=0) - first) > 0.0
+        normals[inward] *= -1.0
+        return normals.T, -np.einsum("ij,ij->i", normals, first)
+
+    def beyond(self, points: Array) -> float:
+        """The most volume that any of (n, 3) points adds to its hull, m³."""
+        normals, offsets = self.wedges
+        return float(np.maximum(points @ normals + offsets, 0.0).sum(axis=1).max())
 
 
 def piece_of(points: Array, thickness: float) -> PatchPiece:
@@ -154,8 +171,9 @@ class _Rule:
         return self.limits[3] < NO_LIMIT
 
 
-_JoinCandidate = tuple[int, float, int, int, PatchPiece]
-"""A join: its rank, the volume it adds, the two pieces' indices, and their common hull."""
+_JoinCandidate = tuple[int, float, int, int, PatchPiece | None]
+"""A join: its rank, the volume it adds, the two pieces' indices, and their common hull; the least rank, the least
+volume and None until that hull is made: nine in ten are not joined, and many lose a piece before their turn."""
 
 
 def join_pieces(
@@ -175,12 +193,12 @@ def join_pieces(
     known = list(pieces)
     alive = list(range(len(known)))
     tried = {pair for index in alive for pair in _partners(known, index, alive, slack)}
-    waiting = _join_candidates(known, sorted(tried), rule)
+    waiting = _unmade_joins(known, tried, rule)
     while len(alive) > 1:
         if not waiting and len(alive) > most:  # none that touch are left
             far = {pair for index in alive for pair in _partners(known, index, alive, np.inf, tried)}
             tried |= far
-            waiting = _join_candidates(known, sorted(far), rule)
+            waiting = _unmade_joins(known, far, rule)
         if not waiting:
             break
         rank, _, a, b, both = heapq.heappop(waiting)
@@ -188,27 +206,48 @@ def join_pieces(
             continue
         if len(alive) <= rule.limits[rank]:
             break
+        if both is None:
+            due = [(a, b)]
+            while waiting and waiting[0][0] == rank and waiting[0][4] is None and len(due) < AT_ONCE:
+                _, _, a, b, _ = heapq.heappop(waiting)
+                due += [(a, b)] if a in alive and b in alive else []
+            joined = [(*pair, hull) for pair in due if (hull := _joined(known, pair, rule)) is not None]
+            for offer in _ranked(known, joined, rule):
+                heapq.heappush(waiting, offer)
+            continue
         alive = [index for index in alive if index not in (a, b)] + [len(known)]
         known.append(both)
         near = _partners(known, alive[-1], alive, slack)
         tried.update(near)
-        for offer in _join_candidates(known, near, rule):
+        for offer in _unmade_joins(known, near, rule):
             heapq.heappush(waiting, offer)
     return [known[index] for index in alive]
 
 
-def _join_candidates(
-    known: Sequence[PatchPiece], pairs: Sequence[tuple[int, int]], rule: _Rule
-) -> list[_JoinCandidate]:
-    """The joins of these pairs that a rule might make, as a heap."""
+def _unmade_joins(known: Sequence[PatchPiece], pairs: Collection[tuple[int, int]], rule: _Rule) -> list[_JoinCandidate]:
+    """The joins of these pairs that a rule might make, each with the least volume that it adds, as a heap."""
     offers: list[_JoinCandidate] = []
-    for start in range(0, len(pairs), AT_ONCE):
-        joined = [
-            (*pair, both) for pair in pairs[start : start + AT_ONCE] if (both := _joined(known, pair, rule)) is not None
-        ]
-        offers += _ranked(known, joined, rule)
-    heapq.heapify(offers)
-    return offers
+    for a, b in pairs:
+        least = least_added(known[a], known[b], rule.thickness)
+        little = least <= rule.added_share * min(known[a].volume, known[b].volume)
+        if little or rule.any_join:
+            offers.append((0 if little else len(rule.limits) - 1, least, a, b, None))
+    return sorted(offers)
+
+
+def least_added(a: PatchPiece, b: PatchPiece, thickness: float) -> float:
+    """A lower bound on what the common hull of two pieces (``piece_of_few_corners``) has over both volumes, m³: the
+    hull of one with the furthest corner of the other. Minus infinity where their hull may lose corners."""
+    corners = len(a.points) + len(b.points)
+    if corners > MOST_CORNERS:
+        return -np.inf
+    whole = max(a.volume + a.beyond(b.points), b.volume + b.beyond(a.points)) * (1.0 - ROUNDING)
+    if 2 * corners > MOST_CORNERS:
+        # Made thicker, it has twice the corners; it is thick enough where it is so in the box about both.
+        x, y, z = np.maximum(a.high, b.high) - np.minimum(a.low, b.low)
+        if 2.0 * whole < thickness * 2.0 * (x * y + y * z + z * x):
+            return -np.inf
+    return whole - a.volume - b.volume
 
 
 def _joined(known: Sequence[PatchPiece], pair: tuple[int, int], rule: _Rule) -> PatchPiece | None:
