@@ -113,6 +113,14 @@ def test_a_size_in_metres_stays_unless_words_ask_otherwise() -> None:
     )
 
 
+@pytest.mark.parametrize(("size", "said"), [(0.97, True), (0.5, False)])
+def test_a_kept_size_that_is_none_of_its_kind_is_said(size: float, said: bool) -> None:
+    info = ObjectInfo.from_json({**thing("Microwave", size=size), "lengths": "lengths of MJCF are metres"})
+    notes = Notes()
+    assert with_sensible_size(info, read_guidance("", info), Overlay(scale=1.0), notes).scale == 1.0
+    assert [item.code for item in notes.findings] == ["size_unusual"] * said
+
+
 def test_a_kind_that_is_only_read_from_names_changes_no_size_in_metres() -> None:
     told = {**thing("", asset_id="door_handle", size=0.22), "lengths": "lengths of SDF are metres"}
     info = ObjectInfo.from_json(told)

@@ -16,6 +16,7 @@ from asset2sim.guidance.sizing import (
     usual_as_it_is,
 )
 from asset2sim.guidance.tables import Size
+from schemas.authored import KEPT_AS_ASKED
 from schemas.finding import Notes
 from schemas.guidance import AskedSize, Guidance
 from schemas.overlay import Overlay
@@ -51,6 +52,11 @@ def with_sensible_size(info: ObjectInfo, guidance: Guidance, overlay: Overlay, n
     if authored <= 0.0:
         return overlay
     bounds = size_bounds(info, size, guidance.size)
+    far = not size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK
+    if far and bounds.why == info.lengths and size.category != "*" and info.lengths != KEPT_AS_ASKED:
+        usual = f"a household {size.category} has {size.min_m:.3g} to {size.max_m:.3g} m"
+        message = f"its file's {DIMENSIONS[size.dimension]} of {authored:.3g} m stays: {bounds.why}; {usual}"
+        notes.info("size_unusual", f"{message}; if it is one, state its size", value=authored)
     proposed = overlay.scale * authored
     if bounds.low_m * (1.0 - DIGITS) <= proposed <= bounds.high_m * (1.0 + DIGITS):
         return overlay
