@@ -157,9 +157,10 @@ class Features(Frozen):
     """All extracted features of one asset (I = {M, G, S, A}; the views V are rendered on demand).
 
     ``rest_box_min`` and ``rest_box_max`` bound the object at its rest pose in the root link's frame, m.
-    ``closed_size`` is the edges of its box with every joint closed, m; ``link_centers`` maps each link with geometry to
-    the centre of its box at rest in the root link's frame, m. All at the authored scale. ``front`` is the horizontal
-    unit direction in the root link's frame that the object faces.
+    ``closed_size`` is the edges of its upright box with every joint closed, m; ``link_centers`` maps each link with
+    geometry to the centre of its box at rest in the root link's frame, m, and ``link_boxes`` to that box's edges along
+    the axes of that frame. All at the authored scale. ``front`` is the horizontal unit direction in the root link's
+    frame that the object faces.
     """
 
     asset_id: str
@@ -172,6 +173,7 @@ class Features(Frozen):
     rest_box_max: Vector3
     closed_size: Vector3
     link_centers: dict[str, Vector3]
+    link_boxes: dict[str, Vector3]
     content_hash: str
     front: Vector3 = (-1.0, 0.0, 0.0)
     metric: str = ""

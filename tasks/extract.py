@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes.shape_cache import SHAPE_CACHE
 from asset2sim.baselines.declared_method import known_methods
+from asset2sim.guidance.parts import parts_of, shown_front
 from asset2sim.guidance.read import read_guidance
 from asset2sim.intake.authored_numbers import stated_findings
 from asset2sim.intake.blocked_joints import find_blocked_joints
@@ -37,10 +38,19 @@ def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
         raise AssetError(FailureMode.UNREADABLE_ASSET, "unreadable_entry", job.ref.fault)
     authored = upright(job, find=correct_joints)
     corrected, told = validate_authored(authored, job.settings.physics)
-    extraction = corrected if correct_joints else authored
+    extraction = with_shown_front(corrected if correct_joints else authored)
     guidance = guidance_of(job.ref, extraction.features)
     findings = (*authored.findings, *told)
     return Extracted(extraction=extraction, features=extraction.features, guidance=guidance, findings=findings)
+
+
+def with_shown_front(extraction: Extraction) -> Extraction:
+    """The extraction with the front that its drawers and doors show, where they show one."""
+    info = rounded_object_info(extraction.features)
+    front = shown_front(info, parts_of(info, info.category))
+    if front is None:
+        return extraction
+    return replace(extraction, features=extraction.features.model_copy(update={"front": (*front, 0.0)}))
 
 
 def guidance_of(ref: AssetRef, features: Features) -> Guidance:

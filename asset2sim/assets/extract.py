@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 from lxml import etree
+from scipy.optimize import linear_sum_assignment
 
 from asset2sim.assets.companions import companions_of, read_category, read_semantics
 from asset2sim.assets.joints import believed_limits, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
+from asset2sim.assets.meshes.volume import smallest_rectangle
 from asset2sim.assets.metric import metric_evidence
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.mesh_files import material_files
@@ -62,6 +64,13 @@ class DescriptionFile:
     """The axis that points up in the file."""
     held: str = ""
     """Why the file holds the object where it is, in words; empty where it leaves that open."""
+
+
+TURNED = 0.75
+"""Share of the floor that its box along the axes takes below which an object stands turned among them: a kettle whose
+spout points along an axis takes more."""
+TIGHTER = 0.95
+"""Share of the area of a box along the root's axes below which one in a link's own frame counts as tighter."""
 
 
 def hash_files(files: Iterable[Path], *texts: str) -> str:
@@ -164,7 +173,7 @@ def read_asset(
     beyond = {joint.name: {"start": starts.get(joint.name), "stiffness": springs.get(joint.name)} for joint in joints}
     joints = [joint.model_copy(update=beyond[joint.name]) for joint in joints]
     closed = {joint.name: joint.closed for joint in joints if joint.closed is not None}
-    closed_low, closed_high = bounds(points, link_to_root(tree, root, closed))
+    closed_size = floats_of(standing_edges(placed(points, link_to_root(tree, root, closed))))
     told += find_textures(document.robot, reader)
     files = [path for path in reader.files.values() if path is not None]
     looks = [companion for file in files for companion in material_files(file)]
@@ -184,8 +193,9 @@ def read_asset(
         joints=tuple(joints),
         rest_box_min=floats_of(low),
         rest_box_max=floats_of(high),
-        closed_size=floats_of(closed_high - closed_low),
+        closed_size=closed_size,
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
+        link_boxes={name: box_edges(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=floats_of(front_of(robot, urdf)),
         metric=metric_evidence(
@@ -193,7 +203,7 @@ def read_asset(
             links,
             size_kept,
             document.robot,
-            floats_of(closed_high - closed_low),
+            closed_size,
             floats_of(high - low),
             unit_stated=reader.unit_stated,
         ),
@@ -224,10 +234,42 @@ def box_center(pose: Array, points: Array) -> Vector3:
     return floats_of(apply(pose, (points.min(axis=0, keepdims=True) + points.max(axis=0, keepdims=True)) / 2)[0])
 
 
+def box_edges(pose: Array, points: Array) -> Vector3:
+    """The edges of the box of a link's (n, 3) points along the root's axes, the link at its (4, 4) pose, m; where its
+    box in its own frame is tighter (a door drawn ajar), the edges of that, each for the axis that it is nearest to."""
+    around, own = np.ptp(apply(pose, points), axis=0), np.ptp(points, axis=0)
+    if box_area(own) >= TIGHTER * box_area(around):
+        return floats_of(around)
+    _, nearest = linear_sum_assignment(-np.abs(pose[:3, :3]))
+    return floats_of(own[nearest])
+
+
+def box_area(edges: Array) -> float:
+    """The area of a box with these (3,) edges, m²: unlike its volume, it tells flat ones apart."""
+    x, y, z = edges.tolist()
+    return float(2.0 * (x * y + y * z + z * x))
+
+
 def bounds(points: dict[str, Array], poses: dict[str, Array]) -> tuple[Array, Array]:
     """The (3,) minimum and maximum of all links' points at these poses, in the root's frame."""
-    placed = np.vstack([apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)])
-    return placed.min(axis=0), placed.max(axis=0)
+    together = placed(points, poses)
+    return together.min(axis=0), together.max(axis=0)
+
+
+def placed(points: Mapping[str, Array], poses: Mapping[str, Array]) -> Array:
+    """(n, 3) all links' points at these poses, in the root's frame."""
+    return np.vstack([apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)])
+
+
+def standing_edges(points: Array) -> Array:
+    """(3,) the edges of the upright box of (n, 3) points, z up: along the axes or, where what it holds stands turned
+    among them, so that the smallest box is much smaller, of that, x and y by what they are nearest to."""
+    around: Array = np.ptp(points, axis=0)
+    turn, size = smallest_rectangle(points[:, :2])
+    if np.prod(size) >= TURNED * np.prod(around[:2]):
+        return around
+    along = size if abs(turn[0, 0]) >= abs(turn[0, 1]) else size[::-1]
+    return np.array([*along, around[2]])
 
 
 def check_spread(urdf: Path, points: Mapping[str, Array], diagonal: float) -> None:

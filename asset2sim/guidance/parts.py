@@ -37,6 +37,10 @@ LEAF_THIN, LEAF_SHARE = 0.2, 0.25
 """Thickness of a leaf over its second longest edge, at most, and that edge over the object's longest, at least."""
 UP = 2
 """Index of the vertical among the axes of the root's frame."""
+BEFORE_SHARE = 0.25
+"""Share of its body's depth by which a door hangs before the body's middle at least, for that side to be the front."""
+ANY_VOTE = 0.5
+"""Parts, each of which counts 1, that show a front at least."""
 ROW_SHARE = 0.15
 """Parts whose centres differ by less than this share of the object's height stand in one row."""
 
@@ -89,7 +93,9 @@ def held_as(name: str, category: str, motion: str, extent: float) -> str:
 
 def by_shape(name: str, shaped: str, *called: str) -> str:
     """The part, ``shaped`` where nothing names it: and a "door" where it hangs upright and is a cover, flap or hatch,
-    which are lids where they lie; ``called`` are its label and names."""
+    which are lids where they lie; ``called`` are its label and names, by which a laptop's base is no lid."""
+    if any(words[-1] in HOLDS_PARTS - {"bodyset"} for text in called if (words := re.findall(r"[a-z]+", text.lower()))):
+        return name
     upright = name == "lid" and shaped == "door" and not any("lid" in text.lower() for text in called)
     return shaped if upright or not name else name
 
@@ -230,21 +236,38 @@ def reading_order(
     return ordered
 
 
-def front_direction(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
-    """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand. Where no
-    part shows it, −x, as in PartNet-Mobility."""
-    x = y = 0.0
+def shown_front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float] | None:
+    """(x, y) of the direction in which the object faces, along one axis: where drawers slide and doors stand, and of a
+    door in the middle of its frame one of its two sides. None where no part shows it."""
+    shown, through = [0.0, 0.0], [0.0, 0.0]
     body = info.body
     for part in parts:
         if part.joint.motion == "slider" and part.name in ("drawer", "shelf"):
             sign = math.copysign(1.0, part.joint.open - part.joint.closed)
-            x, y = x + sign * part.joint.axis[0], y + sign * part.joint.axis[1]
-        elif part.name == "door" and body is not None:
-            x += part.center[0] - body.center_m[0]
-            y += part.center[1] - body.center_m[1]
-    if math.hypot(x, y) < 1e-3:
-        return (-1.0, 0.0)
+            shown = [total + sign * share for total, share in zip(shown, part.joint.axis[:2], strict=True)]
+        elif part.name == "door" and part.link is not None and body is not None:
+            before = [(part.center[i] - body.center_m[i]) / max(body.box_m[i], 1e-9) for i in (0, 1)]
+            across = 0 if part.link.box_m[0] <= part.link.box_m[1] else 1
+            through[across] -= 1.0
+            if part.link.box_m[across] > LEAF_THIN * part.link.box_m[1 - across]:
+                across = max((0, 1), key=lambda i: abs(before[i]))  # the door of a safe may be deeper than it is wide
+            if abs(before[across]) >= BEFORE_SHARE:
+                shown[across] += math.copysign(1.0, before[across])
+    x, y = shown if math.hypot(*shown) >= ANY_VOTE else through
+    if math.hypot(x, y) < ANY_VOTE:
+        return None
     return (math.copysign(1.0, x), 0.0) if abs(x) >= abs(y) else (0.0, math.copysign(1.0, y))
+
+
+def front_direction(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, float]:
+    """(x, y) of the direction in which the object faces; where no part shows it, −x, as in PartNet-Mobility."""
+    return shown_front(info, parts) or (-1.0, 0.0)
+
+
+def depth_width_height(info: ObjectInfo) -> Vector:
+    """The edges of the closed object as seen from where its parts show its front, m; its depth is along x without."""
+    x, y, z = info.size_closed_m
+    return (y, x, z) if front_direction(info, parts_of(info, info.category))[1] else (x, y, z)
 
 
 def _rightness(part: MovablePart, info: ObjectInfo, parts: Sequence[MovablePart]) -> float:

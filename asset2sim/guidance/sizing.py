@@ -9,6 +9,7 @@ from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, MOST_SCALE, plain_guidance
 from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
+from asset2sim.guidance.parts import depth_width_height
 from asset2sim.guidance.tables import Size
 from schemas.authored import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
@@ -26,7 +27,8 @@ and of a usual size for its kind, is in metres."""
 DEEPEST = 4.0 / 3.0
 """Depth over width from which a kitchen appliance (0.55 to 0.68 m deep at 0.6 m, EN 1116) has its front along y."""
 SIDEWAYS = 6.0
-"""−2 ln of the share of objects whose front is not towards x, in ROS and in PartNet-Mobility the front: one in 20."""
+"""−2 ln of the share of objects whose front is not where it is taken to be, towards x where no part shows it (so in
+ROS and in PartNet-Mobility): one in 20."""
 TABLETOP_M = 0.36
 """Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
 one, the upper end of the paper's 0.10 to 0.20 m."""
@@ -125,7 +127,7 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
     if not phrase and usual_as_it_is(info, size):
         return Scale(1.0, real, authored, f"scale 1: {authored:.3g} m is usual, and less than what is normalised")
     hangs = carried is not None and carried.mount is Mount.WALL
-    fit = fitted_edges(info.size_closed_m, size.category, hangs=hangs)
+    fit = fitted_edges(depth_width_height(info), size.category, hangs=hangs)
     usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
     target = usual * factor
     if authored <= 0.0:
@@ -159,7 +161,7 @@ class Fit:
 def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit | None:
     """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category,
     of those that hang on a wall where it ``hangs`` and the table has some; None where that has no proportions of it.
-    The front is towards x, unless the other fits far better.
+    What is taken for its depth may be its width where that fits far better: its parts need not show its front.
 
     The maximum of a normal likelihood of the edges' logarithms: their mean, each weighed by 1 / σ². Its σ grows with
     how far the edges disagree.
@@ -208,7 +210,7 @@ def dimension(info: ObjectInfo, size: Size) -> float:
     if size.dimension == "height" and info.size_closed_m[2] > 0.0:
         return info.size_closed_m[2]
     if size.dimension == "width" and info.size_closed_m[1] > 0.0:
-        depth, width = info.size_closed_m[:2]
+        depth, width, _ = depth_width_height(info)
         return depth if depth > DEEPEST * width else width
     if size.dimension == "body" and info.body is not None and max(info.body.box_m) > 0.0:
         return max(info.body.box_m)

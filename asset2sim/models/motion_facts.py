@@ -73,10 +73,11 @@ PLACES = ("higher", "lower", "further forward", "further back", "further left", 
 SIDES = ("top", "bottom", "front", "back", "left", "right")
 
 
-def axis_words(axis: Array) -> str:
-    """The line along an axis in words; objects face along x."""
-    for index, word in enumerate(("a front-to-back", "a left-to-right", "an upright")):
-        if abs(axis[index]) >= ALONG:
+def axis_words(axis: Array, front: Sequence[float]) -> str:
+    """The line along an axis in words, of an object that faces ``front``."""
+    lines = (np.asarray(front), np.cross(front, UP), UP)
+    for line, word in zip(lines, ("a front-to-back", "a left-to-right", "an upright"), strict=True):
+        if abs(float(axis @ line)) >= ALONG:
             return word
     return "a slanting"
 
@@ -113,7 +114,7 @@ def opening_words(
     arms = arms - np.outer(arms @ axis, axis)
     reach = np.linalg.norm(arms, axis=1)
     middle = (arms.min(axis=0) + arms.max(axis=0)) / 2.0
-    line = f"{axis_words(axis)} line"
+    line = f"{axis_words(axis, features.front)} line"
     turn = "without end" if joint.type == "continuous" else f"by {math.degrees(abs(opened - closed)):.0f}°"
     if float(np.linalg.norm(middle)) < CENTRAL * float(reach.max()):
         said = f"{sure}turns {turn} about {line} through its own middle"

@@ -6,6 +6,7 @@ from asset2sim.guidance.object_info import ObjectInfo
 from schemas.base import Vector3
 from schemas.features import Features, JointFeatures, LinkFeatures
 
+NO_BOX: Vector3 = (0.0, 0.0, 0.0)
 SIGNIFICANT_DIGITS = 5
 """Digits kept of every number in a prompt: beyond what a model can use, and a third of the tokens of a double."""
 
@@ -20,8 +21,7 @@ def object_facts(features: Features) -> dict[str, object]:
         "size_m": features.rest_size,
         "size_closed_m": features.closed_size,
         "links": [
-            _link(link, features.link_centers.get(link.name)) | (_stated_contact(link) if features.metric else {})
-            for link in features.links
+            _link(link, features) | (_stated_contact(link) if features.metric else {}) for link in features.links
         ],
         "joints": [_joint(joint) | (_stated(joint) if features.metric else {}) for joint in features.joints],
     }
@@ -48,13 +48,13 @@ def rounded_floats(value: object, digits: int = SIGNIFICANT_DIGITS) -> object:
     return value
 
 
-def _link(link: LinkFeatures, center: Vector3 | None) -> dict[str, object]:
+def _link(link: LinkFeatures, features: Features) -> dict[str, object]:
     return {
         "name": link.name,
         "label": link.label,
         "joint_kind": link.joint_kind,
-        "box_m": link.box_size,
-        "center_m": center,
+        "box_m": features.link_boxes.get(link.name, NO_BOX),
+        "center_m": features.link_centers.get(link.name),
         "volume_m3": link.volume_m3,
         "hull_volume_m3": link.hull_volume_m3,
         "volume_source": link.volume_source.value,

@@ -62,8 +62,14 @@ def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) ->
 
 def axis_names(features: Features) -> str:
     """Which axes of the root frame are up, to the front and to the left."""
-    front, left = ("+x", "-y") if features.front[0] > 0.0 else ("-x", "+y")
+    front, left = (axis_name(axis) for axis in (features.front, np.cross(features.front, (0.0, 0.0, 1.0))))
     return f"up is +z, front is {front}, left (to someone who stands before it) is {left}"
+
+
+def axis_name(axis: Sequence[float] | Array) -> str:
+    """The axis that a direction is nearest to, with its sign."""
+    index = int(np.argmax(np.abs(axis)))
+    return f"{'+' if axis[index] > 0.0 else '-'}{'xyz'[index]}"
 
 
 def candidate_sizes(features: Features) -> list[dict[str, object]]:
@@ -71,7 +77,8 @@ def candidate_sizes(features: Features) -> list[dict[str, object]]:
     longest = max(features.closed_size)
     if longest <= 0.0:
         return []
-    edges = np.asarray(features.closed_size) / longest
+    x, y, z = np.asarray(features.closed_size) / longest
+    edges = np.array([x, y, z] if abs(features.front[0]) >= abs(features.front[1]) else [y, x, z])
     return [
         {
             "scale": rounded_floats(edge / 100.0 / longest, 3),

@@ -10,6 +10,7 @@ from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import materials, part_material, sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import box_inertia, solid_to_shell, tensor_of, wall_volume
+from schemas.base import Vector3
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Notes
 from schemas.overlay import Content, LinkProposal
@@ -50,9 +51,15 @@ NOTHING_BUILT = Built(
 
 
 def built_link(
-    link: LinkFeatures, proposal: LinkProposal | None, scale: float, settings: PhysicsSettings, to_root: Array
+    link: LinkFeatures,
+    proposal: LinkProposal | None,
+    scale: float,
+    settings: PhysicsSettings,
+    to_root: Array,
+    upright_m: Vector3 | None = None,
 ) -> Built:
-    """The link as proposed, or of a fallback material. ``to_root`` is the (3, 3) rotation into the root's frame."""
+    """The link as proposed, or of a fallback material. ``to_root`` is the (3, 3) rotation into the root's frame, and
+    ``upright_m`` the edges of its box along that frame's axes, by which contents are placed; None: those of its own."""
     volume, hull, outer = link.volume_m3 * scale**3, link.hull_volume_m3 * scale**3, link.outer_m2 * scale**2
     density, hollow, wall = settings.fallback_density_kg_m3, settings.fallback_hollow_factor, 0.0
     material, contents = None, tuple[Content, ...]()
@@ -75,7 +82,8 @@ def built_link(
         com = solid_to_shell(com, np.asarray(link.shell_center) * scale, filled)
         inertia = solid_to_shell(solid, sheet, filled)
     mass = material_m3 * density
-    mass, com, inertia = with_contents(mass, com, inertia, contents, link, scale, to_root)
+    upright = np.abs(to_root) @ np.asarray(link.box_size) if upright_m is None else np.asarray(upright_m)
+    mass, com, inertia = with_contents(mass, com, inertia, contents, link, scale, to_root, upright * scale)
     rule = MassRule.SHELL if shell else MassRule.SOLID
     made_of = (material, density, hollow, volume, link.volume_source, outer, wall if shell else 0.0, contents, rule)
     return Built(*made_of, mass, com, inertia)
@@ -125,17 +133,17 @@ def with_contents(
     link: LinkFeatures,
     scale: float,
     to_root: Array,
+    size: Array,
 ) -> tuple[float, Array, Array]:
-    """Mass (kg), centre (m) and inertia per kg (m²) of a link with its contents, each a box in its place."""
+    """Mass (kg), centre (m) and inertia per kg (m²) of a link with its contents, each a box in its place in one of
+    (3,) ``size`` along the root's axes."""
     if not contents:
         return mass, com, unit_inertia
-    low, high = np.asarray(link.box_min) * scale, np.asarray(link.box_max) * scale
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T @ to_root.T
-    root_low, root_size = corners.min(axis=0), np.ptp(corners, axis=0)
+    middle = to_root @ (np.asarray(link.box_min) + np.asarray(link.box_max)) * scale / 2.0
     parts = [(mass, com, mass * unit_inertia)]
     for item in contents:
-        place = (root_low + np.asarray(item.at) * root_size) @ to_root
-        parts.append((item.mass_kg, place, box_inertia(item.mass_kg, (high - low) * item.extent)))
+        place = (middle + (np.asarray(item.at) - 0.5) * size) @ to_root
+        parts.append((item.mass_kg, place, to_root.T @ box_inertia(item.mass_kg, size * item.extent) @ to_root))
     total = math.fsum(part[0] for part in parts)
     middle = np.sum([part[0] * part[1] for part in parts], axis=0) / total
     inertia = np.zeros((3, 3))

@@ -107,7 +107,7 @@ def handling(
     motion = "slider" if joint.prismatic else "spin" if moved.round else "hinge"
     label = carried_label(features, joint)
     named = held_as(part_name(label, joint.child, joint.name), features.category, motion, moved.extent)
-    box = features.link(joint.child).box_size
+    box = features.link_boxes.get(joint.child, (0.0, 0.0, 0.0))
     shaped = shape_name(joint.type, joint.axis_in_root, box, features.closed_size, joint.lower, joint.upper)
     named = by_shape(named, shaped, label, joint.child, joint.name)
     stays = stays_put(named, features.category, joint, proposal)

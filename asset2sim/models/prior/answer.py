@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
-from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.parts import depth_width_height, parts_of
 from asset2sim.guidance.placing import asked_positions
 from asset2sim.guidance.read import read_guidance
 from asset2sim.guidance.sizing import fitted_edges, propose_scale
@@ -48,7 +48,7 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     guidance = read_guidance(words, info)
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
     support = guidance.support or usual_support(info, guidance.called)
-    shape = fitted_edges(info.size_closed_m, size.category)
+    shape = fitted_edges(depth_width_height(info), size.category)
     if guidance.support is None and shape is not None and shape.placed == "stands":
         said = f"its edges are those of a {shape.kind}, which stands"
         support = SupportProposal(kind=SupportKind.FREESTANDING, confidence=STANDS_CONFIDENCE, reason=said)
