@@ -22,11 +22,11 @@ OF_SURFACES = Belief(trust=Trust.PLAUSIBLE, reason="as surfaces have")
 AS_SEEN = Belief(trust=Trust.PLAUSIBLE, reason="closed, convex, and where its looks are")
 
 
-def judge_starts(opinion: Opinion, features: Features, sprung: Collection[str]) -> dict[str, float]:
-    """Add how far stated starts are believed; those that stay, joint → rad or m at the authored scale. ``sprung``
-    names the joints that a spring brings elsewhere."""
+def judge_starts(opinion: Opinion, joints: Iterable[JointFeatures], sprung: Collection[str]) -> dict[str, float]:
+    """Add how far the stated starts of these joints are believed; those that stay, joint → rad or m at the authored
+    scale. ``sprung`` names the joints that a spring brings elsewhere."""
     kept = dict[str, float]()
-    for joint in features.movable_joints:
+    for joint in joints:
         if joint.start is not None:
             judge = partial(judged_start, joint, joint.name in sprung)
             opinion.add(Quantity.START, joint.name, judge(joint.start), joint.start, judge)

@@ -95,7 +95,7 @@ def validate(
     coefficient = judge_contact(opinion, features, settings)
     sprung = {joint.name for joint in features.joints if joint.stiffness}
     sprung |= {item.name for item in overlay.joints if item.spring_rest is not None}
-    starts = judge_starts(opinion, features, sprung)
+    starts = judge_starts(opinion, features.movable_joints, sprung)
     contact = contact_friction, contact_source or (source if overlay.contact_friction is None else Source.USER)
     overlay = opinion.disputes.applied(overlay)
     disputed = opinion.disputes.of_contact
@@ -113,7 +113,8 @@ def validate(
         judge_joints(opinion, done.all_joints, stated, handled, pulls, settings)
         overlay = opinion.disputes.applied(overlay)
         carried = carried_where_they_start(opinion, features, stated, pulls)
-        unmoved = replace(unmoved, starts=starts | judge_starts(opinion, features, sprung - carried))
+        held = [joint for joint in features.movable_joints if joint.name in carried]
+        unmoved = replace(unmoved, starts=starts | judge_starts(opinion, held, sprung - carried))
         kept = with_kept_terms(overlay, opinion, stated, done.all_joints, handled, carried)
         if kept != overlay:
             told = Notes()
