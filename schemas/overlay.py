@@ -273,6 +273,8 @@ class PhysicsOverlay(Frozen):
     turned_rad: Vector3 = (0.0, 0.0, 0.0)
     """Rotation vector by which the whole object is turned about its root's origin from how it is authored, rad: what
     does not stand as authored is written as it lies."""
+    front: Vector3 | None = Field(None, exclude_if=lambda front: front is None)
+    """(3,) the horizontal unit direction in the root's frame in which it faces; None where that was not looked for."""
     support: Support = Support()
     """What carries the object: the root of a fixed one is held to the world."""
     links: tuple[LinkPhysics, ...]

@@ -33,7 +33,7 @@ def judge_pictures(job: AssetJob, record: AssetRecord, urdf: Path) -> Judgement:
     """The judge's score of the URDF in its initial state; without pictures where it cannot be rendered."""
     assert record.overlay is not None
     try:
-        views = render_views(urdf, record.overlay.initial_positions, job.settings.views)
+        views = render_views(urdf, record.overlay.initial_positions, job.settings.views, front=record.overlay.front)
     except AssetError:
         views = {}
     return judge(record, views, job.ask)

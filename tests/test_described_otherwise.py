@@ -10,6 +10,7 @@ import pytest
 from lxml import etree
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.assets.urdf.read import element_pose, numbers_of_attribute
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.models.motion_facts import joint_motions
@@ -191,3 +192,16 @@ def test_an_object_described_otherwise_is_refined_alike(
         assert share_open(theirs) == pytest.approx(share_open(ours), abs=0.01), ours.name
         assert (theirs.mechanism, theirs.holds) == (ours.mechanism, ours.holds), ours.name
         assert (theirs.effort_range and theirs.effort_range.kind) == (ours.effort_range and ours.effort_range.kind)
+
+
+def test_pictures_show_the_front_that_the_drawers_show(tmp_path: Path) -> None:
+    ref = described(sample("table_two_drawers"), facing_along_y, tmp_path / "a")
+    overlay = validated(ref, tmp_path)
+    assert overlay.front == (0.0, -1.0, 0.0)
+    urdf = Path(ref.path) / "mobility.urdf"
+    assert load_scene(urdf, {}, front=overlay.front).front.tolist() == [0.0, -1.0, 0.0]
+    assert load_scene(urdf, {}).front.tolist() == [-1.0, 0.0, 0.0], "by the custom of such files"
+    (urdf.parent / "overlay.json").write_text(overlay.model_dump_json())
+    assert load_scene(urdf, {}).front.tolist() == [0.0, -1.0, 0.0], "a refined folder says it"
+    (urdf.parent / "overlay.json").write_text("[another's file]")
+    assert load_scene(urdf, {}).front.tolist() == [-1.0, 0.0, 0.0]

@@ -164,7 +164,7 @@ def model_views(scene: QuestionContext, pose: Pose) -> Sequence[LabelledImage]:
     if is_local(model_for(scene.settings.model, REFINEMENT_PURPOSE)) or scene.questions.left <= 0:
         return ()
     try:
-        views = render_views(scene.urdf, pose, scene.settings.views, MODEL_VIEWS)
+        views = render_views(scene.urdf, pose, scene.settings.views, MODEL_VIEWS, front=scene.overlay.front)
     except AssetError:  # nothing to draw: the numbers alone still say what is wrong
         return ()
     return tuple(LabelledImage(label=name, png=png_bytes(views[name])) for name in MODEL_VIEWS)

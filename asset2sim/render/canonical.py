@@ -14,6 +14,7 @@ from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, fitted_camera, view_di
 from asset2sim.render.raster import Pixels
 from asset2sim.render.renderer import RenderedPicture, render
 from asset2sim.storage.regular_files import write_whole
+from schemas.base import Vector3
 from schemas.settings import ViewSettings
 
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
@@ -34,12 +35,14 @@ def render_views(
     settings: ViewSettings,
     names: Sequence[str] = VIEW_NAMES,
     loaded: dict[Path, tuple[Surface, ...]] | None = None,
+    front: Vector3 | None = None,
 ) -> dict[str, Image.Image]:
     """View name → RGB picture of the asset at these joint positions (radians or metres; joints not named are at zero);
-    besides the canonical views there is ``top``. ``loaded`` remembers mesh files already read.
+    besides the canonical views there is ``top``. ``loaded`` remembers mesh files already read, ``front`` is where it
+    faces (``load_scene``).
     Meshes that are missing are left out. Raises AssetError: unreadable_asset or invalid_joint_configuration if the URDF
     is refused, missing_mesh if nothing is left to draw."""
-    scene = load_scene(urdf_file, positions, loaded)
+    scene = load_scene(urdf_file, positions, loaded, front)
     batches = batches_of(scene.surfaces)
     if not batches:
         raise nothing_to_draw(urdf_file)

@@ -62,7 +62,7 @@ def question_pictures(
         return ()
     side = settings.model.image_side_px
     loaded: dict[Path, tuple[Surface, ...]] = {}
-    scene = load_scene(extraction.urdf, {}, loaded)
+    scene = load_scene(extraction.urdf, {}, loaded, extraction.features.front)
     pictures = plain_pictures(scene, extraction, side, views)
     names = {link: link for link in mark_names(extraction.features)} if names is None else names
     parts = marked_pictures(scene, extraction.features, side)
@@ -79,7 +79,8 @@ def question_pictures(
             behind.image, behind.shown, shown_names(behind, extraction.features, names)
         )
     for label, positions in end_poses(extraction.features).items():
-        posed = marked_pictures(load_scene(extraction.urdf, positions, loaded), extraction.features, side)
+        scene = load_scene(extraction.urdf, positions, loaded, extraction.features.front)
+        posed = marked_pictures(scene, extraction.features, side)
         pictures[label] = with_names(posed.image, posed.shown, shown_names(posed, extraction.features, names))
     return tuple(LabelledImage(label=label, png=png_bytes(image)) for label, image in pictures.items())
 

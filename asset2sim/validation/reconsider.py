@@ -118,7 +118,9 @@ def answer_pictures(question: ObjectQuestion, found: AnswerOutcome) -> tuple[Lab
         poses["the result of your answer, where gravity leaves it"] = {**found.starts, **found.ends}
     try:
         views = {
-            label: render_views(question.extraction.urdf, pose, question.settings.views)
+            label: render_views(
+                question.extraction.urdf, pose, question.settings.views, front=question.extraction.features.front
+            )
             for label, pose in poses.items()
         }
     except AssetError:  # nothing to draw: the words alone still say it

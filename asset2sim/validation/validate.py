@@ -224,6 +224,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
         scale_source=given.scale_source,
         contact_friction=given.contact[0],
         contact_source=given.contact[1],
+        front=features.front,
         support=support,
         links=tuple(link_physics(masses[link.name], link, believed[link.name]) for link in features.links),
         joints=tuple(joint for joint in joints if joint.mimic is None),

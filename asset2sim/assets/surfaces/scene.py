@@ -1,5 +1,6 @@
 """A URDF at given joint positions as painted surfaces in the root link's frame."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,12 +9,14 @@ import numpy as np
 import yourdfpy
 from PIL import Image
 
+from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.meshes.load import primitive, scale_vector
 from asset2sim.assets.surfaces.load import from_mesh, load_surfaces
 from asset2sim.assets.surfaces.surface import PLAIN, Floats, Paint, Surface, Texture, posed
 from asset2sim.assets.urdf.read import front_of, read_urdf, root_of, tree_joint
 from asset2sim.assets.urdf.references import find_mesh
 from asset2sim.physics.kinematics import link_to_root, parents_first
+from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
@@ -30,10 +33,14 @@ class Scene:
 
 
 def load_scene(
-    urdf_file: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]] | None = None
+    urdf_file: Path,
+    positions: Mapping[str, float],
+    loaded: dict[Path, tuple[Surface, ...]] | None = None,
+    front: Vector3 | None = None,
 ) -> Scene:
     """The asset at these joint positions (radians or metres; joints not named are at zero, mimicking joints follow).
-    ``loaded`` remembers files already read, for further positions of the same asset.
+    ``loaded`` remembers files already read, for further positions of the same asset; ``front`` is where it faces, where
+    that is known better than by its file (``known_front``).
 
     Meshes that do not exist or cannot be read are left out. Links are drawn by their visuals, or, where no link of the
     asset has one, by their collision shapes. Raises AssetError: unreadable_asset or invalid_joint_configuration if the
@@ -50,8 +57,24 @@ def load_scene(
                 surfaces.extend(shape)
                 names.extend(link.name for _ in shape)
         if surfaces:
-            return Scene(tuple(surfaces), tuple(names), front_of(robot, urdf_file), robot)
+            return Scene(
+                tuple(surfaces),
+                tuple(names),
+                known_front(robot, urdf_file) if front is None else np.array(front),
+                robot,
+            )
     raise nothing_to_draw(urdf_file)
+
+
+def known_front(robot: yourdfpy.Robot, urdf_file: Path) -> Floats:
+    """(3,) the horizontal direction in the root frame in which an object faces: by the overlay beside a refined one,
+    else by the custom of its file."""
+    overlay = urdf_file.with_name(REFINED_NAME)
+    try:
+        stated = json.loads(overlay.read_bytes()).get("front") if overlay.is_file() else None
+    except (ValueError, AttributeError):  # another's file of that name
+        stated = None
+    return front_of(robot, urdf_file) if stated is None else np.array(stated, dtype=float)
 
 
 def nothing_to_draw(urdf_file: Path) -> AssetError:
