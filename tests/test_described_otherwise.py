@@ -30,6 +30,8 @@ SAMPLES = (
     *("bucket_yellow", "storage_sideboard", "laptop_silver", "suitcase_business", "microwave_kitchen", "stapler_desk"),
     *("table_two_drawers", "toilet_white", "trashcan_pedal", "scissors_paper", "chair_folding", "box_chest"),
 )
+THIN = ("suitcase_business", "with_parts_fixed_on")
+"""Its handle is of two thin pieces: each is at most solid in its own hull, together they are at most so in theirs."""
 LARGER = 2.7
 MOVES = ("revolute", "continuous", "prismatic")
 SLACK = 0.04
@@ -118,8 +120,21 @@ def in_other_units(robot: "etree._Element") -> None:
             limit.set(end, repr(LARGER * float(limit.get(end, ""))))
 
 
+def with_parts_fixed_on(robot: "etree._Element") -> None:
+    """The last shape of every link that has several as a link of its own, fixed to it."""
+    for link in list(robot.iter("link")):
+        looks, solids = link.findall("visual"), link.findall("collision")
+        if len(looks) > 1 and len(solids) in (0, len(looks)):
+            on = etree.SubElement(robot, "link", name=f"{link.get('name')}_part")
+            on.extend([looks[-1], *solids[-1:]])
+            fixed = etree.SubElement(robot, "joint", name=f"{link.get('name')}_fixed", type="fixed")
+            etree.SubElement(fixed, "parent", link=link.get("name", ""))
+            etree.SubElement(fixed, "child", link=on.get("name", ""))
+
+
 WAYS: tuple[Callable[["etree._Element"], None], ...] = (
     in_turned_frames, about_flipped_axes, far_from_its_origin, facing_along_y, in_other_units,
+    with_parts_fixed_on,
 )  # fmt: skip
 
 
@@ -180,6 +195,8 @@ def test_an_object_that_stands_turned_among_its_axes_is_as_large_as_it_is(tmp_pa
 def test_an_object_described_otherwise_is_refined_alike(
     asset_id: str, way: Callable[["etree._Element"], None], tmp_path: Path
 ) -> None:
+    if (asset_id, way.__name__) == THIN:
+        pytest.xfail("damping of its handle 14 % lower")
     ref = described(sample(asset_id), way, tmp_path / asset_id)
     one, other = validated(sample(asset_id), tmp_path), validated(ref, tmp_path)
     larger = LARGER if way is in_other_units else 1.0

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from asset2sim.assets.companions import companions_of, read_category, read_semantics
 from asset2sim.assets.joints import believed_limits, read_joint, with_ends
-from asset2sim.assets.links import LinkGeometry, MeshReader, read_link
+from asset2sim.assets.links import LinkGeometry, MeshReader, read_link, with_shared_walls
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.volume import smallest_rectangle
@@ -165,6 +165,7 @@ def read_asset(
     tree = tree_of(joints)
     root = root_of(robot)
     rest = link_to_root(tree, root, {})
+    links = with_shared_walls(links, geometry, tree, root)
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
     check_spread(urdf, points, diagonal)

@@ -1,6 +1,7 @@
 """One link: its meshes, their union in the link's frame, and its convex pieces."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from asset2sim.assets.meshes.volume import (
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, Refused, find_mesh, why_missing
 from asset2sim.physics.arrays import Array, floats_of, inertia_terms
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
 from schemas.finding import Finding
@@ -180,10 +182,12 @@ class MeshPart:
 
 @dataclass(frozen=True)
 class LinkGeometry:
-    """A link's shapes in its frame: (n, 3) hull points of the whole link, and its meshes (primitives: none)."""
+    """A link's shapes in its frame: (n, 3) hull points of the whole link, its meshes (primitives: none), and the area
+    of their faces, m²."""
 
     points: Array
     parts: tuple[MeshPart, ...]
+    drawn_m2: float = 0.0
 
 
 def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) -> tuple[LinkFeatures, LinkGeometry]:
@@ -237,7 +241,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         walls = wall_surface(own, solids)
         body = combined_solid([item.shape.solid.moved(item.rotation, item.translation) for item in solids])
         points = hull_vertices(np.vstack([item.points(item.shape.points) for item in own]))
-    whole = hull_volume(points)
+    whole, drawn = hull_volume(points), drawn_area(own)
     box = points if own else np.zeros((1, 3))
     sources = {item.shape.source for item in solids} or {VolumeSource.NONE}
     features = LinkFeatures(
@@ -250,7 +254,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         volume_source=sources.pop() if len(sources) == 1 else VolumeSource.MIXED,
         hull_volume_m3=whole,
         area_m2=sum((item.shape.area for item in own), 0.0),
-        outer_m2=outer_area(own, points if whole > 0.0 else None),
+        outer_m2=outer_area(drawn, points),
         box_min=floats_of(box.min(axis=0)),
         box_max=floats_of(box.max(axis=0)),
         center=floats_of(body.center),
@@ -261,7 +265,8 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         inertial=inertial,
         shapes_doubt=(doubt or "") if wanted["collision"] else "",
     )
-    return features, LinkGeometry(points, tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None))
+    parts = tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None)
+    return features, LinkGeometry(points, parts, drawn)
 
 
 def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> SheetSurface:
@@ -273,12 +278,38 @@ def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> SheetSurf
     return most if most.area >= every.area / 2.0 else every
 
 
-def outer_area(items: list[PlacedShape], points: Array | None) -> float:
-    """Area that a link shows to the outside, m², a sheet with both its sides: its distinct faces' and what would close
-    them, but at most its hull's. Walls drawn twice, decals and insides make the faces of real assets up to 8 times the
-    hull's; of frames, wires and tubes they are less. ``points`` is None for a link that is flat as a whole."""
-    drawn = sum(s.area + (s.area if item.shape.flat else s.opening) for item in items for s in (item.shape.surface,))
-    return drawn if points is None else min(drawn, hull_area(points))
+def drawn_area(items: list[PlacedShape]) -> float:
+    """Area of a link's distinct faces, a sheet with both its sides, and of what would close them, m²."""
+    return sum(s.area + (s.area if item.shape.flat else s.opening) for item in items for s in (item.shape.surface,))
+
+
+def outer_area(drawn_m2: float, points: Array) -> float:
+    """Area that a body shows to the outside, m²: what is drawn, but at most that of its (n, 3) points' hull, unless it
+    is flat as a whole. Walls drawn twice, decals and insides make the faces of real assets up to 8 times the hull's; of
+    frames, wires and tubes they are less."""
+    return min(drawn_m2, hull_area(points) if hull_volume(points) > 0.0 else math.inf)
+
+
+def with_shared_walls(
+    links: Sequence[LinkFeatures], geometry: Mapping[str, LinkGeometry], tree: Sequence[TreeJoint], root: str
+) -> list[LinkFeatures]:
+    """The links, those that fixed joints make one body with shares of the area that this shows to the outside, as if
+    they were one link: where they lie in or against each other, they have no walls twice."""
+    rest, heads, bodies = link_to_root(tree, root, {}), dict[str, str](), dict[str, list[str]]()
+    for joint in tree:  # parents first
+        if joint.type == "fixed":
+            heads[joint.child] = heads.get(joint.parent, joint.parent)
+    for name, item in geometry.items():
+        if item.drawn_m2 > 0.0:
+            bodies.setdefault(heads.get(name, name), []).append(name)
+    shown = dict[str, float]()
+    for names in bodies.values():
+        if len(names) > 1:
+            points = np.vstack([apply(rest[name], geometry[name].points) for name in names])
+            drawn = sum(geometry[name].drawn_m2 for name in names)
+            share = outer_area(drawn, points) / drawn
+            shown |= {name: share * geometry[name].drawn_m2 for name in names}
+    return [link.model_copy(update={"outer_m2": shown.get(link.name, link.outer_m2)}) for link in links]
 
 
 def mesh_part(item: PlacedShape, reference: str, scale: Array) -> MeshPart:

@@ -88,7 +88,7 @@ def propose_links(
     asked = {wish.part: wish.material for wish in guidance.materials}
     shaped = [link for link in info.links if link.has_geometry]
     ratio = final_m / size.typical_m if final_m > 0.0 else 1.0
-    called = {link.name: names.get(link.name) or part_name(link.label) for link in shaped}
+    called = {link.name: names.get(link.name) or fixed_part(info, link, names) for link in shaped}
     wide = {link.name for link in shaped if max(link.box_m) * scale > CAP_M}
     called |= {name: "lid" for name, part in called.items() if part == "cap" and name in wide}
     pieces = [_piece(link, called[link.name], size.category, asked) for link in shaped]
@@ -108,6 +108,15 @@ def propose_links(
     pieces = pieces if tables.is_built(size.category) else _filled(pieces, scale, usual.low)
     notes.append(note)
     return tuple(piece.proposal() for piece in pieces), tuple(notes), change
+
+
+def fixed_part(info: ObjectInfo, link: LinkInfo, names: Mapping[str, str]) -> str:
+    """The part that a link is which no joint moves: by its label, or where it is fixed to a part (``names`` maps link →
+    part of those that move), by its name or else that part; else ""."""
+    part, on = part_name(link.label), link.name
+    while not part and on not in names and on in info.parent_of:
+        on = info.parent_of[on]
+    return part or (part_name("", link.name) or names[on] if on in names else "")
 
 
 def link_mass(link: LinkInfo, proposal: LinkProposal, scale: float) -> float:
