@@ -50,3 +50,22 @@ def test_the_table_of_sizes_agrees_with_itself_and_its_nouns() -> None:
         assert size.min_m < size.typical_m < size.max_m and size.mass_min_kg < size.mass_max_kg, size
         assert size.contact in tables.materials() and {*size.refines} <= {"", *sizes}, size
     assert {*tables.nouns().values()} <= {*sizes}
+
+
+def flapped(*axes: tuple[float, float, float]) -> ObjectInfo:
+    """A box with a lid on each of these axes."""
+    joints = [
+        {"name": f"j{n}", "type": "revolute", "parent": "body", "child": f"flap{n}", "axis": axis, "lower": 0.0,
+         "upper": 2.0, "closed": 0.0, "open": 2.0} for n, axis in enumerate(axes)
+    ]  # fmt: skip
+    links = [{"name": "body", "label": "box_body"}, *({"name": f"flap{n}", "label": "rotation_lid"} for n in range(9))]
+    return ObjectInfo.from_json({"category": "Box", "links": links, "joints": joints})
+
+
+def test_flaps_at_adjacent_sides_make_a_box_a_carton_of_corrugated_board() -> None:
+    x, y, z = (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)
+    assert identify(flapped(x, y, x, y), ())[0] == "Carton"
+    assert tables.part_material("Carton", "lid").material == "corrugated board"
+    for others in ((y,), (y, y), (y, y, y, y), (x, z, z)):
+        assert identify(flapped(*others), ())[0] == "Box", "a chest, its two lids, compartments, doors"
+    assert identify(flapped(x, y, x, y), ("a", "lunch", "box"))[0] == "LunchBox", "its words say more"

@@ -8,6 +8,9 @@ from asset2sim.guidance import tables
 from asset2sim.guidance.lexicon import head_of, noun_spans
 from asset2sim.guidance.object_info import ObjectInfo
 
+LEVEL = 0.2
+"""|a · b| of unit axes up to which they are about square to each other, or level."""
+FEWEST_FLAPS = 3
 _GENERIC = ("", "*", "Furniture")
 
 
@@ -21,6 +24,8 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
         for noun in reversed(nouns):
             if known in tables.sizes()[noun].refines:
                 return noun, f"named in the guidance, a kind of {known}"
+        if known == "Box" and has_crossing_flaps(info):
+            return "Carton", "its flaps, a kind of Box"
         return known, "as stated"
     for source, found in (
         ("the asset's name", [noun for noun in reversed(_nouns(info.asset_id)) if noun not in _GENERIC]),
@@ -31,6 +36,16 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
         if found:
             return found[0], f"from {source}"
     return "*", "nothing names it"
+
+
+def has_crossing_flaps(info: ObjectInfo) -> bool:
+    """Whether lids hang at adjacent sides of an object, three or more, as the flaps of a carton: boards do not fold so,
+    and compartments have their lids side by side."""
+    lids = {link.name for link in info.links if {"lid", "flap"} & {*re.findall(r"[a-z]+", link.label.lower())}}
+    hinged = [joint for joint in info.joints if joint.motion == "hinge" and joint.child in lids]
+    axes = [joint.axis for joint in hinged if abs(joint.axis[2]) < LEVEL]
+    crossing = any(abs(sum(a * b for a, b in zip(one, other, strict=True))) < LEVEL for one in axes for other in axes)
+    return len(axes) >= FEWEST_FLAPS and crossing
 
 
 def _category(stated: str) -> str:
