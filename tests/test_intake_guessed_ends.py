@@ -66,3 +66,19 @@ def test_what_either_end_means_alike_stays_and_bails_have_no_closed_end(tmp_path
         (before,), (found,) = item.features.joints, with_likelier_ends(item, SURE).features.joints
         assert (found.closed, found.open) == (before.closed, before.open)
         assert ("nothing that is odd" in found.other_reading) is told
+
+
+@pytest.mark.parametrize("pressed", [0.0, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_button_is_closed_where_it_stands_out_however_far_it_is_drawn_in(
+    tmp_path: Path, pressed: float, way: float
+) -> None:
+    travel, drawn = 0.004, pressed * 0.004
+    limit = f"{-drawn} {travel - drawn}" if way > 0.0 else f"{drawn - travel} {drawn}"
+    urdf = robot(
+        link("case", shape("0.2 0.3 0.05")), link("button", shape("0.01 0.01 0.01")),
+        joint("j", "prismatic", "case", "button", xyz=f"0.05 0.1 {0.025 - drawn}", axis=f"0 0 {-way}", limit=limit),
+    )  # fmt: skip
+    item = read(written(tmp_path, urdf), "Remote")
+    (found,) = with_likelier_ends(item, SURE).features.joints
+    assert (found.closed, found.open) == pytest.approx((-way * drawn, way * (travel - drawn)))

@@ -33,12 +33,19 @@ LEVER_SHARE = 0.35
 spindle: a bail hangs between two pins."""
 PRESSED_SHARE, BUTTON_SHARE = 0.05, 0.25
 """Most travel of a button, which is also less than its own longest edge, and that edge, over the object's longest."""
+PRESSED = ("button", "key")
+"""Parts that are pressed in and come out again."""
+AT_END, EITHER_WAY = 0.01, 0.02
+"""Shares of a button's travel: drawn so near to an end it is drawn there, and by so much its ways to both sides may
+differ for it to be pushed to either."""
 LEAF_THIN, LEAF_SHARE = 0.2, 0.25
 """Thickness of a leaf over its second longest edge, at most, and that edge over the object's longest, at least."""
 UP = 2
 """Index of the vertical among the axes of the root's frame."""
 BEFORE_SHARE = 0.25
 """Share of its body's depth by which a door hangs before the body's middle at least, for that side to be the front."""
+AJAR = 0.2
+"""Share of its range by which a door may be drawn open and stands where its frame's front is."""
 ANY_VOTE = 0.5
 """Parts, each of which counts 1, that show a front at least."""
 ROW_SHARE = 0.15
@@ -115,6 +122,15 @@ def shape_name(
     if motion != "revolute" or not flat or abs(axis[thin]) > LEAF_THIN:
         return ""
     return "door" if thin != UP else "lid"
+
+
+def drawn_pressed(part: str, motion: str, lower: float | None, upper: float | None) -> bool:
+    """Whether a part is a button that slides between these limits (m) and is drawn part of the way in, with its zero at
+    neither end."""
+    if part not in PRESSED or motion != "slider" or lower is None or upper is None:
+        return False
+    low, high = sorted((lower, upper))
+    return min(-low, high) > AT_END * (high - low) and abs(low + high) > EITHER_WAY * (high - low)
 
 
 def rolls(info: ObjectInfo, wheel: LinkInfo) -> bool:
@@ -246,6 +262,8 @@ def shown_front(info: ObjectInfo, parts: Sequence[MovablePart]) -> tuple[float, 
             sign = math.copysign(1.0, part.joint.open - part.joint.closed)
             shown = [total + sign * share for total, share in zip(shown, part.joint.axis[:2], strict=True)]
         elif part.name == "door" and part.link is not None and body is not None:
+            if abs(part.joint.zero - part.joint.closed) > AJAR * part.joint.range:
+                continue
             before = [(part.center[i] - body.center_m[i]) / max(body.box_m[i], 1e-9) for i in (0, 1)]
             across = 0 if part.link.box_m[0] <= part.link.box_m[1] else 1
             through[across] -= 1.0

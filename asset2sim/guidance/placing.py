@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from asset2sim.guidance.parts import MovablePart
+from asset2sim.guidance.parts import MovablePart, drawn_pressed
 from schemas.guidance import AskedState, Guidance, State
 
 _UNSURE = 0.05
@@ -85,9 +85,18 @@ def high_end(part: MovablePart) -> float:
     return high if joint.axis[2] > 0.0 else low
 
 
+def rest_of(part: MovablePart) -> float:
+    """Where a part's own spring holds it, rad, or m at the authored scale: up where its kind rests so, else as drawn;
+    a button that is drawn part of the way in where it stands out."""
+    joint = part.joint
+    if part.mechanism.spring_rest == "up":
+        return high_end(part)
+    return joint.closed if drawn_pressed(part.name, joint.motion, joint.lower, joint.upper) else joint.zero
+
+
 def _pose(part: MovablePart, kind: str) -> float:
     joint, mechanism = part.joint, part.mechanism
-    rest = high_end(part) if mechanism.spring_rest == "up" else joint.zero
+    rest = rest_of(part)
     if kind in ("rest", "pressed"):
         far = joint.closed if abs(joint.closed - rest) > abs(joint.open - rest) else joint.open
         return rest if kind == "rest" else far

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.assets.meshes.openness import outer_end
 from asset2sim.assets.urdf.mimic import with_followed_ends
-from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.parts import PRESSED, drawn_pressed, part_name
 from asset2sim.guidance.tables import mechanism
 from asset2sim.intake.blocked_joints import LinkShapes, links_overlap, moving_pair
 from asset2sim.physics.arrays import Array
@@ -30,14 +31,17 @@ CAUGHT = ("door",)
 def with_likelier_ends(extraction: Extraction, sure: float) -> Extraction:
     """The extraction with the closed end, of each main part whose shape tells it with less than the confidence
     ``sure``, that means less that is odd: overlapping there, falling open, hanging beside the object. What the other
-    would mean stands in the joint's ``other_reading``; the confidence stays that of a guess."""
+    would mean stands in the joint's ``other_reading``; the confidence stays that of a guess. A button is
+    closed where it is drawn, or where that is part of the way in, where it stands out."""
     features = extraction.features
     guessed = [joint for joint in features.movable_joints if is_guessed(joint, features, sure)]
-    if not guessed:
+    buttons = [joint for joint in features.movable_joints if is_button(joint, features)]
+    if not guessed and not buttons:
         return extraction
     shapes, tree = LinkShapes(extraction), tree_of(features.joints)
     points = {name: item.points for name, item in extraction.geometry.items()}
     changed = {joint.name: likelier(joint, features, tree, points, shapes) for joint in guessed}
+    changed |= {joint.name: standing_out(joint, features, tree, points) for joint in buttons}
     joints = with_followed_ends([changed.get(joint.name, joint) for joint in features.joints])
     return replace(extraction, features=features.model_copy(update={"joints": tuple(joints)}))
 
@@ -57,6 +61,26 @@ def is_guessed(joint: JointFeatures, features: Features, sure: float) -> bool:
     if tells or role != "main" or not named or part in EITHER_SIDE or joint.closed is None or joint.open is None:
         return False
     return 0.0 < abs(joint.open - joint.closed) < (math.inf if joint.prismatic else WHOLE_TURN_RAD)
+
+
+def is_button(joint: JointFeatures, features: Features) -> bool:
+    """Whether a joint slides a button, with a shape and beside others, between two ends."""
+    shown = features.link(joint.child).has_geometry and sum(link.has_geometry for link in features.links) > 1
+    ends = joint.lower is not None and joint.upper is not None and joint.lower != joint.upper
+    return joint.prismatic and ends and shown and joint.mimic is None and part_of(joint, features) in PRESSED
+
+
+def standing_out(
+    joint: JointFeatures, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array]
+) -> JointFeatures:
+    """A button's joint with the end as closed at which it is drawn, or stands out where it is drawn pressed."""
+    assert joint.lower is not None and joint.upper is not None, "only such are buttons"
+    ends = (joint.lower, joint.upper)
+    closed = min(ends, key=abs)
+    if drawn_pressed(part_of(joint, features), "slider", *ends):
+        node = next(item for item in tree if item.name == joint.name)
+        closed = outer_end(tree, features.root, points, node, ends)
+    return joint.model_copy(update={"closed": closed, "open": ends[0] if closed == ends[1] else ends[1]})
 
 
 def likelier(

@@ -149,6 +149,19 @@ def higher_end(
     return max(ends, key=lambda end: float(parted(tree, root, points, joint, end)[1][:, 2].mean()))
 
 
+def outer_end(
+    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
+) -> float:
+    """The end at which a joint's part is further from the middle of the rest: where a button stands out."""
+
+    def apart(end: float) -> float:
+        _, part, body = parted(tree, root, points, joint, end)
+        between = [part.min(axis=0) + part.max(axis=0), body.min(axis=0) + body.max(axis=0)]
+        return float(np.linalg.norm(between[1] - between[0]))
+
+    return max(ends, key=apart)
+
+
 def parted(
     tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, position: float
 ) -> tuple[Array, Array, Array]:

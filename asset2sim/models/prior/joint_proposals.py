@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.parts import MovablePart
-from asset2sim.guidance.placing import high_end
+from asset2sim.guidance.placing import rest_of
 from asset2sim.guidance.tables import MotionWord
 from schemas.guidance import Guidance
 from schemas.mechanism import CAUGHT, STAYS, MechanismName
@@ -182,10 +182,8 @@ def propose_joints(
 
 def spring_rest(part: MovablePart, positions: Mapping[str, float]) -> float:
     """Where the part's spring returns it to: rad, or m at the authored scale."""
-    if part.mechanism.spring_rest == "up":
-        return high_end(part)
-    if part.mechanism.spring_rest == "zero":
-        return part.joint.zero
+    if part.mechanism.spring_rest in ("up", "zero"):
+        return rest_of(part)
     return positions.get(part.joint.name, part.joint.closed)
 
 
