@@ -1,6 +1,6 @@
 """Opening MLflow's store: the late import of MLflow, and the SQLite file under OUT. Importing it takes 2 s, and making
-the file 1 s of processor time and up to 7 s on a busy disk. Both can be done in parallel with a run's work
-(``prepare_mlflow``) instead of after it."""
+the file 1 s of processor time and up to 7 s on a busy disk, so an empty one of MLflow's version is kept and copied.
+Both can be done in parallel with a run's work (``prepare_mlflow``) instead of after it."""
 
 import importlib
 import logging
@@ -10,6 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from asset2sim.storage.empty_databases import copy_empty, keep_empty
+from asset2sim.storage.objects import cache_root
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -74,11 +77,17 @@ def _make_file(out: Path) -> None:
     if os.environ.get("MLFLOW_TRACKING_URI") or file.exists():
         return
     from mlflow import MlflowClient
+    from mlflow.version import VERSION
 
     for left in out.glob(f"{PART}*"):
         left.unlink()
+    kept = cache_root() / "empty" / f"mlflow-{VERSION}.db"
+    if copy_empty(kept, file):
+        return
     # MLflow makes its tables when it is first asked.
     MlflowClient(tracking_uri=_uri(part)).search_experiments(max_results=1)
+    # Its default experiment names the folder in which this program was started; MLflow makes one where there is none.
+    keep_empty(part, kept, "DELETE FROM experiments")
     os.replace(part, file)
 
 
