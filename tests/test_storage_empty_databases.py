@@ -2,6 +2,7 @@
 
 import sqlite3
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,9 @@ from mlflow.version import VERSION
 
 from asset2sim.catalog.mlflow_store import DATABASE, open_mlflow
 from asset2sim.storage.empty_databases import copy_empty, keep_empty
+from flows.server.server import temporary_server
+from tests.prefect_server import answers
+from tests.processes import wait_until
 
 
 def shape(file: Path) -> list[tuple[str, ...]]:
@@ -61,3 +65,19 @@ def test_a_cache_that_cannot_be_written_costs_only_time(tmp_path: Path, monkeypa
     monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / "file"))
     with open_mlflow(tmp_path) as client:
         assert [found.name for found in client.search_experiments()] == ["Default"]
+
+
+@pytest.mark.system
+def test_a_second_prefect_server_begins_with_a_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PREFECT_API_URL", raising=False)
+    monkeypatch.setenv("ASSET2SIM_CACHE", str(tmp_path / "my cache"))
+    shapes = []
+    for name in ("first", "second one"):
+        monkeypatch.setenv("PREFECT_HOME", str(tmp_path / name))
+        with temporary_server() as address:
+            assert address is not None and wait_until(partial(answers, address), 300.0)
+        shapes.append(shape(tmp_path / name / "prefect.db"))
+    (kept,) = (tmp_path / "my cache" / "empty").iterdir()
+    assert shapes == [shape(kept)] * 2
+    with closing(sqlite3.connect(kept)) as opened:
+        assert opened.execute("SELECT count(*) FROM configuration").fetchone() == (0,)

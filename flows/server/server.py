@@ -21,6 +21,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
+from asset2sim.storage.objects import cache_root
 from schemas.errors import UsageError
 from schemas.location import Location
 
@@ -142,7 +143,7 @@ def temporary_server(*, schedules: bool = False) -> Iterator[str | None]:
 
 def _start(listener: socket.socket, log: int, services: str) -> subprocess.Popen[bytes]:
     program, fd, env = Path(__file__).with_name("api_server.py"), listener.fileno(), {**SERVER_DEFAULTS, **os.environ}
-    words, pipe = [sys.executable, "-P", str(program), str(fd), services], subprocess.PIPE
+    words, pipe = [sys.executable, "-P", str(program), str(fd), services, str(cache_root() / "empty")], subprocess.PIPE
     return subprocess.Popen(words, stdin=pipe, stdout=log, stderr=log, pass_fds=[fd], start_new_session=True, env=env)
 
 
