@@ -1,4 +1,5 @@
-"""Let joints move: cut hulls over every joint's range, and narrow limits where authored meshes stop a joint."""
+"""Let joints move: cut hulls over every joint's range and where they stop a finger, and narrow limits where authored
+meshes stop a joint."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,6 +13,7 @@ from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.pinned import pinned_pairs
+from asset2sim.refinement.collision.press_room import room_for_presses
 from asset2sim.refinement.collision.travel import clamped
 from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
@@ -42,8 +44,11 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     cleared = clear_ranges(hulls, tree, features.root, limits, start, pairs, shapes, exact, planes)
     off_floor, lifted = take_off_floor(loop, overlay, cleared.hulls)
     note_cuts(lifted, "where it would drag over", "as the object stands", loop.log)
+    pressed = with_limits(overlay, cleared.limits).joints
+    off_floor, roomy = room_for_presses(off_floor, pressed, tree, features.root, shapes, planes)
+    note_cuts(roomy, "where it would stop a finger on", "and nothing is drawn there", loop.log)
     if not cleared.cuts and not cleared.limits and not cleared.jams:
-        return overlay, off_floor if lifted else hulls
+        return overlay, off_floor if lifted or roomy else hulls
     why = (
         f"{len(cleared.cuts)} links cut and {len(cleared.limits)} limits drawn in so that joints can move; "
         f"{len(cleared.jams)} jams left"

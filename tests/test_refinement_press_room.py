@@ -1,0 +1,67 @@
+"""Pieces of a case that lie over its keys where nothing is drawn are cut down to where the keys go, and no others."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import trimesh
+
+from asset2sim.assets.hulls import Hulls
+from asset2sim.physics.arrays import Array
+from asset2sim.physics.kinematics import TreeJoint
+from asset2sim.refinement.collision.press_room import room_for_presses
+from asset2sim.refinement.collision.trim import CLEARANCE_M, Cut, PlaneCut
+
+WAY_M, FRONT_M = 0.003, 0.002
+DEEPEST = FRONT_M - WAY_M - CLEARANCE_M
+"""Where the plane lies to which a lid is cut, m: the key's front stands 2 mm out of the case and goes 3 mm."""
+
+
+def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Any:
+    made = trimesh.creation.box(extents=np.subtract(high, low))
+    return made.apply_translation(np.add(low, high) / 2.0)
+
+
+KEY = box((-0.009, -0.009, -0.004), (0.009, 0.009, FRONT_M))
+WALLS = [box((x, -0.05, -0.01), (x + 0.004, 0.05, 0.0)) for x in (-0.05, 0.046)]
+
+
+def cut(lid: Any, *drawn: Any, **changes: float | str | None) -> tuple[Hulls, list[Cut], list[PlaneCut]]:
+    meshes = {"case": trimesh.util.concatenate([*WALLS, *drawn]), "key": KEY}
+    shapes = SimpleNamespace(read=lambda link: (meshes[link].vertices, meshes[link].faces), scale=1.0)
+    joint = {"name": "press", "type": "prismatic", "stiffness": 100.0, "mimic": None, "spring_reference": -0.001}
+    joint |= {"lower": 0.0, "upper": WAY_M, **changes}
+    tree = [TreeJoint("press", "prismatic", "case", "key", np.eye(4), np.array([0.0, 0.0, -1.0]))]
+    hulls = {"case": tuple(np.array(piece.vertices) for piece in (*WALLS, lid)), "key": (np.array(KEY.vertices),)}
+    planes = list[PlaneCut]()
+    found, cuts = room_for_presses(
+        hulls, cast(Any, [SimpleNamespace(**joint)]), tree, "case", cast(Any, shapes), planes
+    )
+    assert all(one is other for one, other in zip(found["case"][:2], hulls["case"], strict=False)), "walls stay"
+    return found, cuts, planes
+
+
+def top(found: Hulls) -> float:
+    lid: Array = found["case"][2]
+    return float(lid[:, 2].max())
+
+
+def test_a_lid_over_a_key_is_cut_to_where_the_key_goes() -> None:
+    thick = box((-0.05, -0.05, -0.003), (0.05, 0.05, 0.0002))
+    found, (one,), (plane,) = cut(thick)
+    assert top(found) == pytest.approx(DEEPEST, abs=1e-9)
+    assert (one.link, one.other, one.depth_m) == ("case", "key", pytest.approx(0.0002 - DEEPEST))
+    assert plane.left is found["case"][2], "so that a replay cuts it again"
+    assert found["key"][0] is not None and float(found["key"][0][:, 2].max()) == pytest.approx(FRONT_M)
+
+
+def test_what_is_drawn_and_what_is_no_key_leave_it() -> None:
+    thick = box((-0.05, -0.05, -0.003), (0.05, 0.05, 0.0002))
+    plate = box((-0.045, -0.045, -0.003), (0.045, 0.045, 0.0))
+    assert cut(thick, plate)[1] == [], "the case is drawn there"
+    beside = box((0.012, -0.045, -0.003), (0.045, 0.045, 0.0))
+    assert cut(thick, beside)[1] == [], "more would be lost than is laid free"
+    assert cut(thick, stiffness=0.0)[1] == [] == cut(thick, type="revolute")[1] == cut(thick, upper=None)[1]
+    assert cut(thick, upper=0.0015)[1] == [], "it goes no deeper than the lid lets it"
+    assert cut(box((-0.05, -0.05, -0.001), (0.05, 0.05, 0.0002)))[1] == [], "nothing would be left of it"
