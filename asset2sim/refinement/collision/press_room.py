@@ -98,8 +98,8 @@ def drawn_of(shapes: AuthoredShapes, link: str) -> Array:
 
 
 def part_below(hulls: Sequence[Array], index: int, floor: Floor, drawn: Array) -> Array | None:
-    """What is left below a floor of one of a link's hulls that stands over it where nothing of the (n, 3, 3) triangles
-    is; None where it stays."""
+    """The part below a floor of one of a link's hulls that stands over it where nothing of the (n, 3, 3) triangles is;
+    None where it stays."""
     heights = hulls[index] @ floor.normal - floor.height
     if heights.max() <= CLEARANCE_M or heights.min() >= 0.0:
         return None
