@@ -4,16 +4,17 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from asset2sim.assets.authored_overlap import AuthoredShapes, authored_shapes
-from asset2sim.assets.extract import Extraction
+from asset2sim.assets.authored_overlap import AuthoredShapes
 from asset2sim.assets.finger_depth import finger_depth
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links, tree_of
 from asset2sim.validation.handling import is_sprung
 from asset2sim.validation.limits import Range
+from schemas.features import Features
 from schemas.finding import Notes
 from schemas.hand_settings import FINGERTIP_M
 from schemas.overlay import JointProposal
@@ -26,7 +27,7 @@ PROUD_M = 1e-4
 
 
 def pressed_ranges(
-    extraction: Extraction,
+    drawn: "Drawn",
     ranges: Mapping[str, Range],
     proposals: Mapping[str, JointProposal],
     wanted: Mapping[str, float],
@@ -38,7 +39,7 @@ def pressed_ranges(
     """The ranges, those of sprung sliders drawn in to what a fingertip presses (``finger_depth``), at least
     ``LEAST_PRESS_M``, and at least to the positions ``wanted`` by the user (authored scale). Where the file's limits
     are ``kept``, the ranges stay. Both are told."""
-    found, drawn = dict(ranges), Drawn(extraction)
+    found = dict(ranges)
     for name, span in ranges.items():
         ends = rest_and_far(span, proposals.get(name), scale)
         if ends is None or span.joint.mimic is not None:
@@ -77,19 +78,22 @@ def rest_and_far(span: Range, proposal: JointProposal | None, scale: float) -> t
 
 @dataclass(frozen=True)
 class Drawn:
-    """An object's triangles as drawn, every joint at zero, at the authored scale in the root's frame."""
+    """An object's triangles as drawn, every joint at zero, at the authored scale in the root's frame; ``known`` is how
+    deep fingers press what was looked at."""
 
-    extraction: Extraction
+    features: Features
+    shapes: AuthoredShapes
+    known: dict[Any, float]
 
     @cached_property
     def tree(self) -> tuple[TreeJoint, ...]:
         """The joints."""
-        return tree_of(self.extraction.features.joints)
+        return tree_of(self.features.joints)
 
     @cached_property
     def poses(self) -> Mapping[str, Array]:
         """Link → its (4, 4) pose."""
-        return link_to_root(self.tree, self.extraction.features.root, {})
+        return link_to_root(self.tree, self.features.root, {})
 
     @cached_property
     def housings(self) -> Mapping[str, Array]:
@@ -102,11 +106,6 @@ class Drawn:
         parents = {joint.parent for joint in self.tree if joint.type == "prismatic"}
         return {name: self.triangles(bodies[name]) for name in parents}
 
-    @cached_property
-    def shapes(self) -> AuthoredShapes:
-        """The triangles of the links."""
-        return authored_shapes(self.extraction, 1.0)
-
     def triangles(self, links: Iterable[str]) -> Array:
         """(n, 3, 3) triangles of these links."""
         read = {link: self.shapes.read(link) for link in links}
@@ -117,7 +116,7 @@ class Drawn:
 def depth_of_press(drawn: Drawn, span: Range, rest: float, sign: float, scale: float, way: float) -> float:
     """How deep a fingertip presses a part, which rests at a position at the authored scale, m at the final scale: up to
     ``way``, before it meets what is fixed to the part's parent."""
-    known, key = drawn.extraction.presses, (span.joint, rest, sign, scale)
+    known, key = drawn.known, (span.joint, rest, sign, scale)
     if key not in known:
         joint = next(item for item in drawn.tree if item.name == span.joint.name)
         axis = drawn.poses[joint.parent][:3, :3] @ joint.child_to_parent[:3, :3] @ joint.axis

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
@@ -26,7 +27,7 @@ from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
 from asset2sim.validation.positions import hanging_starts, initial_positions, note_guessed_ends
-from asset2sim.validation.pressed import pressed_ranges
+from asset2sim.validation.pressed import Drawn, pressed_ranges
 from asset2sim.validation.support import closed_polygon, held_by_file, support_of, wall_evidence
 from asset2sim.validation.suspension import lifted_by_machines, with_suspensions
 from asset2sim.validation.trust import (
@@ -186,7 +187,8 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     wanted, theirs = leaders_positions(features, overlay.initial_joint_positions, asked, notes)
     asked_for = {name: position for name, position in wanted.items() if name in theirs}
     limits_kept = given.opinion.keeps(Quantity.LIMITS)
-    ranges = pressed_ranges(extraction, ranges, proposals, asked_for, scale, kept=limits_kept, notes=notes)
+    drawn = Drawn(features, authored_shapes(extraction, 1.0), extraction.presses)
+    ranges = pressed_ranges(drawn, ranges, proposals, asked_for, scale, kept=limits_kept, notes=notes)
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
     starts = starts_of_followers(features, starts, scale, notes)
