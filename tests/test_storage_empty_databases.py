@@ -16,7 +16,7 @@ from tests.processes import wait_until
 
 
 def shape(file: Path) -> list[tuple[str, ...]]:
-    """What a database is made of, and how far its tables have come."""
+    """The schema of a database and the version of its migrations."""
     with closing(sqlite3.connect(file)) as opened:
         made = opened.execute("SELECT type, name, sql FROM sqlite_master ORDER BY type, name").fetchall()
         return made + opened.execute("SELECT version_num FROM alembic_version").fetchall()

@@ -18,7 +18,7 @@ KEYS = {"narrow": (5, 2.0), "wide": (20, 2.0), "proud": (5, 6.0), "flush": (5, 0
         "middling": (12, 0.0), "broad": (15, 0.0), "in_hole": (20, 2.0)}  # fmt: skip
 """Key → its width and how far it stands out of the board, mm. Each goes down by 4 mm."""
 STRIPS = ((-0.2, 0.094), (0.106, 0.1425), (0.1575, 0.19), (0.21, 0.25))
-"""What the board covers along x, m: the last three keys go down between them, the others are drawn in it."""
+"""Solid stretches of the board along x, m: the last three keys go down between them, the others are drawn in it."""
 
 
 def pressed(

@@ -16,6 +16,12 @@ SHARES = (0.5, 0.2, 0.8)
 """Places of a part at which it is pressed, as shares of its box across its way."""
 
 
+def press_ends(rest: float, lower: float, upper: float) -> tuple[float, float]:
+    """Where a sprung slider rests within its limits, and the end that is further from there, to which it is pressed."""
+    rest = min(max(rest, lower), upper)
+    return rest, upper if upper - rest >= rest - lower else lower
+
+
 def finger_depth(part: Array, around: Array, way: Array, finger_m: float, enough_m: float) -> float:
     """The way, m, along which a fingertip takes a part before it meets what is drawn under the part, which stops it
     where the part has no hole to slide in, or what is around a part that is narrower: as far as the part stands out

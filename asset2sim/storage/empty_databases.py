@@ -30,7 +30,8 @@ def keep_empty(file: Path, kept: Path, *clear: str) -> None:
 
 
 def _copy(source: Path, target: Path, *clear: str) -> None:
-    """Copy a whole database under its name at once, so that nobody sees half of it, nor loses one that is there."""
+    """Copy an SQLite database atomically, less what the SQL of ``clear`` removes. Raises OSError where the target is
+    there already, and sqlite3.Error where the source is not whole."""
     part = target.with_name(f".{target.name}.part-{uuid.uuid4().hex}")
     try:
         with closing(sqlite3.connect(source)) as opened, closing(sqlite3.connect(part)) as made:

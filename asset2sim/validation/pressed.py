@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from asset2sim.assets.authored_overlap import AuthoredShapes
-from asset2sim.assets.finger_depth import finger_depth
+from asset2sim.assets.finger_depth import finger_depth, press_ends
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links, tree_of
 from asset2sim.validation.handling import is_sprung
@@ -72,8 +72,7 @@ def rest_and_far(span: Range, proposal: JointProposal | None, scale: float) -> t
     if not span.joint.prismatic or span.lower is None or span.upper is None or not is_sprung(proposal):
         return None
     stated = None if proposal is None else proposal.spring_rest
-    rest = span.clamp(span.closed if stated is None else stated * scale)
-    return rest, span.upper if span.upper - rest >= rest - span.lower else span.lower
+    return press_ends(span.closed if stated is None else stated * scale, span.lower, span.upper)
 
 
 @dataclass(frozen=True)

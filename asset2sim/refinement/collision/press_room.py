@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from asset2sim.assets.authored_overlap import AuthoredShapes
+from asset2sim.assets.finger_depth import press_ends
 from asset2sim.assets.hulls import Hulls
 from asset2sim.assets.meshes.patches import piece_of
 from asset2sim.physics.arrays import Array
@@ -48,14 +49,13 @@ def room_for_presses(
     return (found, cuts) if cuts else (hulls, [])
 
 
-def rest_and_far(joint: JointPhysics) -> tuple[float, float] | None:
+def ends_of_press(joint: JointPhysics) -> tuple[float, float] | None:
     """Where a sprung slider rests and its further end, m; None for what has no spring, turns, follows or is endless."""
     if joint.type != "prismatic" or joint.stiffness <= 0.0 or joint.mimic is not None:
         return None
     if joint.lower is None or joint.upper is None or joint.lower == joint.upper:
         return None
-    rest = min(max(joint.spring_reference, joint.lower), joint.upper)
-    return rest, joint.upper if joint.upper - rest >= rest - joint.lower else joint.lower
+    return press_ends(joint.spring_reference, joint.lower, joint.upper)
 
 
 def floors_of_presses(
@@ -63,7 +63,7 @@ def floors_of_presses(
 ) -> dict[tuple[str, str], Floor]:
     """(Link, first part mounted on it) → the plane in the link's frame to which the fronts of such parts come that go
     equally deep, with the places under a fingertip on the middle of each."""
-    rests = {joint.name: ends for joint in joints if (ends := rest_and_far(joint)) is not None}
+    rests = {joint.name: ends for joint in joints if (ends := ends_of_press(joint)) is not None}
     poses = link_to_root(tree, root, {name: rest for name, (rest, _) in rests.items()}) if rests else {}
     groups: dict[tuple[str, tuple[float, ...]], list[tuple[str, Array, float, Array]]] = {}
     steps = FINGERTIP_M * ((np.arange(PLACES) + 0.5) / PLACES - 0.5)
