@@ -1,5 +1,6 @@
 """Pieces of a case that lie over its keys where nothing is drawn are cut down to where the keys go, and no others."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -10,8 +11,16 @@ import trimesh
 from asset2sim.assets.hulls import Hulls
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
+from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.press_room import room_for_presses
 from asset2sim.refinement.collision.trim import CLEARANCE_M, Cut, PlaneCut
+from asset2sim.refinement.context import Log, RefinementContext
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Settings
+from schemas.support import Support, SupportKind
+from schemas.vocabulary import Source
+from tests.assets import joint, link, read, robot, shape, written
+from tests.factories import make_joint
 
 WAY_M, FRONT_M = 0.003, 0.002
 DEEPEST = FRONT_M - WAY_M - CLEARANCE_M
@@ -65,3 +74,24 @@ def test_what_is_drawn_and_what_is_no_key_leave_it() -> None:
     assert cut(thick, stiffness=0.0)[1] == [] == cut(thick, type="revolute")[1] == cut(thick, upper=None)[1]
     assert cut(thick, upper=0.0015)[1] == [], "it goes no deeper than the lid lets it"
     assert cut(box((-0.05, -0.05, -0.001), (0.05, 0.05, 0.0002)))[1] == [], "nothing would be left of it"
+
+
+def test_the_step_that_lets_joints_move_cuts_such_a_lid_and_says_so(tmp_path: Path) -> None:
+    walls = [shape("0.004 0.1 0.01", "visual", f"{x} 0 -0.005") for x in (-0.048, 0.048)]
+    key = shape("0.018 0.018 0.006", "visual", f"0 0 {FRONT_M - 0.003}")
+    press = joint("press", "prismatic", "case", "key", axis="0 0 -1", limit=f"0 {WAY_M}")
+    item = read(written(tmp_path / "thing", robot(link("case", "".join(walls)), link("key", key), press)))
+    sprung = {"lower": 0.0, "upper": WAY_M, "open": WAY_M, "stiffness": 100.0, "spring_reference": -0.001}
+    overlay = PhysicsOverlay(
+        asset_id="1", scale=1.0, scale_source=Source.RULE, contact_friction=0.8, links=(),
+        joints=(make_joint("press", "prismatic", 0.0).model_copy(update=sprung),),
+        support=Support(kind=SupportKind.HANDHELD, source=Source.RULE),
+    )  # fmt: skip
+    lid = box((-0.05, -0.05, -0.003), (0.05, 0.05, -0.0005))
+    hulls = {"case": tuple(np.array(piece.vertices) for piece in (*WALLS, lid)), "key": (np.array(KEY.vertices),)}
+    loop = RefinementContext(item, cast(Any, None), overlay, Source.RULE, hulls, Settings(), Log())
+    after, found = let_joints_move(loop, overlay, hulls)
+    assert top(found) == pytest.approx(DEEPEST, abs=1e-9) and after.joints == overlay.joints
+    (said,) = [finding for finding in loop.log.findings if finding.code == "collision_cut"]
+    assert "where it would stop a finger on 'key'" in said.message and said.link == "case"
+    assert len(loop.log.planes) == 1, "so that a replay cuts it again"
