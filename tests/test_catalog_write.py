@@ -77,15 +77,8 @@ def test_what_was_never_measured_is_null_not_zero(tmp_path: Path) -> None:
     write_run(tmp_path, make_run("r"), [make_failure("1", FailureMode.MISSING_MESH)])
     row = read_table(tmp_path, "assets").iloc[0]
     unmeasured = [
-        "penetration_mm",
-        "drift_m",
-        "drift_rad",
-        "oscillating_joints",
-        "scale",
-        "mass_kg",
-        "n_links",
-        "finite",
-    ]
+        "penetration_mm", "drift_m", "drift_rad", "oscillating_joints", "scale", "mass_kg", "n_links", "finite",
+    ]  # fmt: skip
     assert row[unmeasured].isna().all()
     assert row["queries"] == 0 and row["paper_failure_mode"] == "segmentation problem"
 

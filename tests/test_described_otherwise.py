@@ -31,13 +31,8 @@ SAMPLES = (
     *("table_two_drawers", "toilet_white", "trashcan_pedal", "scissors_paper", "chair_folding", "box_chest"),
 )
 ALIKE_AJAR = (
-    "laptop_silver",
-    "microwave_kitchen",
-    "stapler_desk",
-    "table_two_drawers",
-    "scissors_paper",
-    "chair_folding",
-)
+    "laptop_silver", "microwave_kitchen", "stapler_desk", "table_two_drawers", "scissors_paper", "chair_folding",
+)  # fmt: skip
 """Those that are refined alike drawn ajar, too: what is "small" is as small as it is drawn, and a pedal rests so."""
 THIN = ("suitcase_business", "with_parts_fixed_on")
 """Its handle is of two thin pieces: each is at most solid in its own hull, together they are at most so in theirs."""

@@ -130,17 +130,8 @@ def test_the_options_reach_the_flow(data: Path, tmp_path: Path) -> None:
         return published(tmp_path / "out", request)
 
     options = [
-        "--assets",
-        "b, a",
-        "--limit",
-        "2",
-        "--workers",
-        "3",
-        "--no-views",
-        "--strict",
-        "--model",
-        "prior/household",
-    ]
+        "--assets", "b, a", "--limit", "2", "--workers", "3", "--no-views", "--strict", "--model", "prior/household",
+    ]  # fmt: skip
     assert (
         run_command(["refine", str(data), "--out", str(tmp_path / "out"), *options], refine=refine, nightly=never_serve)
         == 1

@@ -133,17 +133,8 @@ def test_three_samples_and_a_missing_one_end_to_end(
     (data / "manifest.csv").write_text("\n".join([rows[0], *chosen, lost]) + "\n", encoding="utf-8")
     out = tmp_path / "my out"
     command = [
-        sys.executable,
-        "-m",
-        "flows.command",
-        "refine",
-        str(data),
-        "--out",
-        str(out),
-        "--workers",
-        "2",
-        "--strict",
-    ]
+        sys.executable, "-m", "flows.command", "refine", str(data), "--out", str(out), "--workers", "2", "--strict",
+    ]  # fmt: skip
     done = subprocess.run(
         command, cwd=ROOT, env={**environment, "PREFECT_API_URL": prefect_server}, text=True, capture_output=True,
         timeout=LIMIT_S,

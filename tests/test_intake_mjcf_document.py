@@ -90,26 +90,11 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
         ),
     ],
     ids=[
-        "massless geom",
-        "massless body",
-        "element",
-        "attribute",
-        "name twice",
-        "texture gone",
-        "mesh gone",
-        "class gone",
-        "material gone",
-        "joint gone",
-        "keys of another",
-        "plugin",
-        "flat",
-        "range",
-        "inertia",
-        "closed loop",
-        "spatial tendon",
-        "height field",
+        "massless geom", "massless body", "element", "attribute", "name twice", "texture gone", "mesh gone",
+        "class gone", "material gone", "joint gone", "keys of another", "plugin", "flat", "range", "inertia",
+        "closed loop", "spatial tendon", "height field",
     ],
-)
+)  # fmt: skip
 def test_what_mujoco_refuses_is_read_and_what_is_left_out_is_said(
     world: str, rest: str, said: str, tmp_path: Path
 ) -> None:

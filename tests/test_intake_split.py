@@ -50,14 +50,9 @@ MJCF = """<mujoco model="kitchen"><compiler angle="radian"/><worldbody><geom typ
       <geom type="cylinder" size="0.06 0.005"/></body></body>
 </worldbody></mujoco>"""
 MOVED = {
-    "counter": (),
-    "cabinet": ("door",),
-    "stove": ("oven_door",),
-    "hood": (),
-    "tap": (),
-    "lamp": (),
+    "counter": (), "cabinet": ("door",), "stove": ("oven_door",), "hood": (), "tap": (), "lamp": (),
     "kettle": ("lid",),
-}
+}  # fmt: skip
 """Part → links that its joints move. The hood overlaps the cabinet by 5 mm and more, and the oven's door swings through
 the tap, which by its bits collides with nothing."""
 LAMP, STAND, LEAF = (sdf_shape(size) for size in ("0.1 0.1 0.3", "0.4 0.4 0.5", "0.02 0.3 0.3"))

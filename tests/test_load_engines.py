@@ -180,14 +180,8 @@ def test_a_hinges_spring_is_as_strong_far_from_its_rest(engine: str, off: float,
 def test_a_rocker_snaps_a_dial_clicks_and_a_seal_lets_go(engine: str, tmp_path: Path) -> None:
     snap = {"kind": "bistable", "slope": 2.0, "none_at": 0.0, "least": -1.0, "most": 1.0}
     said = {
-        "child": "lid",
-        "axis": "0 0 1",
-        "friction": 0.05,
-        "damping": 0.05,
-        "lower": -0.5,
-        "upper": 0.5,
-        "bias": snap,
-    }
+        "child": "lid", "axis": "0 0 1", "friction": 0.05, "damping": 0.05, "lower": -0.5, "upper": 0.5, "bias": snap,
+    }  # fmt: skip
     item = load(written(tmp_path / "rocker", BASE + ARM_OUT, {"j": said | {"initial_position": 0.5}}), engine)
     for effort, end in ((-0.9, 0.5), (-1.2, -0.5), (0.0, -0.5)):
         item.apply_effort({"j": effort})

@@ -116,17 +116,9 @@ def test_the_documentation_builds_without_a_warning_with_search_and_the_gallery(
     (report / "objects" / "a box" / "after.webp").write_bytes(b"")
     (report / "index.html").write_text('<script id="data" type="application/json">{"id":["a box"]}</script>')
     command = [
-        sys.executable,
-        "-m",
-        "sphinx",
-        "-q",
-        "-W",
-        "--keep-going",
-        "-d",
-        str(tmp_path / "trees"),
-        "docs",
+        sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", str(tmp_path / "trees"), "docs",
         str(tmp_path / "html"),
-    ]
+    ]  # fmt: skip
     shown = {**os.environ, "ASSET2SIM_REPORT": str(report)}
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=shown)
     assert done.returncode == 0, done.stderr

@@ -18,17 +18,8 @@ from tests.marks import OBJECTS, needs_objects
 
 SETTINGS = CollisionSettings()
 OPEN_BOX = (
-    (1, 4, 3),
-    (1, 3, 2),
-    (1, 2, 6),
-    (1, 6, 5),
-    (4, 8, 7),
-    (4, 7, 3),
-    (1, 5, 8),
-    (1, 8, 4),
-    (2, 3, 7),
-    (2, 7, 6),
-)
+    (1, 4, 3), (1, 3, 2), (1, 2, 6), (1, 6, 5), (4, 8, 7), (4, 7, 3), (1, 5, 8), (1, 8, 4), (2, 3, 7), (2, 7, 6),
+)  # fmt: skip
 
 
 def tub(low: float, high: float, height: float) -> str:

@@ -202,13 +202,8 @@ def test_thousands_of_objects_are_a_small_page_that_answers_at_once(tab: Tab, la
         return Math.min(...times);
     }"""
     asked = [
-        ("category", "Kind 7"),
-        ("category", ""),
-        ("status", "failed"),
-        ("status", ""),
-        ("q", "small 12"),
-        ("q", ""),
-    ]
+        ("category", "Kind 7"), ("category", ""), ("status", "failed"), ("status", ""), ("q", "small 12"), ("q", ""),
+    ]  # fmt: skip
     took = {f"{name}={value}": page.evaluate(measure, [name, value]) for name, value in asked}
     took |= {f"sort={name}": page.evaluate(measure, ["sort", name]) for name in ("mass", "id", "effort")}
     # The least of nine: other work on the machine delays the rest.

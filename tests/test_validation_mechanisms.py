@@ -334,13 +334,8 @@ def test_mechanisms_pass_every_check_in_every_engine(tmp_path: Path, name: str) 
         hinge, label = {"kind": "revolute", **hinge}, "rotation_lid" if name == "chest" else "rotation_door"
     elif name == "fridge":
         category, words, body, part, hinge, label = (
-            "Refrigerator",
-            "A fridge.",
-            shape("0.6 0.6 1.7"),
-            FRIDGE_DOOR,
-            FRIDGE,
-            "door",
-        )
+            "Refrigerator", "A fridge.", shape("0.6 0.6 1.7"), FRIDGE_DOOR, FRIDGE, "door",
+        )  # fmt: skip
     else:
         category, words, body, part, label = "Switch", "A light switch, off.", PLATE, shape("0.008 0.03 0.05"), "switch"
         hinge = {"kind": "revolute", "axis": "0 1 0", "limit": "-0.12 0.12", "xyz": "-0.008 0 0"}

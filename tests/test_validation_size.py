@@ -54,16 +54,10 @@ def test_what_is_beyond_the_household_range_goes_to_its_nearest_bound(wanted: fl
 @pytest.mark.parametrize(
     "edges",
     [
-        (0.65, 0.6, 0.88),
-        (0.70, 0.76, 0.92),
-        (0.70, 0.76, 1.17),
-        (0.68, 0.76, 1.83),
-        (0.61, 0.52, 1.46),
-        (0.60, 0.76, 1.30),
-        (0.56, 0.6, 0.6),
-        (0.37, 0.47, 0.28),
+        (0.65, 0.6, 0.88), (0.70, 0.76, 0.92), (0.70, 0.76, 1.17), (0.68, 0.76, 1.83), (0.61, 0.52, 1.46),
+        (0.60, 0.76, 1.30), (0.56, 0.6, 0.6), (0.37, 0.47, 0.28),
     ],
-)
+)  # fmt: skip
 def test_ovens_are_sized_by_their_three_edges(edges: tuple[float, ...]) -> None:
     """Real ones (makers' dimensions), drawn at any scale: a cooker, an American range without and with a backguard and
     under its hood, a cooker with a high grill, a double wall oven, a built-in and a toaster oven. As wide as a built-in

@@ -340,15 +340,7 @@ def newton_doors() -> Stage:
 STAGES = {
     maker.__name__: maker()
     for maker in (
-        isaac_cabinet,
-        isaac_gripper,
-        isaac_pendulum,
-        simready_oven,
-        simready_bin,
-        simready_lamp,
-        mujoco_chain,
-        mujoco_slides,
-        newton_cart,
-        newton_doors,
+        isaac_cabinet, isaac_gripper, isaac_pendulum, simready_oven, simready_bin, simready_lamp, mujoco_chain,
+        mujoco_slides, newton_cart, newton_doors,
     )
-}
+}  # fmt: skip

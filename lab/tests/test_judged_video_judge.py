@@ -249,15 +249,9 @@ def test_nothing_that_is_sent_reveals_a_method(compared: Path) -> None:
     with serve(honest) as server:
         run(compared, server.api_base, trials=2)
     words = {
-        *(method.value for method in Method),
-        MODEL,
-        "household",
-        night(1).run_id,
-        str(compared),
-        compared.name,
-        "motion.mp4",
-        "motions",
-    }
+        *(method.value for method in Method), MODEL, "household", night(1).run_id, str(compared), compared.name,
+        "motion.mp4", "motions",
+    }  # fmt: skip
     sent = [json.dumps(headers).replace("User-Agent", "") for headers in server.headers]
     for body in server.requests:
         assert {part["type"] for part in body["messages"][1]["content"]} == {"text", "image_url"}

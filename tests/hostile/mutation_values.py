@@ -23,18 +23,8 @@ SCALES = (
     *("", " ", "1e30 1e30 1e30", "1e-30 1e-30 1e-30", "1e308 1 1", "inf 1 1", "1,1,1", "1;1;1", "-1 1 1", "1e-12 1e12 1"),
 )  # fmt: skip
 TYPES = (
-    "",
-    "fixed",
-    "revolute",
-    "continuous",
-    "prismatic",
-    "planar",
-    "floating",
-    "ball",
-    "REVOLUTE",
-    "revolute ",
-    "nan",
-)
+    "", "fixed", "revolute", "continuous", "prismatic", "planar", "floating", "ball", "REVOLUTE", "revolute ", "nan",
+)  # fmt: skip
 TAGS = (
     *("link", "joint", "visual", "collision", "geometry", "mesh", "box", "sphere", "cylinder", "capsule", "origin", "axis"),
     *("limit", "inertial", "mass", "inertia", "material", "texture", "color", "mimic", "robot", "parent", "child", "nonsense"),

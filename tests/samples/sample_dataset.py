@@ -21,22 +21,10 @@ from tests.samples.layout import asset_files
 from tests.samples.objects import bags, boxes, devices, furniture, tools, vessels
 
 SAMPLES: tuple[Callable[[], Blueprint], ...] = (
-    tools.stapler,
-    boxes.wooden_box,
-    boxes.treasure_chest,
-    devices.microwave,
-    vessels.toilet,
-    devices.laptop,
-    bags.handbag,
-    bags.business_suitcase,
-    furniture.desk_cabinet,
-    furniture.sideboard,
-    vessels.trash_can,
-    vessels.bucket,
-    tools.scissors,
-    furniture.folding_chair,
-    devices.keyboard,
-)
+    tools.stapler, boxes.wooden_box, boxes.treasure_chest, devices.microwave, vessels.toilet, devices.laptop,
+    bags.handbag, bags.business_suitcase, furniture.desk_cabinet, furniture.sideboard, vessels.trash_can,
+    vessels.bucket, tools.scissors, furniture.folding_chair, devices.keyboard,
+)  # fmt: skip
 """The good objects, in the manifest's order."""
 
 SUBSETS = frozenset({"sample", "planted"})

@@ -76,21 +76,11 @@ def _nothing(path: Path) -> None:
 
 
 INSTEAD: dict[str, Callable[[Path], None]] = {
-    "nothing": _nothing,
-    "pipe": _pipe,
-    "socket": _socket,
-    "device": _device,
-    "folder": _folder,
-    "link_nowhere": _nowhere,
-    "link_itself": _itself,
-    "link_zero": _zero,
-    "link_tty": _terminal,
-    "link_stdin": _standard_input,
-    "sparse": _sparse,
-    "empty": _of(b""),
-    "nuls": _of(b"\0" * 4096),
+    "nothing": _nothing, "pipe": _pipe, "socket": _socket, "device": _device, "folder": _folder,
+    "link_nowhere": _nowhere, "link_itself": _itself, "link_zero": _zero, "link_tty": _terminal,
+    "link_stdin": _standard_input, "sparse": _sparse, "empty": _of(b""), "nuls": _of(b"\0" * 4096),
     "noise": _of(bytes(range(256)) * 16),
-}
+}  # fmt: skip
 """What is there → a function that makes it."""
 OPTIONAL = ("meta.json", "semantics.txt", f"{MESHES}/look.mtl", f"{MESHES}/red.png")
 

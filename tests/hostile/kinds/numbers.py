@@ -7,21 +7,9 @@ from tests.hostile.case import HANDLED, RULES, Case, Place
 from tests.hostile.tiny import BODY, LID, Write, asset, box, described, hinge, link, robot, write_files
 
 VALUES = {
-    "nan": "nan",
-    "inf": "-inf",
-    "huge": "1e308",
-    "over": "1e999",
-    "tiny": "1e-320",
-    "zero": "0",
-    "minus": "-1",
-    "empty": "",
-    "word": "abc",
-    "comma": "1,5",
-    "hex": "0x10",
-    "digits": "9" * 400,
-    "arabic": "١٢",
-    "two": "1 2",
-}
+    "nan": "nan", "inf": "-inf", "huge": "1e308", "over": "1e999", "tiny": "1e-320", "zero": "0", "minus": "-1",
+    "empty": "", "word": "abc", "comma": "1,5", "hex": "0x10", "digits": "9" * 400, "arabic": "١٢", "two": "1 2",
+}  # fmt: skip
 """What stands where one number should."""
 FILE = "overrides.csv"
 BOX = '<geometry><box size="0.1 0.1 {}"/></geometry>'

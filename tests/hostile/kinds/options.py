@@ -26,14 +26,7 @@ WRONG: Sequence[tuple[str, ...]] = (
     *(
         ("--model", "openai/x", "--api-base", base)
         for base in (
-            "",
-            "127.0.0.1",
-            "ftp://h/v1",
-            "http://",
-            "http://h:0/v1",
-            "http://h:port/v1",
-            "http://[::1",
-            ESCAPE,
+            "", "127.0.0.1", "ftp://h/v1", "http://", "http://h:0/v1", "http://h:port/v1", "http://[::1", ESCAPE,
         )
     ),
     *(("--scheduler", place) for place in ("", "localhost", "http://h:1", "tcp://h", "tcp://h:x", "tcp://127.0.0.1:1")),
@@ -44,7 +37,7 @@ WRONG: Sequence[tuple[str, ...]] = (
         ("--out", place)
         for place in ("", " ", "gopher://a/b", "s4://b/c", "s3://", "x://..", "s3://b/c::zip://d", "/dev/null")
     ),
-)
+)  # fmt: skip
 """Words that are refused in one line."""
 
 
