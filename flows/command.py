@@ -14,11 +14,9 @@ from typing import TYPE_CHECKING
 
 from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
-from asset2sim.runs import object_options as objects
+from asset2sim.runs import option_groups as groups
 from asset2sim.runs import options as asked
-from asset2sim.runs.command_line import Options
-from asset2sim.runs.extras import missing_package
-from asset2sim.runs.option_groups import PagesOptions, ReportOptions, ViewOptions
+from asset2sim.runs.command_line import Options, missing_package
 from flows import PIPELINE
 from schemas.declared import Command
 from schemas.errors import DONE, FAILED, UsageError, complain, exit_code_of
@@ -79,15 +77,15 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
 
             sys.stdout.write(settings_text(settings_of(options), options.format))
             return DONE
-        case objects.CheckOptions():
+        case groups.CheckOptions():
             from flows.local import check_listed
 
             return check_listed(options.folders, settings_of(options), options.json_, options.sarif, options.fix)
-        case objects.ConvertOptions():
+        case groups.ConvertOptions():
             from flows.local import convert_listed
 
             return convert_listed(options.data, options.out, settings_of(options))
-        case objects.DescribeOptions():
+        case groups.DescribeOptions():
             from asset2sim.load import LoadError, describe
 
             try:
@@ -95,13 +93,13 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             except LoadError as error:
                 raise UsageError(str(error)) from error
             return DONE
-        case ViewOptions():
+        case groups.ViewOptions():
             from flows.serve_pages import serve_viewer
 
             settings = settings_of(options)
             serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
             return DONE
-        case ReportOptions():
+        case groups.ReportOptions():
             from flows.show import print_site
 
             print_site(options.out, settings_of(options), options.force)
@@ -139,12 +137,12 @@ def _print(options: Options) -> int:
             settings = settings_of(options)
             chosen = options.subset, options.assets, options.limit
             return DONE if show.print_questions(options.data, options.folder, settings, *chosen) else FAILED
-        case PagesOptions():
+        case groups.PagesOptions():
             from flows.serve_pages import serve_pages
 
             serve_pages(options.out, options.host, options.report_port, options.prefect_port, options.mlflow_port)
-        case objects.OverlaysOptions() | objects.PackOptions():
-            from flows.hand_on import hand_on
+        case groups.OverlaysOptions() | groups.PackOptions():
+            from flows.local import hand_on
 
             return DONE if hand_on(options) else FAILED
         case asked.DoctorOptions():

@@ -17,9 +17,9 @@ from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import INTERRUPTED, RunResult
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows.server.client import count_skipped_runs
+from schemas.asset import AssetSummary
 from schemas.errors import complain
 from schemas.location import Location
-from schemas.summary import AssetSummary
 
 ARTIFACT = "report"
 """Key of the artifact: Prefect keeps the versions of one key together, a night each."""

@@ -13,9 +13,9 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.locate import find_source
 from asset2sim.runs import asking_attempt
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record
+from asset2sim.runs.plan.hand_changes import set_aside_stored
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import read_record
-from asset2sim.runs.plan.set_aside import set_aside_stored
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
 from asset2sim.runs.spread.job import Job
 from asset2sim.runs.spread.refine_all import refine_all

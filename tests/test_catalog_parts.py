@@ -20,9 +20,8 @@ from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.spread.harvest import Harvest, take_result
 from asset2sim.runs.spread.job import Job
 from asset2sim.storage.lock import lock_output
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, AssetSummary
 from schemas.settings import Settings
-from schemas.summary import AssetSummary
 from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode, Redo, Severity
 from tests.factories import make_call, make_failure, make_finding, make_record

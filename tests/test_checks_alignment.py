@@ -16,10 +16,9 @@ from asset2sim.checks.alignment.rubric import Rubric
 from asset2sim.checks.alignment.user_request import read_request
 from asset2sim.checks.alignment.vision_judge import judge, judge_request
 from schemas.alignment import Alignment, Reference, Score
-from schemas.asset import AssetRecord, AssetRef
+from schemas.asset import AssetRecord, AssetRef, Overrides
 from schemas.features import Features
 from schemas.overlay import PhysicsOverlay
-from schemas.overrides import Overrides
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Source

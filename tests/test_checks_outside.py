@@ -23,7 +23,7 @@ from schemas.verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.remedy import Remedy
 from schemas.base import Frozen
-from schemas.failure_guide import Guide
+from schemas.verdict import Guide
 from schemas.thresholds import Bound
 from schemas.vocabulary import FailureMode
 

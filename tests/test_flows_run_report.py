@@ -14,8 +14,8 @@ from asset2sim.runs.result import INTERRUPTED
 from asset2sim.runs.spread.refine_all import RunRecords
 from flows import run_report
 from flows.serve_pages import commands
+from schemas.asset import AssetSummary
 from schemas.settings import RunSettings, Settings, ViewSettings
-from schemas.summary import AssetSummary
 from tests.factories import make_record
 
 NOTHING: RunRecords[AssetSummary] = RunRecords((), None)

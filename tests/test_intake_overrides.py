@@ -8,9 +8,8 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.overrides import FILE, read_overrides, with_prompt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.content_hash import content_hash
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, Overrides, StatedPosition
 from schemas.errors import UsageError
-from schemas.overrides import Overrides, StatedPosition
 from schemas.settings import Settings
 from schemas.support import SupportKind
 from tests.test_intake_dataset import write_manifest, write_urdf

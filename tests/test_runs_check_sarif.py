@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.runs.check_sarif import check_as_sarif, line_of
+from asset2sim.runs.check_folders import check_as_sarif, line_of
 from schemas.asset import AssetRecord
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage

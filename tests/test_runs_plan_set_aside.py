@@ -8,8 +8,8 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.intake.dataset import load_dataset
+from asset2sim.runs.plan.hand_changes import SET_ASIDE, set_aside
 from asset2sim.runs.plan.plan import make_plan, mark_published
-from asset2sim.runs.plan.set_aside import CODE, FOLDER, set_aside
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Redo
 from tests.factories import make_record
@@ -52,15 +52,15 @@ def test_an_old_folder_goes_aside_and_comes_to_an_end_with_the_next_success(tmp_
     first = (out / "assets" / "a" / "overlay.json").read_text()
     modes = {"a": FailureMode.MODEL_ERROR, "b": FailureMode.PENETRATION}
     night(data, out, asking(Redo.ALL), failing(modes), writes="b")
-    assert not (out / "assets" / "a").exists() and (out / FOLDER / "a" / "overlay.json").read_text() == first
-    assert (out / "assets" / "b").is_dir() and not (out / FOLDER / "b").exists(), "what failed this night is its own"
+    assert not (out / "assets" / "a").exists() and (out / SET_ASIDE / "a" / "overlay.json").read_text() == first
+    assert (out / "assets" / "b").is_dir() and not (out / SET_ASIDE / "b").exists(), "what failed this night is its own"
     assert paths(out) == {"a": None, "b": "b", "c": "c"}
-    found = read_table(out, "findings").query(f"code == '{CODE}'")
-    assert found["asset_id"].tolist() == ["a"] and f"{FOLDER}/a" in found["message"].iloc[0]
+    found = read_table(out, "findings").query(f"code == '{SET_ASIDE}'")
+    assert found["asset_id"].tolist() == ["a"] and f"{SET_ASIDE}/a" in found["message"].iloc[0]
     night(data, out, NO_VIEWS, failing({"a": FailureMode.MODEL_ERROR}))
-    assert (out / FOLDER / "a" / "overlay.json").read_text() == first, "a second failure keeps it"
+    assert (out / SET_ASIDE / "a" / "overlay.json").read_text() == first, "a second failure keeps it"
     night(data, out)
-    assert paths(out)["a"] == "a" and not (out / FOLDER / "a").exists()
+    assert paths(out)["a"] == "a" and not (out / SET_ASIDE / "a").exists()
 
 
 def test_a_folder_that_another_method_wrote_is_not_ours_to_move(tmp_path: Path) -> None:
@@ -69,5 +69,5 @@ def test_a_folder_that_another_method_wrote_is_not_ours_to_move(tmp_path: Path) 
     night(data, out, direct)
     night(data, out)
     night(data, out, direct, failing({"a": FailureMode.MODEL_ERROR}))
-    assert (out / "assets" / "a").is_dir() and not (out / FOLDER).exists()
+    assert (out / "assets" / "a").is_dir() and not (out / SET_ASIDE).exists()
     assert make_record().method is Method.ASSET2SIM

@@ -12,10 +12,9 @@ from asset2sim.intake.overrides import read_overrides
 from asset2sim.refinement.position_bands import band_of
 from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, words_with_scale
 from asset2sim.validation.validate import validate
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, Overrides
 from schemas.errors import AssetError
 from schemas.overlay import JointPhysics, LinkProposal, Overlay, PhysicsOverlay
-from schemas.overrides import Overrides
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Method, Source

@@ -11,8 +11,8 @@ import pyarrow as pa
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_assets
 from asset2sim.catalog.switch import find_catalog
+from schemas.asset import AssetSummary
 from schemas.errors import Asset2SimError
-from schemas.summary import AssetSummary
 from schemas.vocabulary import FailureMode, Status
 
 

@@ -4,9 +4,9 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from schemas.authored import Authored
+from schemas.asset import AssetSummary
+from schemas.inputs import Authored
 from schemas.overlay import PhysicsOverlay
-from schemas.summary import AssetSummary
 from schemas.table import Row
 from schemas.vocabulary import Quantity, Source
 

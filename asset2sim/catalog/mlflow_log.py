@@ -15,9 +15,8 @@ from asset2sim.catalog.parts import Parts, merged_tables, write_merged
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.run_figures import all_asset_figures, run_figures
 from asset2sim.catalog.switch import find_catalog
-from schemas.asset import Unchanged
+from schemas.asset import AssetSummary, Unchanged
 from schemas.settings import Settings
-from schemas.summary import AssetSummary
 from schemas.tables import TABLES
 
 if TYPE_CHECKING:

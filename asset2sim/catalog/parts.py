@@ -19,8 +19,7 @@ from asset2sim.catalog.enforce import CatalogError, check_key, to_arrow
 from asset2sim.catalog.rows import asset_rows
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.summarize import summarize
-from schemas.asset import AssetRecord
-from schemas.summary import AssetSummary
+from schemas.asset import AssetRecord, AssetSummary
 from schemas.table import ASSET_KEY, Row, Table
 from schemas.tables import TABLES
 

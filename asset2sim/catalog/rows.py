@@ -9,12 +9,11 @@ from asset2sim.catalog.kept import kept_columns
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.summarize import summarize, total_seconds
 from asset2sim.checks.at_rest import oscillates
-from schemas.asset import AssetRecord, Unchanged
+from schemas.asset import AssetRecord, AssetSummary, Unchanged
 from schemas.extensions import further_columns
 from schemas.interaction import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
-from schemas.summary import AssetSummary
 from schemas.table import Row
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 

@@ -6,9 +6,8 @@ from statistics import fmean, median
 
 from asset2sim.catalog.rows import run_cost
 from schemas.alignment import NOTHING, SIZE, Alignment
-from schemas.asset import Unchanged
+from schemas.asset import AssetSummary, MotionSummary, Unchanged
 from schemas.settings import Thresholds
-from schemas.summary import AssetSummary, MotionSummary
 from schemas.vocabulary import FailureMode, Stage, Status
 
 

@@ -7,10 +7,9 @@ from asset2sim.catalog.kept import kept_counts, totals
 from asset2sim.catalog.rows_engines import prismatic_joints
 from asset2sim.checks.at_rest import oscillating_joints
 from asset2sim.checks.verdict import report_verdict
-from schemas.asset import AssetRecord
+from schemas.asset import AssetRecord, AssetSummary, MotionSummary
 from schemas.interaction import Measurement
 from schemas.settings import Thresholds
-from schemas.summary import AssetSummary, MotionSummary
 from schemas.vocabulary import Stage
 
 

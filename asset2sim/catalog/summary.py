@@ -12,11 +12,10 @@ from asset2sim.catalog.changes import AssetChange, Changes
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.run_figures import expected_counts, failure_counts, joint_deviations, run_figures
 from asset2sim.catalog.text import NOTHING, markdown_table, significant
-from schemas.asset import Unchanged
+from schemas.asset import AssetSummary, Unchanged
 from schemas.errors import shortened
 from schemas.model_names import described
 from schemas.settings import Thresholds
-from schemas.summary import AssetSummary
 from schemas.vocabulary import FailureMode, Status
 
 _HEADINGS = ("scale", "mass\nkg", "Φ\nmm", "drift\nmm", "drift\nrad", "sims", "calls", "s")

@@ -15,8 +15,7 @@ from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path
 from asset2sim.catalog.switch import recover, replace_catalog
-from schemas.asset import AssetRecord, Unchanged
-from schemas.summary import AssetSummary
+from schemas.asset import AssetRecord, AssetSummary, Unchanged
 from schemas.table import ASSET_KEY, Table
 from schemas.tables import HISTORY, REVIEWS, TABLES
 

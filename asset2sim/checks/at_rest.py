@@ -1,10 +1,9 @@
 """The paper's verdict on an object left alone: no overlap in its initial state, no drift, no oscillation."""
 
 from asset2sim.checks.declared_check import DeclaredCheck
-from schemas.failure_guide import Guide
 from schemas.interaction import JointMotion, Measurement
 from schemas.settings import Thresholds
-from schemas.verdict import Verdict
+from schemas.verdict import Guide, Verdict
 from schemas.vocabulary import FailureMode
 
 

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from asset2sim.checks.remedy import Remedy
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Bound, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 if TYPE_CHECKING:  # worlds take a second to import, and who reads a verdict needs none

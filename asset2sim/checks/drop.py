@@ -6,11 +6,10 @@ from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import Harmless, capped_reading, harmless, watch
 from asset2sim.engines.world import World
-from schemas.failure_guide import Guide
 from schemas.interaction import Drop, Interaction
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 

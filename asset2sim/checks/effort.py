@@ -13,12 +13,11 @@ from asset2sim.checks.support_polygon import Clouds
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import Grip, grip_on
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon
-from schemas.failure_guide import Guide
 from schemas.interaction import Effort, Interaction, Opening
 from schemas.overlay import JointPhysics
 from schemas.settings import Thresholds
 from schemas.support import SupportKind
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 CENTRED_SHARE = 0.05

@@ -11,11 +11,10 @@ from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped_reading, watch
 from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.world import World
-from schemas.failure_guide import Guide
 from schemas.interaction import Hold, Interaction
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 TOUCHING_M = 1e-4

@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from asset2sim.checks.declared_check import DeclaredCheck
 from schemas.declared import CHECK, declared
 from schemas.errors import UnknownChoiceError
-from schemas.failure_guide import FAILURE_GUIDE, Guide
 from schemas.interaction import Interaction
 from schemas.overlay import PhysicsOverlay
 from schemas.thresholds import Bound, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import FAILURE_GUIDE, CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 

@@ -9,11 +9,10 @@ from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped_reading, watch
 from asset2sim.engines.world import World
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Nudge
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 CROSSING_S = 0.25

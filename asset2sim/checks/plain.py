@@ -8,11 +8,10 @@ from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped_reading
 from schemas.base import Frozen
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Bound, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import Engine, FailureMode
 
 MODE = FailureMode.add("plain_spring")

@@ -12,11 +12,10 @@ from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped_reading, watch
 from asset2sim.engines.world import World
 from asset2sim.physics.mass_matrix import Pull
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Release, share_left
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 GRAVITY, SPRING = "gravity", "spring"

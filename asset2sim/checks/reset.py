@@ -19,11 +19,10 @@ from asset2sim.physics.kinematics import in_chains
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.physics.support_polygon import SupportPolygon
 from schemas.base import Vector3
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Reset
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 TETRAHEDRON = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))

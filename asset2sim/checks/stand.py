@@ -5,11 +5,10 @@ from collections.abc import Mapping
 
 from asset2sim.checks.declared_check import DeclaredCheck
 from asset2sim.checks.rig import Rig
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Stand
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 

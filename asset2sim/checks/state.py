@@ -7,11 +7,10 @@ from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.set_down import Resting
 from asset2sim.checks.watch import capped_reading
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, SettledJoint
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 

@@ -11,11 +11,10 @@ from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.checks.rig import CauseOf, Rig
 from asset2sim.engines.world import World
 from asset2sim.physics.on_floor import StandingParts
-from schemas.failure_guide import Guide
 from schemas.interaction import Interaction, Obstacle, Opening, Sweep
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
-from schemas.verdict import CheckVerdict
+from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode, OverlapCause
 
 BEYOND = 12

@@ -10,9 +10,8 @@ from asset2sim.guidance.tables import materials
 from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from asset2sim.storage.regular_files import path_problem
 from asset2sim.storage.tree import Tree
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, Overrides, StatedPosition
 from schemas.errors import Mistakes, UsageError
-from schemas.overrides import Overrides, StatedPosition
 from schemas.support import SupportKind
 
 FILE = "overrides.csv"

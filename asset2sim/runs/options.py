@@ -11,21 +11,25 @@ from pydantic_settings import get_subcommand as chosen_command
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from asset2sim.runs.object_options import CheckOptions, ConvertOptions, DescribeOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.option_groups import (
     AnswerOptions,
     CatalogOptions,
+    CheckOptions,
     Chosen,
+    ConvertOptions,
+    DescribeOptions,
     FileOptions,
     ModelOptions,
+    OverlaysOptions,
+    PackOptions,
     PagesOptions,
     ReportOptions,
     Selection,
     ViewOptions,
 )
-from schemas.authored import KEEP_WORDS
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, object_at
+from schemas.inputs import KEEP_WORDS
 from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (

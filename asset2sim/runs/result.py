@@ -15,12 +15,11 @@ from pathlib import Path
 from asset2sim.catalog.changes import Changes
 from asset2sim.catalog.rows import run_cost
 from asset2sim.catalog.run import RunRow
-from schemas.asset import Unchanged
+from schemas.asset import AssetSummary, Unchanged
 from schemas.errors import DONE, FAILED, GATE, STOPPED, error_exit_code
 from schemas.location import Location
 from schemas.secret import REDACTED
 from schemas.settings import RunSettings
-from schemas.summary import AssetSummary
 from schemas.vocabulary import Gate, Status
 
 INTERRUPTED = "interrupted"

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from asset2sim.runs.mistakes import Place, mistakes_in, schema_at
+from asset2sim.runs.command_line import Place, mistakes_in, schema_at
 from schemas.errors import UsageError
 from schemas.secret import WHOLE
 from schemas.settings import Settings

@@ -8,12 +8,12 @@ from functools import partial
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, SMALLEST_M
 from asset2sim.guidance.tables import materials
 from asset2sim.validation.masses import link_mass, link_masses
+from schemas.asset import Overrides, StatedPosition
 from schemas.errors import AssetError, known_names
 from schemas.features import Features, JointFeatures
 from schemas.finding import Finding, Notes
 from schemas.guidance import Guidance
 from schemas.overlay import LinkProposal, Overlay
-from schemas.overrides import Overrides, StatedPosition
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage
 

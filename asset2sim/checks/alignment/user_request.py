@@ -13,9 +13,9 @@ from asset2sim.guidance.parts import MovablePart, parts_of
 from asset2sim.guidance.placing import asked_position, useful_travel
 from asset2sim.guidance.sizing import dimension, edge_m, extreme_word, is_of_object
 from asset2sim.models.object_facts import object_info
+from schemas.asset import Overrides, StatedPosition
 from schemas.features import Features, JointFeatures
 from schemas.guidance import AskedScale, AskedSize, Guidance, State
-from schemas.overrides import Overrides, StatedPosition
 
 ABOUT_MOTION = frozenset(("damping", "damped", "friction", "spring", "stops", "turns"))
 """Kinds of phrases by which a word of size is about how a part moves ("a little friction") ..."""

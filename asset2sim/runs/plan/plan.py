@@ -15,9 +15,8 @@ from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, rec
 from asset2sim.intake.url_files import allowed_urls, remote_content_hashes
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
-from asset2sim.runs.plan.hand_changes import Changes, hand_changes, note_stored, note_written
+from asset2sim.runs.plan.hand_changes import Changes, Stamp, hand_changes, note_stored, note_written, stamp_of_folder
 from asset2sim.runs.plan.records import KeptRecord, LeftRecords, drop_record, kept_records
-from asset2sim.runs.plan.set_aside import Stamp, stamp_of_folder
 from asset2sim.runs.plan.state import (
     folder_files_hash,
     forget_folders,
@@ -27,11 +26,10 @@ from asset2sim.runs.plan.state import (
     refined_folders,
 )
 from asset2sim.runs.plan.timeouts import Timeouts, is_left, timed_out, timeouts_in_a_row
-from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.asset import AssetRecord, AssetRef, AssetSummary, Unchanged
 from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.settings import RunSettings, Settings
-from schemas.summary import AssetSummary
 from schemas.vocabulary import RETRIED_MODES, FailureMode, Redo, Status
 
 logger = logging.getLogger(__name__)
