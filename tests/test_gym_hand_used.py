@@ -78,6 +78,8 @@ PLANTED: dict[str, tuple[dict[str, Any], str | None, str]] = {
     "springs shut": ({"stiffness": 100.0, "spring_reference": -0.1, "holds": False}, None, ""),
     "weak spring": (WEAK, "object", "its spring"),
     "rebounds": ({"bias": STRUT}, "object", "left alone"),
+    "rolls open again": ({"bias": STRUT, "holds": False}, "object", "left alone"),
+    "rolls easily": ({"friction": 0.3, "damping": 0.5, "holds": False}, None, ""),
 }
 
 

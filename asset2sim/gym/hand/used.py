@@ -227,7 +227,8 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
     if guards is None:
         return "object", "it flew away"
     enough = 1.0 - settings.closed_share if shut else settings.open_share
-    stays = joint.holds and joint.stiffness == 0.0 and not led.up
+    level = joint.type == "prismatic" and abs(joint.gravity_load) <= joint.friction  # it may roll, but nothing moves it
+    stays = (joint.holds or level) and joint.stiffness == 0.0 and not led.up
     falls = (shut or not joint.holds) and not guards.moved_untouched  # a bail led over its top, a lid that drops
     done = led.reached >= enough or (falls and led.rested >= enough)
     limits, most = GuardSettings(), 1.0 if done else YIELDS
