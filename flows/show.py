@@ -90,7 +90,7 @@ def print_asset(out: Path | str, asset_id: str) -> None:
 
 def print_summary(result: RunResult) -> None:
     """Print every refined asset with its verdict, the failure modes, and where the output is."""
-    from asset2sim.catalog.kept import kept_line
+    from asset2sim.catalog.summarize import kept_line
     from asset2sim.catalog.summary import alignment_line, expected_line, summary_tables
 
     console = output()
@@ -162,7 +162,7 @@ def print_questions(
     """Write the questions about a dataset's assets that have no answer yet, and print what was written; returns whether
     any asset could be asked about."""
     from asset2sim.intake.dataset import load_dataset
-    from asset2sim.runs.write_questions import FOLDER, write_questions
+    from asset2sim.runs.record_answers import FOLDER, write_questions
 
     written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)
     for asset_id, reason in written.failed.items():

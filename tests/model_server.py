@@ -11,7 +11,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Literal
 
 from asset2sim.models.gateway import abilities, budget
-from asset2sim.models.gateway.prices import Amount
+from asset2sim.models.gateway.budget import Amount
 from asset2sim.models.gateway.rate_limits import transaction
 
 

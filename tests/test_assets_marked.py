@@ -10,8 +10,7 @@ from PIL import Image
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.guidance.link_colors import PALETTE, mark_names
-from asset2sim.render.marked import marked_pictures, question_pictures
-from asset2sim.render.name_tags import with_names
+from asset2sim.render.marked import marked_pictures, question_pictures, with_names
 from schemas.settings import Settings
 from tests.assets import joint, link, read, robot, shape, written
 

@@ -14,7 +14,7 @@ from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.assets.urdf.read import element_pose, numbers_of_attribute
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.models.motion_facts import joint_motions
-from asset2sim.models.synthesis_facts import axis_names, candidate_sizes
+from asset2sim.models.object_facts import axis_names, candidate_sizes
 from asset2sim.physics.arrays import Array
 from schemas.asset import AssetRef
 from schemas.features import Features

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra learn")
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.gym.reward import Terms, reward_terms, success
+from asset2sim.gym.guards import Terms, reward_terms, success
 from schemas.learning_settings import RewardSettings
 
 SETTINGS = RewardSettings(

@@ -236,7 +236,7 @@ def test_models_of_this_process_hear_of_tools_and_samples(monkeypatch: pytest.Mo
         heard.append((model, tools, sample))
         return "{}", []
 
-    monkeypatch.setattr("asset2sim.models.prior.next_answer.next_answer", answer)
+    monkeypatch.setattr("asset2sim.models.prior.answer.next_answer", answer)
     ask(REQUEST.model_copy(update={"sample": 3}), ModelSettings(model="prior/noisy@2:7"))
     ask(REQUEST.model_copy(update={"tools": (TOOL,)}), ModelSettings())
     assert heard == [("prior/noisy@2:7", False, 3), ("prior/household", True, 0)]

@@ -13,8 +13,8 @@ from time import time
 import pytest
 
 import asset2sim.models.prior.answer as tables_answer
+from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.ask import ask, prompt_hash
-from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.request import LabelledImage, ModelRequest

@@ -7,10 +7,18 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.budget import BudgetSpentError, budget_of, check_budget, record_spent, reserve
-from asset2sim.models.gateway.choices import check_model
-from asset2sim.models.gateway.prices import EXPECTED_ANSWER_TOKENS, Amount, expected_amount
+from asset2sim.models.gateway.budget import (
+    EXPECTED_ANSWER_TOKENS,
+    Amount,
+    BudgetSpentError,
+    budget_of,
+    check_budget,
+    expected_amount,
+    record_spent,
+    reserve,
+)
 from asset2sim.models.gateway.session import open_gateway_session
 from schemas.errors import UsageError
 from schemas.request import ModelAnswer, ModelRequest

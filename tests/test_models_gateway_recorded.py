@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.ask_overlay import SynthesisError, ask_overlay
+from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.ask import ask, prompt_hash
-from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.gateway.recorded import answer_digests, answer_names, answer_text
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from asset2sim.models.prompts import SYNTHESIS, overlay_request

@@ -2,7 +2,7 @@
 
 import pytest
 
-from asset2sim.models.median_answer import median_answer
+from asset2sim.models.answers import median_answer
 from schemas.overlay import Content, JointProposal, LinkProposal, Overlay
 from schemas.support import SupportKind, SupportProposal
 

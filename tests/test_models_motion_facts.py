@@ -9,7 +9,7 @@ import pytest
 from asset2sim.assets.authored_overlap import rest_overlaps
 from asset2sim.intake.origin import extract
 from asset2sim.models.motion_facts import Motion, joint_motions
-from asset2sim.models.synthesis_facts import synthesis_facts
+from asset2sim.models.object_facts import synthesis_facts
 from schemas.asset import AssetRef
 from schemas.features import Features, RestOverlap
 from tests.assets import box_obj, joint, link, robot, shape

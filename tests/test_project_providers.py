@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.environment import load_litellm
 from schemas.errors import UsageError
 from schemas.settings import ModelSettings

@@ -12,12 +12,22 @@ from asset2sim.physics.kinematics import link_to_root, tree_of
 from asset2sim.render.cloud import cloud_of
 from asset2sim.render.draw import background, pictures
 from asset2sim.render.zbuffer import Layers, lens_for, ranges_moving_together, splat
-from asset2sim.report.loops.axes import axes_picture, axis_lines
 from asset2sim.report.loops.figure import LoopFigure, link_poses, read_alike, read_figure, sweep, swept
 from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
 from asset2sim.report.loops.record import LoopMotion
-from asset2sim.report.loops.sizes import BOTTOM, HEIGHT, TOP, cube, in_a_row, length_text, size_picture, standing_item
+from asset2sim.report.loops.sizes import (
+    BOTTOM,
+    HEIGHT,
+    TOP,
+    axes_picture,
+    axis_lines,
+    cube,
+    in_a_row,
+    length_text,
+    size_picture,
+    standing_item,
+)
 from tests.assets import cabinet, joint, link, read, robot, shape, written
 
 BOX = robot(link("box", shape("0.4 0.5 0.6")))

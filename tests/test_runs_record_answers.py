@@ -12,15 +12,14 @@ from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import finish_run, start_run
 from asset2sim.catalog.write import write_run
 from asset2sim.intake.dataset import load_dataset
+from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.answer_cache import StoredAnswer, store_answer
-from asset2sim.models.gateway.choices import check_model
 from asset2sim.models.prior.answer import answer
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
-from asset2sim.runs.record_answers import collect, record_answers
+from asset2sim.runs.record_answers import collect, record_answers, write_questions
 from asset2sim.runs.spread.job import Job
 from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
-from asset2sim.runs.write_questions import write_questions
 from flows import PIPELINE
 from flows.command import main
 from schemas.errors import UsageError

@@ -10,7 +10,7 @@ import dask
 import pytest
 from distributed import LocalCluster
 
-from asset2sim.experiments import existing_cluster as existing
+from asset2sim.experiments import cluster as existing
 from asset2sim.runs.check_request import check_scheduler
 from asset2sim.runs.spread import refine_all as refine
 from asset2sim.runs.spread.refine_all import refine_all

@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.catalog.read import read_table
 from asset2sim.intake.dataset import load_dataset
-from asset2sim.intake.fetch import fetch_asset, local_file
+from asset2sim.intake.url_files import fetch_asset, local_file
 from asset2sim.runs.asset_attempt import AssetAttempt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.plan.plan import asset_files_hashes

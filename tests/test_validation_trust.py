@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.catalog.kept import kept_columns, kept_counts, totals
+from asset2sim.catalog.summarize import kept_columns, kept_counts, totals
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.origin import extract
 from asset2sim.models.object_facts import object_facts

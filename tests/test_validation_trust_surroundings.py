@@ -7,7 +7,7 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.edit import refined_urdf
-from asset2sim.catalog.kept import kept_columns, kept_counts
+from asset2sim.catalog.summarize import kept_columns, kept_counts
 from asset2sim.intake.origin import extract
 from asset2sim.models.object_facts import object_facts
 from asset2sim.report.object_page import kept_rows

@@ -5,9 +5,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import asset2sim.catalog.rows_engines as rows_engines
-from asset2sim.catalog.kept import kept_columns
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
-from asset2sim.catalog.summarize import summarize, total_seconds
+from asset2sim.catalog.summarize import kept_columns, summarize, total_seconds
 from asset2sim.checks.at_rest import oscillates
 from schemas.asset import AssetRecord, AssetSummary, Unchanged
 from schemas.extensions import further_columns

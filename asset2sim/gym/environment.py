@@ -18,8 +18,16 @@ from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.contact import ToolContacts
-from asset2sim.gym.guards import Rollout, displacement, guard, is_displaced, solved_at_start
-from asset2sim.gym.reward import TERMS, reward_terms, success
+from asset2sim.gym.guards import (
+    TERMS,
+    Rollout,
+    displacement,
+    guard,
+    is_displaced,
+    reward_terms,
+    solved_at_start,
+    success,
+)
 from asset2sim.gym.subject import subject_of
 from asset2sim.load.description import State
 from asset2sim.physics.arrays import Array
@@ -71,7 +79,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     about these axes, of 0.1 rad at 1, opening of the gripper, -1 closed to 1 open. ``joints`` (8): change of the seven
     joints' commands, of 0.1 rad at 1, and the same opening. An action lasts 0.08 s, commands change evenly over it.
 
-    **Reward**: the paper's (``asset2sim.gym.reward``). ``info`` has each term, weights included, before Δt: ``reach``,
+    **Reward**: the paper's (``asset2sim.gym.guards``). ``info`` has each term, weights included, before Δt: ``reach``,
     ``reach_xy``, ``joint``, ``opening``, ``tilt``, ``off_xy``; the ``gate`` and ``dt_s``; ``S``, and ``position``, rad
     or m. A reset's has ``start`` (0 is the plain one) and ``solved_at_start``. The last step's has ``S_best``, what
     ``asset2sim.gym.guards`` found, ``reached``: S is at least 0.9 (a press: 0.8 at its deepest), and ``is_success``: no

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from asset2sim.models.answers import overlay_schema
-from asset2sim.models.object_facts import rounded_floats
-from asset2sim.models.synthesis_facts import synthesis_facts
+from asset2sim.models.object_facts import rounded_floats, synthesis_facts
 from schemas.features import Features, RestOverlap
 from schemas.request import LabelledImage, ModelRequest
 

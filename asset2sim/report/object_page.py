@@ -7,15 +7,15 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from asset2sim.catalog.kept import WAYS
 from asset2sim.catalog.read import FrameRow
+from asset2sim.catalog.summarize import WAYS
 from asset2sim.catalog.text import NOTHING, further_lines, significant
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
-from asset2sim.report.exchanges import Exchange
 from asset2sim.report.hand_feel import position_in_words, sensations
 from asset2sim.report.index_page import longest_edge, method_of
 from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, SIZE
+from asset2sim.report.snapshot import Exchange
 from schemas.errors import first_words
 from schemas.vocabulary import Source, Stage
 

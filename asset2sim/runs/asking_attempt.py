@@ -8,7 +8,7 @@ from pathlib import Path
 
 from asset2sim.experiments.isolation import stop_children
 from asset2sim.experiments.isolation.children import warm_up
-from asset2sim.experiments.isolation.stopping import is_stopped
+from asset2sim.experiments.isolation.supervise import is_stopped
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from asset2sim.runs.asset_attempt import AssetAttempt, attempt_in_child

@@ -16,7 +16,7 @@ from asset2sim.intake.asset_folders import refuse_twice
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.overrides import with_prompt
 from asset2sim.intake.scenes import with_parts
-from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.abilities import check_model
 from schemas.asset import AssetRef, FoundAssets
 from schemas.errors import Mistakes, UsageError
 from schemas.inputs import InputSettings

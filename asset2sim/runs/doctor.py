@@ -20,7 +20,7 @@ from asset2sim.catalog.run import git_state, versions
 from asset2sim.engines.registry import HOW_TO_INSTALL, engine_version, installed, known_engines, open_world
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work, in_child
-from asset2sim.models.gateway.choices import check_model
+from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.models.gateway.recorded import check_recorded
 from asset2sim.runs.request import usable_cores

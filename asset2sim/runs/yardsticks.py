@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.checks.alignment import expectations as expected
-from asset2sim.intake.fetch import local_file
+from asset2sim.intake.url_files import local_file
 from schemas.alignment import Reference
 from schemas.asset import AssetRef
 from schemas.errors import UsageError

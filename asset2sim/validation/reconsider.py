@@ -6,9 +6,8 @@ from dataclasses import dataclass, field
 
 from asset2sim.guidance.parts import parts_of
 from asset2sim.guidance.placing import useful_travel
-from asset2sim.models.answers import parse_overlay
+from asset2sim.models.answers import median_answer, parse_overlay
 from asset2sim.models.ask_overlay import Synthesized, marked_invalid
-from asset2sim.models.median_answer import median_answer
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.models.prompts import with_consequences
 from asset2sim.render import png_bytes, render_views

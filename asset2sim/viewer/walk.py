@@ -8,7 +8,7 @@ from pathlib import Path
 
 from asset2sim.catalog.index import ASSETS_FOLDER, latest_by_asset
 from asset2sim.catalog.read import query, read_table, rows
-from asset2sim.intake.fetch import fetch_asset
+from asset2sim.intake.url_files import fetch_asset
 from asset2sim.storage.mirror import local_parts
 from asset2sim.viewer.viewed_object import ViewedObject, raw_subject, refined_subject
 from schemas.location import Location

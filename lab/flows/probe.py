@@ -7,8 +7,7 @@ import pandas as pd
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
-from asset2sim.gym.arm.gripper import ROBOTIQ
-from asset2sim.gym.arm.robotiq import robotiq_file
+from asset2sim.gym.arm.gripper import ROBOTIQ, robotiq_file
 from lab.flows.in_flow import in_flow
 from lab.judged.probe_tables import short_block
 from lab.judged.published import published_rates

@@ -8,8 +8,7 @@ from rich.console import RenderableType
 
 from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import markdown_table, number_table, output, titled_table
-from asset2sim.gym.arm.gripper import ROBOTIQ
-from asset2sim.gym.arm.robotiq import robotiq_file
+from asset2sim.gym.arm.gripper import ROBOTIQ, robotiq_file
 from lab.flows.in_flow import in_flow
 from lab.judged.variant_folders import variant_folders
 from lab.options.trial_options import RecordMotionOptions

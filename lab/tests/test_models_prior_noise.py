@@ -9,8 +9,7 @@ import pytest
 
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.lenient_json import parse_json
-from asset2sim.models.prior.answer import answer
-from asset2sim.models.prior.next_answer import completion, next_answer
+from asset2sim.models.prior.answer import answer, completion, next_answer
 from lab.noise.noise import MALFORMED, malformed, noisy, noisy_overlay, with_wrong_part
 from lab.noise.noise_level import NOISY_LABEL, Draws, Noise, NoiseLevel, draws_for, is_noisy, noise_of
 from schemas.errors import InvalidAnswerError, UnknownChoiceError

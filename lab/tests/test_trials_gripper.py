@@ -14,16 +14,19 @@ from asset2sim.gym.arm.gripper import (
     ANGLE_RAD,
     CRANK_M,
     GRIPPERS,
+    JOINTS,
     PAD_FACE_M,
     PIVOT_M,
     RADIUS_M,
+    REMEDY,
     ROBOTIQ,
+    TORQUE,
     gripper_of,
     knuckle_of,
+    robotiq_file,
 )
 from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.record import record
-from asset2sim.gym.arm.robotiq import JOINTS, REMEDY, TORQUE, robotiq_file
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
 from lab.schemas.trial_settings import TrialSettings

@@ -16,7 +16,6 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets import mujoco_options
-from asset2sim.assets.exports.mjcf_visuals import write_looks
 from asset2sim.assets.exports.refined_object import (
     MJCF_NAME,
     ExportJoint,
@@ -25,7 +24,7 @@ from asset2sim.assets.exports.refined_object import (
     read_object,
     wxyz_of,
 )
-from asset2sim.assets.exports.visuals import looks_of
+from asset2sim.assets.exports.visuals import looks_of, write_looks
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import mimics_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2

@@ -1,17 +1,19 @@
-"""Run a function in a killable child process, serve its calls meanwhile, and return how it ended."""
+"""Run a function in a killable child process, serve its calls meanwhile, return how it ended; stop all of an owner."""
 
+import os
 import pickle
 import signal
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import connection
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
 
 from asset2sim.assets.child_process import dump_traceback
-from asset2sim.experiments.isolation import stopping
 from asset2sim.experiments.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
 from asset2sim.experiments.isolation.pipe_messages import (
     Answer,
@@ -24,6 +26,67 @@ from asset2sim.experiments.isolation.pipe_messages import (
     Returned,
 )
 from schemas.settings import RunSettings
+
+_lock = threading.Lock()
+_running: dict[int, str] = {}
+_refused: set[str] = set()
+_stopped: set[int] = set()
+
+
+def register(pid: int, owner: str) -> None:
+    """Note a child that ``stop_children`` must kill; a child that comes too late is killed here."""
+    with _lock:
+        _running[pid] = owner
+        if owner in _refused:
+            _stop(pid)
+
+
+def forget(pid: int) -> None:
+    """Remove a child that has ended."""
+    with _lock:
+        _running.pop(pid, None)
+        _stopped.discard(pid)
+
+
+def stop_children(owner: str) -> None:
+    """Kill an owner's running children and refuse it new ones until ``accept_children``."""
+    with _lock:
+        _refused.add(owner)
+        for pid, running_for in _running.items():
+            if running_for == owner:
+                _stop(pid)
+
+
+def accept_children(owner: str) -> None:
+    """Allow the owner children again."""
+    with _lock:
+        _refused.discard(owner)
+
+
+def is_stopped(owner: str) -> bool:
+    """Whether the owner is refused children."""
+    with _lock:
+        return owner in _refused
+
+
+def was_stopped(pid: int) -> bool:
+    """Whether this child was killed because its owner was stopped, even if the owner may have children again."""
+    with _lock:
+        return pid in _stopped
+
+
+def _stop(pid: int) -> None:
+    _stopped.add(pid)
+    kill_group(pid)
+
+
+def kill_group(pid: int) -> None:
+    """Kill a child and everything it started. A child too young to lead its own group is killed alone."""
+    for kill in (os.killpg, os.kill):
+        with suppress(ProcessLookupError):
+            kill(pid, signal.SIGKILL)
+            return
+
 
 REAP_WAIT_S = 5.0
 """Time in which a killed child must be gone, s: only a process stuck in the kernel takes longer."""
@@ -49,23 +112,23 @@ def run_isolated(
     What it prints goes to ``log_path``, which is removed if it stays empty. ``stop_children(owner)`` kills it.
     Never raises for what the child does; raises ``UsageError`` where this process may not have children.
     """
-    if stopping.is_stopped(owner):
+    if is_stopped(owner):
         return Outcome(Ending.STOPPED, None, "stopped before it began", 0.0)
     work = ChildWork(pickle.dumps((function, args)), tuple(services), memory_limit_mb, str(log_path))
     child = start_work(work, fresh=fresh)
-    stopping.register(child.pid, owner)
+    register(child.pid, owner)
     outcome: Outcome | None = None
     try:
         outcome = _supervise(child, time_limit_s, memory_limit_mb, services)
         return outcome
     finally:
-        if outcome is not None and outcome.clean and not stopping.was_stopped(child.pid):
-            stopping.forget(child.pid)
+        if outcome is not None and outcome.clean and not was_stopped(child.pid):
+            forget(child.pid)
             return_to_pool(child)
         else:
-            stopping.kill_group(child.pid)
+            kill_group(child.pid)
             _exit_code(child.process)
-            stopping.forget(child.pid)
+            forget(child.pid)
             child.pipe.close()
         if log_path.exists() and log_path.stat().st_size == 0:
             log_path.unlink()
@@ -96,7 +159,7 @@ def _supervise(
                 child.pipe.send(answer)
                 continue
         except (EOFError, ConnectionError):
-            if stopping.was_stopped(child.pid):
+            if was_stopped(child.pid):
                 return failed(Ending.STOPPED, "stopped with the run")
             return failed(Ending.DIED, _cause_of_death(_exit_code(child.process), memory_limit_mb))
         if isinstance(message, Returned):

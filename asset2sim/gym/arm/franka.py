@@ -8,8 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.gripper import PANDA, ROBOTIQ, Gripper
-from asset2sim.gym.arm.robotiq import add_robotiq, drive
+from asset2sim.gym.arm.gripper import PANDA, ROBOTIQ, Gripper, add_robotiq, drive
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
 

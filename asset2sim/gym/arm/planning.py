@@ -10,10 +10,9 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
-from asset2sim.gym.arm.grasps import bowl_for, grasp_paths
+from asset2sim.gym.arm.grasps import bowl_for, grasp_paths, pull_paths
 from asset2sim.gym.arm.gripper import PANDA, Gripper
 from asset2sim.gym.arm.paths import ToolPath, push_paths, vertices
-from asset2sim.gym.arm.pulls import pull_paths
 from asset2sim.gym.arm.scene import (
     PUSHER,
     TOOL,

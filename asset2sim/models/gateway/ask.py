@@ -10,10 +10,9 @@ from typing import Any
 from asset2sim.models.gateway import abilities, provider_errors
 from asset2sim.models.gateway.abilities import AttemptOptions
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_file, answer_key, read_answer, store_answer
-from asset2sim.models.gateway.budget import BudgetSpentError
+from asset2sim.models.gateway.budget import Amount, BudgetSpentError, cost_usd
 from asset2sim.models.gateway.chat_messages import downscaled
 from asset2sim.models.gateway.litellm_call import attempt
-from asset2sim.models.gateway.prices import Amount, cost_usd
 from asset2sim.models.gateway.questions import keep_question
 from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
 from asset2sim.models.gateway.recorded import RecordingError, UnrecordedError, find_answer

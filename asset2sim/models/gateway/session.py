@@ -8,8 +8,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asset2sim.models.gateway import answer_cache, questions, rate_limits
-from asset2sim.models.gateway.budget import Budget, BudgetSpentError, budget_of, check_budget, record_spent, reserve
-from asset2sim.models.gateway.prices import Amount, expected_amount, largest_amount, price_of
+from asset2sim.models.gateway.budget import (
+    Amount,
+    Budget,
+    BudgetSpentError,
+    budget_of,
+    check_budget,
+    expected_amount,
+    largest_amount,
+    price_of,
+    record_spent,
+    reserve,
+)
 from asset2sim.models.gateway.rate_limits import Stopped, never_stopped, provider_name, sleep
 from schemas.model_names import is_prior
 from schemas.request import ModelRequest

@@ -21,7 +21,6 @@ from asset2sim.engines.registry import installed
 from asset2sim.intake.origin import open_origin
 from asset2sim.render import render_views
 from asset2sim.render.zbuffer import ALIKE
-from asset2sim.report.loops.axes import axes_picture
 from asset2sim.report.loops.figure import LoopFigure, read_alike, read_figure, sweep
 from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
 from asset2sim.report.loops.record import (
@@ -33,7 +32,7 @@ from asset2sim.report.loops.record import (
     let_fall,
     let_go,
 )
-from asset2sim.report.loops.sizes import cube, in_a_row, size_picture, standing_item
+from asset2sim.report.loops.sizes import axes_picture, cube, in_a_row, size_picture, standing_item
 from asset2sim.storage.regular_files import write_whole
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay

@@ -31,7 +31,6 @@ ROOMS = (
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
     # An asset's rows, and the records of those that fail outside the pipeline.
     *("asset2sim/catalog/rows.py", "asset2sim/catalog/rows_engines.py", "asset2sim/catalog/summarize.py"),
-    "asset2sim/catalog/kept.py",
     *("asset2sim/experiments/isolation", "asset2sim/runs/asset_attempt.py"),
     *("asset2sim/runs/remote/transfer.py", "asset2sim/runs/spread/worker.py"),
 )

@@ -15,7 +15,7 @@ from asset2sim.catalog.query import packaged_sql
 from asset2sim.catalog.read import query, read_table
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, without_credentials
 from asset2sim.catalog.switch import find_catalog
-from asset2sim.models.gateway.prices import price_of
+from asset2sim.models.gateway.budget import price_of
 from asset2sim.runs.plan.content_hash import IRRELEVANT_SETTINGS, package_versions
 from asset2sim.runs.plan.plan import Plan, Why, make_plan
 from asset2sim.runs.plan.state import changed_inputs, read_state

@@ -4,9 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from asset2sim.baselines.declared_method import known_methods
-from asset2sim.intake.fetch import fetch_above, fetch_asset
 from asset2sim.intake.locate import split_url
-from asset2sim.intake.url_files import allowed_urls
+from asset2sim.intake.url_files import allowed_urls, fetch_above, fetch_asset
 from asset2sim.models.gateway.questions import answers_file
 from asset2sim.runs.asset_attempt import AssetAttempt, failed_record, first_log_file, log_file
 from asset2sim.storage.mirror import remove_tree, send_folder

@@ -11,8 +11,7 @@ from typing import Generic
 
 from distributed import Client, wait
 
-from asset2sim.experiments.cluster import concurrency, open_client
-from asset2sim.experiments.existing_cluster import RETURN_LIMIT_S
+from asset2sim.experiments.cluster import RETURN_LIMIT_S, concurrency, open_client
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.experiments.isolation.children import warm_up
