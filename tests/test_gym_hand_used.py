@@ -204,6 +204,29 @@ def test_a_hand_accelerates_as_its_force_over_its_mass_and_rest_is_told_from_spe
         assert world.stays(0.3) == stays
 
 
+def test_a_blow_that_is_over_within_a_step_is_a_touch(tmp_path: Path) -> None:
+    urdf = robot(
+        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
+        link("front", shape("0.02 0.16 0.1") + inertial(0.02, 0.1)),
+        joint("slide", "prismatic", "body", "front", xyz="0.163 0 0.24", axis="1 0 0", limit="0 0.2"),
+    )
+    slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.2, "friction": 0.0, "damping": 0.0})
+    world = open_world(refined(tmp_path / "light", urdf, [slide], {"body": 20.0, "front": 0.02}), HandSettings())
+    way, pose = way_of(world, "slide", 0.0), np.eye(4)
+    pose[:3, :3] = hand_rotations(np.array([[-1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))[0]
+    for off_m in np.linspace(0.0110, 0.0125, 16):  # of the pads' middle, whose tips are 1 cm ahead
+        world.reset({"slide": 0.1})
+        start, touched = world.position("slide"), False
+        pose[:3, 3] = 0.163 + 0.1 + 0.01 + off_m, 0.0, 0.24
+        world.put(world.data, pose, 0.0)
+        world.target, world.data.qvel[world.dof] = pose.copy(), -0.4
+        world.target[0, 3] -= 0.02
+        while world.position("slide") == start:
+            world.step()
+            touched = touched or world.touches(way.bodies)
+        assert touched, off_m
+
+
 def test_a_joint_that_takes_less_than_a_hand_has_is_not_at_fault_where_a_finger_slips(tmp_path: Path) -> None:
     folder = plate(tmp_path / "plate", proud_m=0.018, friction=30.0)
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))

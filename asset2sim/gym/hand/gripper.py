@@ -109,6 +109,8 @@ class HandWorld:
     finger_dofs: tuple[int, int] = (0, 0)
     kept: dict[int, float] = field(default_factory=dict)
     """Velocities of joints that the other hand keeps where they are, and these joints' own friction, N·m or N."""
+    touched: set[int] = field(default_factory=set)
+    """Bodies that it touched in its last step."""
     biased: list[tuple[Joint, int, int]] = field(default_factory=list)
     """Joints with a mechanism besides a spring, and their places among positions and velocities."""
 
@@ -121,13 +123,17 @@ class HandWorld:
         return float(self.data.qpos[self.model.jnt_qposadr[self.joint(name)]])
 
     def touches(self, bodies: frozenset[int]) -> bool:
-        """Whether the hand touches one of these bodies."""
+        """Whether the hand touched one of these bodies in its last step."""
+        return not bodies.isdisjoint(self.touched)
+
+    def touching(self) -> list[int]:
+        """The bodies that the hand touches now."""
         if not self.data.ncon:
-            return False
+            return []
         geoms = self.data.contact.geom
         hand = self.hand_geoms[geoms]
-        others = self.model.geom_bodyid[geoms[:, ::-1][hand]] if hand.any() else ()
-        return any(int(body) in bodies for body in others)
+        found: list[int] = self.model.geom_bodyid[geoms[:, ::-1][hand]].tolist() if hand.any() else []
+        return found
 
     def stays(self, seconds: float) -> bool:
         """Whether, at its speed and acceleration, nothing moves by more than ``calm`` in a time, s."""
@@ -177,10 +183,12 @@ class HandWorld:
         for place, dof in zip(self.fingers, self.finger_dofs, strict=True):
             most = settings.grip_n * (1.0 if self.scale == 1.0 else self.scale)
             data.qfrc_applied[dof] = most * min(max((self.grip - float(data.qpos[place])) / 0.002, -1.0), 1.0)
+        self.touched.clear()
         for _ in range(SUBSTEPS):
             for joint, place, dof in self.biased:
                 data.qfrc_applied[dof] = joint.exerted(float(data.qpos[place]))
             mujoco.mj_step(self.model, data)
+            self.touched.update(self.touching())  # a blow may be over before the next
         self.watch()
         return float(force @ linear + torque @ angular)
 

@@ -19,9 +19,9 @@ from schemas.overlay import JointPhysics
 PAUSE_S, GRIP_S, RELEASE_S, REST_S = 0.1, 0.25, 0.15, 0.6
 """Time that the hand waits at the end, in which the fingers close and open, and for which the object is watched once it
 was let go of, unless it stays as it is."""
-NEAR_M, SLOWLY = 0.003, 0.2
-"""How far off a hand slows down, m, and to what share of its speed: at all of it, it swings 1.5 mm on and hits a light
-part (speed over its frequency of 63/s, over e)."""
+NEAR_M, SLOWLY = 0.007, 0.2
+"""How far off a hand slows down, m, and to what share of its speed: it goes 2 mm on until it is slow, and a part may
+be met 3 mm ahead of the hold (an edge beside it); what is hit faster and light flies off, as a table's door of 30 g."""
 BACK_M = 0.006
 """How far a hand that pushes backs off before it goes, m."""
 PROGRESS = 0.005

@@ -83,7 +83,7 @@ def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -
     tried = joints_to_try(operated, settings.most_joints)
     found = {joint.name: use_joint(worlds, joint, overlay) for joint in tried}
     for joint in tried:
-        if found[joint.name].fault == "hand" or is_out_of_reach(found[joint.name]):
+        if not found[joint.name].done:
             sprung = [one for one in tried if one.stiffness > 0.0 and found[one.name].done]
             found[joint.name] = use_kept_open(worlds, joint, overlay, sprung) or found[joint.name]
     return [*found.values()] + [
