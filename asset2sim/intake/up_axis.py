@@ -127,7 +127,7 @@ def gain(found: dict[str, float], usual: dict[str, float]) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class MovedPart:
+class PartPoints:
     """Part that one joint moves: its (n, 3) points at rest in the root's frame, its words, where its axis passes, and
     the (3,) middle of the walls of its first link."""
 
@@ -148,7 +148,7 @@ class RestingShape:
     middle: Array
     diagonal: float
     alike: Array
-    parts: tuple[MovedPart, ...]
+    parts: tuple[PartPoints, ...]
     named: tuple[tuple[frozenset[str], Array], ...]
     drawn_up: Array
 
@@ -176,7 +176,7 @@ class RestingShape:
                 at = (rest[joint.parent] @ node.child_to_parent)[:3, 3]
                 child = features.link(joint.child)
                 walls = apply(rest[joint.child], np.array([child.shell_center]))[0]
-                parts.append(MovedPart(joint, np.vstack(moved), at, walls, words_of(child.label, joint.child)))
+                parts.append(PartPoints(joint, np.vstack(moved), at, walls, words_of(child.label, joint.child)))
         named = tuple((words_of(features.link(name).label, name), cloud) for name, cloud in clouds.items())
         middle = (areas[:, None] * centers).sum(axis=0) / areas.sum()
         alike = likeness(points, (low + high) / 2.0, diagonal)

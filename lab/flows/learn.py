@@ -14,7 +14,7 @@ from lab.judged.published import published_learning
 from lab.judged.variant_folders import variant_folders
 from lab.learning.progress import Point
 from lab.learning.show_learning import described, draw_curves, learning_block
-from lab.learning.study import Chosen, Training, check_libraries, learning_study, trainings_left, trainings_of
+from lab.learning.study import Training, TrainingChoice, check_libraries, learning_study, trainings_left, trainings_of
 from lab.options.trial_options import LearnOptions
 from lab.pages.blocks import check_page, write_block
 from lab.runner import require_one_done, run_study, telling
@@ -40,7 +40,7 @@ def learn(options: LearnOptions, settings: Settings) -> None:
     for out in (*options.outs, Location(options.out)):
         if out.is_url:
             raise UsageError(f"{out}: a robot learns with objects in a folder; fetch the output first")
-    chosen = Chosen(
+    chosen = TrainingChoice(
         options.tasks, options.assets, options.methods, options.seeds, options.budget, options.minutes, options.film
     )
     if options.warp is not None:

@@ -148,7 +148,7 @@ def check_libraries(*, warp: bool = False) -> None:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class TrainingChoice:
     """Choice of an output's objects to train, and how: empty names choose all; ``seeds`` is how many."""
 
     tasks: Collection[str] = ()
@@ -162,7 +162,7 @@ class Chosen:
     ppo: PpoSettings = field(default_factory=PpoSettings)
 
 
-def trainings_of(data: Path, out: Path, chosen: Chosen) -> list[Training]:
+def trainings_of(data: Path, out: Path, chosen: TrainingChoice) -> list[Training]:
     """The trainings of an output's refined objects. An object without a joint is left out, unless it is asked for by
     its name. Raises UnknownChoiceError for an asset that is none of it, CatalogError where there is no catalog."""
     (rows,) = latest_rows(data, "assets")
@@ -186,7 +186,7 @@ def trainings_of(data: Path, out: Path, chosen: Chosen) -> list[Training]:
     return found
 
 
-def task_chosen(folder: Path, chosen: Chosen) -> Task | None:
+def task_chosen(folder: Path, chosen: TrainingChoice) -> Task | None:
     """The task that is to be learnt with the refined object in a folder; None for none."""
     file, asset_id = folder / "overlay.json", folder.name
     if not file.is_file() or (chosen.assets and asset_id not in chosen.assets):

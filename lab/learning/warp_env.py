@@ -19,7 +19,7 @@ from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
 from asset2sim.gym.guards import TERMS, displacement, is_displaced, reward_terms, success
 from asset2sim.physics.arrays import Array
 from lab.learning.critic import OBJECT, of_object
-from lab.learning.warp_worlds import Worlds
+from lab.learning.warp_worlds import WarpWorlds
 from schemas.learning_settings import LearningSettings
 
 Arrays = NDArray[np.float32]
@@ -47,7 +47,7 @@ class WarpEnv(gymnasium.vector.VectorEnv[Arrays, Arrays, NDArray[Any]]):
         self.single_action_space = self.one.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self.worlds = Worlds(self.subject, num_envs, self.settings.samples_per_action, one.sample_steps, device)
+        self.worlds = WarpWorlds(self.subject, num_envs, self.settings.samples_per_action, one.sample_steps, device)
         model = self.stage.model
         self.positions, self.speeds = np.zeros((num_envs, model.nq)), np.zeros((num_envs, model.nv))
         self.commands = np.tile(waiting(self.stage.gripper), (num_envs, 1))

@@ -42,7 +42,7 @@ class Read:
     touched: NDArray[np.bool_]
 
 
-class Worlds:
+class WarpWorlds:
     """``count`` worlds of a subject's model. ``device`` is Warp's name of one, as ``cuda:0`` or ``cpu``, or None for
     the first GPU, else the processor. An action is ``samples`` times ``steps`` time steps; on a GPU it is one captured
     graph."""

@@ -83,7 +83,7 @@ class LoadedPyBullet(ThroughLoad, PyBulletWorld):
     """The object that ``load`` made in PyBullet; its floor is the client's first body."""
 
     def __init__(self, user: PyBulletObject, urdf: Path, plane: bool) -> None:
-        client, self.user = Client(user.client), user
+        client, self.user = OwnedClient(user.client), user
         names = {number: name for name, number in user.links.items()} | {-1: user.about.root}
         # Without armature, whose motors of the checks' own world would change the joints.
         terms = {name: replace(term, armature=0.0) for name, term in read_dynamics(urdf).items() if name in user.joints}
@@ -97,7 +97,7 @@ class LoadedPyBullet(ThroughLoad, PyBulletWorld):
         self.plane = 0 if plane else None
 
 
-class Client(BulletClient):  # type: ignore[misc]
+class OwnedClient(BulletClient):  # type: ignore[misc]
     """PyBullet's functions on a client that is connected, and is disconnected when this goes."""
 
     _client: int

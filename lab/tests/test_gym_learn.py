@@ -35,7 +35,15 @@ from lab.learning.lesson import Lesson
 from lab.learning.ppo import environments, load_policy, new_model, without_noise
 from lab.learning.progress import PROGRESS, Point, TrainingProgress
 from lab.learning.rollouts import roll
-from lab.learning.study import EXPERIMENT, IDENTITY, Chosen, Training, check_libraries, learning_study, trainings_of
+from lab.learning.study import (
+    EXPERIMENT,
+    IDENTITY,
+    Training,
+    TrainingChoice,
+    check_libraries,
+    learning_study,
+    trainings_of,
+)
 from lab.learning.training import train
 from lab.runner import do_job
 from lab.schemas.ppo_settings import PpoSettings
@@ -84,7 +92,7 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
     out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    monkeypatch.setattr("lab.flows.learn.Chosen", partial(Chosen, learning=SHORT, ppo=TINY))
+    monkeypatch.setattr("lab.flows.learn.TrainingChoice", partial(TrainingChoice, learning=SHORT, ppo=TINY))
     page, to = tmp_path / "page.md", tmp_path / "learnt"
     page.write_text("<!-- learn: begin (make learn) -->\n<!-- learn: end -->\n", encoding="utf-8")
     words = ["learn", str(out), "--out", str(to), "--methods", "ours", "--assets", "drawer", "--budget", "1e2"]
@@ -126,7 +134,7 @@ def test_the_command_writes_rows_policies_curves_a_film_and_the_page_and_trains_
 
 
 def test_a_training_that_is_killed_goes_on_from_its_last_checkpoint_in_the_same_run(out: Path, tmp_path: Path) -> None:
-    (item,) = trainings_of(out, tmp_path / "to", Chosen(assets=["drawer"], seeds=1, filmed=False))
+    (item,) = trainings_of(out, tmp_path / "to", TrainingChoice(assets=["drawer"], seeds=1, filmed=False))
     item = replace(item, lesson=lesson(item.lesson.folder, item.lesson.to, 192))
     heard: list[int] = []
 
@@ -198,7 +206,7 @@ def test_a_rollout_that_is_over_since_the_object_was_shoved_is_displaced_and_has
 
 def test_files_that_cannot_be_read_cost_their_own_training_alone(out: Path, tmp_path: Path) -> None:
     (out / "assets" / "broken" / "overlay.json").write_text("{", encoding="utf-8")
-    found = trainings_of(out, tmp_path, Chosen(seeds=2, learning=SHORT, ppo=TINY))
+    found = trainings_of(out, tmp_path, TrainingChoice(seeds=2, learning=SHORT, ppo=TINY))
     assert [item.lesson.folder.name for item in found] == ["broken", "broken", "drawer", "drawer"]
     row, _ = train(found[0].lesson, tell=lambda _: None)
     assert row["outcome"] == "failed" and "overlay.json is not what a run writes" in str(row["reason"])
