@@ -36,6 +36,7 @@ INTERACTIONS: tuple[Column, ...] = (
     ("value", REAL, "as the reason says", "Number measured; null where there is none"),
     ("limit_value", REAL, "as the reason says", "Bound that it met; null where there is none"),
     ("reason!", TEXT, "", "The verdict in a sentence, with units"),
+    ("way", TEXT, "", "Which way the part is moved, opening or closing; null where a test has none"),
 )
 
 OVERLAPS: tuple[Column, ...] = (

@@ -16,6 +16,8 @@ class CheckVerdict:
     value: float | None
     limit: float | None
     reason: str
+    way: str | None = None
+    """Of an effort, which way the part is moved: "opening" or "closing"."""
 
 
 @dataclass(frozen=True)

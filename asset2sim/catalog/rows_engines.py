@@ -90,7 +90,7 @@ def _effort_rows(key: Row, report: EngineReport, prismatic: frozenset[str]) -> l
             said = "is at that end, or does not move" if effort is None else f"takes {effort:.3g} {unit}"
             reason = f"{way} joint '{item.joint}' {said}"
             own = {"test": way, "subject": item.joint, "passed": None, "value": effort, "limit_value": None}
-            rows.append(key | own | {"reason": reason})
+            rows.append(key | own | {"reason": reason, "way": way})
     return rows
 
 

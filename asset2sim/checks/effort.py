@@ -150,7 +150,9 @@ def effort_verdict(items: list[Effort], joint: JointPhysics, engine: str) -> Che
         return worst
     said = f"{effort_in_words(hardest, engine)}; a {asked.kind} takes at least {asked.least_n:.3g} N ({asked.source})"
     force, advice = hardest.force_n, remedy_in_words(joint)
-    return CheckVerdict(FailureMode.EFFORT, worst.subject, False, force, asked.least_n, f"{said}: {advice}")
+    return CheckVerdict(
+        FailureMode.EFFORT, worst.subject, False, force, asked.least_n, f"{said}: {advice}", hardest.way
+    )
 
 
 def effort_in_words(item: Effort, engine: str) -> str:
@@ -161,18 +163,22 @@ def effort_in_words(item: Effort, engine: str) -> str:
 
 def effort_one_way(item: Effort, joint: JointPhysics, engine: str) -> CheckVerdict:
     """The verdict on one way of moving a part."""
-    force, asked, subject = item.force_n, joint.effort_range, item.joint
+    force, asked = item.force_n, joint.effort_range
     takes = effort_in_words(item, engine)
+
+    def verdict(passed: bool, limit: float | None, reason: str) -> CheckVerdict:
+        return CheckVerdict(FailureMode.EFFORT, item.joint, passed, force, limit, reason, item.way)
+
     if asked is not None and force > asked.most_n:
         said = f"{takes}; a {asked.kind} takes at most {asked.most_n:.3g} N ({asked.source})"
         advice = "make the part lighter, or its joint looser"
-        return CheckVerdict(FailureMode.EFFORT, subject, False, force, asked.most_n, f"{said}: {advice}")
+        return verdict(False, asked.most_n, f"{said}: {advice}")
     for most, does in ((item.tips_at_n, "tips over"), (item.slides_at_n, "slides away")):
         if most is not None and force > most:
             said = f"{takes}, and the object {does} at {most:.3g} N"
-            return CheckVerdict(FailureMode.EFFORT, subject, False, force, most, f"{said}: fix it, or hold it down")
+            return verdict(False, most, f"{said}: fix it, or hold it down")
     tips = "" if item.tips_at_n is None else f"; the object tips over at {item.tips_at_n:.3g} N"
-    return CheckVerdict(FailureMode.EFFORT, subject, True, force, None if asked is None else asked.most_n, takes + tips)
+    return verdict(True, None if asked is None else asked.most_n, takes + tips)
 
 
 def remedy_in_words(joint: JointPhysics) -> str:

@@ -69,7 +69,7 @@ def _coasting(joint: FrameRow) -> str:
 def _opening(joint: FrameRow, checks: Sequence[FrameRow]) -> list[tuple[str, str]]:
     found = []
     for way in ("opening", "closing"):
-        rows = [row for row in checks if row["test"] == "effort" and str(row["reason"]).startswith(way)]
+        rows = [row for row in checks if row["test"] == "effort" and row["way"] == way]
         if rows:
             low, high = (least(row["value"] for row in rows) for least in (min, max))
             # Engines agree within a few per cent: one number where they do.

@@ -216,7 +216,7 @@ def longest_edge(row: FrameRow) -> float | None:
 
 def opening_efforts(interactions: pd.DataFrame) -> dict[tuple[str, ...], float]:
     """(asset, method, model) → the force that its hardest joint takes to open at its part's edge, N."""
-    opening = (interactions["test"] == "effort") & interactions["reason"].str.startswith("opening")
+    opening = (interactions["test"] == "effort") & (interactions["way"] == "opening")
     grouped = interactions[opening].groupby(list(ASSET_KEY))["value"].max()
     found: dict[Any, float] = grouped.to_dict()
     return {key: value for key, value in found.items() if np.isfinite(value)}

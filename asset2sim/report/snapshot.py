@@ -29,7 +29,7 @@ NEEDED: Mapping[str, TableSlice] = {
     "assets": TableSlice(columns=COLUMNS),
     "runs": TableSlice(),
     "joints": TableSlice(columns=("position_unit", "damping")),
-    "interactions": TableSlice((*ASSET_KEY, "test", "reason", "value"), [("test", "==", "effort")]),
+    "interactions": TableSlice((*ASSET_KEY, "test", "way", "value"), [("test", "==", "effort")]),
     HISTORY.name: TableSlice(("run_id", *ASSET_KEY, "failure_mode")),
 }
 """What an index shows of the tables, by name: few columns, and of the largest few rows, so that ten thousand assets
