@@ -311,3 +311,64 @@ def test_boxes_of_a_class_named_collision_are_not_seen_on_bodies_that_have_looks
     assert len(whole.findall("visual")) == len(whole.findall("collision")) == 1
     assert whole.find("visual/geometry/sphere") is not None
     assert alone.find("visual") is not None, "there is nothing else to see"
+
+
+def test_a_material_keeps_its_name_and_that_of_its_picture_whose_mean_tints_it(tmp_path: Path) -> None:
+    paints = (
+        '<asset><texture name="oak" type="2d" builtin="flat" rgb1="0.6 0.4 0.2" width="4" height="4"/>'
+        '<material name="front" texture="oak" rgba="1 1 1 0.5"/>'
+        '<material name="black_metal" rgba="0.1 0.1 0.1 1"/></asset>'
+    )
+    solid = SOLID.replace("/>", ' material="front"/>') + SOLID.replace("/>", ' material="black_metal"/>')
+    file = written(tmp_path, BODY.format(more=LID.format(more=solid)), paints)
+    work = tmp_path / "work"
+    work.mkdir()
+    found = {
+        str(paint.get("name")): [round(float(value), 2) for value in str(color.get("rgba")).split()]
+        for paint in urdf_of_mjcf(file, work).robot.iter("material")
+        for color in paint.findall("color")
+    }
+    assert found == {
+        "front oak": [0.6, 0.4, 0.2, 0.5],
+        "black_metal": [0.1, 0.1, 0.1, 1.0],
+        "color_0": [0.5, 0.5, 0.5, 1.0],
+    }
+
+
+ARM = """
+<body name="door" pos="0 0 0"><joint name="hinge" axis="0 0 1" range="0 60"/>
+  <geom type="box" pos="0.4 0 0" size="0.4 0.02 0.5" mass="20"/></body>
+<body name="arm" pos="0 {pivot} 0"><joint name="motor" axis="0 0 1"/>
+  <geom type="box" pos="0.2 0 0" size="0.2 0.01 0.01"/>
+  <body name="rod" pos="0.4 0 0"><joint name="pin" axis="0 0 1"/>
+    <geom type="box" pos="0 -{half} 0" size="0.01 {half} 0.01"/>
+</body></body>
+"""
+CONNECT = '<equality><connect body1="rod" body2="door" anchor="0 -{pivot} 0"/></equality>'
+
+
+@pytest.mark.parametrize("pivot", [0.3, 0.15], ids=["a parallelogram", "a shorter one"])
+def test_what_a_loop_ties_to_a_door_follows_it(pivot: float, tmp_path: Path) -> None:
+    file = written(tmp_path, ARM.format(pivot=pivot, half=pivot / 2), CONNECT.format(pivot=pivot))
+    work = tmp_path / "work"
+    work.mkdir()
+    made = urdf_of_mjcf(file, work)
+    follows = {str(joint.get("name")): item for joint in made.robot.iter("joint") for item in joint.findall("mimic")}
+    assert {name: str(item.get("joint")) for name, item in follows.items()} == {"motor": "hinge", "pin": "hinge"}
+    assert [float(str(follows[name].get("multiplier"))) for name in ("motor", "pin")] == pytest.approx([1.0, -1.0])
+    assert any("the loop that 'hinge' moves" in note for note in made.notes)
+
+
+def test_where_no_line_meets_a_loops_way_all_but_its_leading_joint_is_held(tmp_path: Path) -> None:
+    connect = CONNECT.format(pivot=0.3).replace('anchor="0', 'anchor="-0.3')
+    file = written(tmp_path, ARM.format(pivot=0.3, half=0.15).replace("0 60", "0 150"), connect)
+    work = tmp_path / "work"
+    work.mkdir()
+    made = urdf_of_mjcf(file, work)
+    kinds = {str(joint.get("name")): str(joint.get("type")) for joint in made.robot.iter("joint")}
+    assert [kinds[name] for name in ("hinge", "motor", "pin")] == ["revolute", "fixed", "fixed"]
+    assert any("the loop that 'hinge' moves" in note and note.endswith("held") for note in made.notes), made.notes
+    apart = {
+        frozenset((str(item.get("link1")), str(item.get("link2")))) for item in made.robot.iter("disable_collisions")
+    }
+    assert apart == {frozenset(("door", "arm")), frozenset(("door", "rod"))}, "the door opens through what is held"

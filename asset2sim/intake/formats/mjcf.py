@@ -34,6 +34,7 @@ from asset2sim.intake.formats.format import (
 from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, is_mjcf, mended_document, models_of
 from asset2sim.intake.formats.mjcf_ground import ground_of
+from asset2sim.intake.formats.mjcf_loops import loop_ties
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -145,10 +146,12 @@ class _Model:
             elif all(not self.geoms(body) for body in range(1, m.nbody) if not m.body_weldid[body]):
                 held = "its file hangs its joints on the world alone"
         links = {body: self.name("body", body) if body else self.base for body in range(m.nbody)}
-        ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint))
-        self.notes += [*untied, *tie(robot, ties)]
+        closed = loop_ties(self.mj, m, lambda joint: self.name("joint", joint))
+        ties, untied, tendons = read_ties(self.mj, m, lambda joint: self.name("joint", joint), closed.said)
+        self.notes += [*closed.notes, *untied, *tie(robot, [*ties, *closed.ties])]
         masks = masks_of(m, links, self.ground)
-        for first, second in let_pass(self.mj, m, links, masks):
+        apart = {(links[first], links[second]) for first, second in sorted(closed.apart)}
+        for first, second in dict.fromkeys((*let_pass(self.mj, m, links, masks), *sorted(apart))):
             add_child(robot, "disable_collisions", link1=first, link2=second, reason="Never")
         driven = driven_joints(self.mj, m, lambda joint: self.name("joint", joint))
         left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
@@ -164,10 +167,9 @@ class _Model:
         return unconvertible_error(self.file, code, problem)
 
     def name(self, kind: str, index: int) -> str:
-        """The name of a body, joint, geom or mesh, or one that is made for it."""
-        objects = {"body": self.mj.mjtObj.mjOBJ_BODY, "joint": self.mj.mjtObj.mjOBJ_JOINT,
-                   "geom": self.mj.mjtObj.mjOBJ_GEOM, "mesh": self.mj.mjtObj.mjOBJ_MESH}  # fmt: skip
-        return str(self.mj.mj_id2name(self.model, objects[kind], index) or f"{kind}_{index}")
+        """The name of a body, joint, geom, mesh, material or texture, or one that is made for it."""
+        object_type = getattr(self.mj.mjtObj, f"mjOBJ_{kind.upper()}")
+        return str(self.mj.mj_id2name(self.model, object_type, index) or f"{kind}_{index}")
 
     def joints(self, body: int) -> list[int]:
         """The joints that move a body in its parent, the first outermost."""
@@ -319,9 +321,22 @@ class _Model:
             add_origin(element, pose)
             add_child(add_child(element, "geometry"), shape, **values)
             if role == "visual":
-                material = int(m.geom_matid[geom])
-                color = m.geom_rgba[geom] if material < 0 else m.mat_rgba[material]
-                add_child(add_child(element, "material", name=f"color_{geom}"), "color", rgba=short_numbers(color))
+                name, color = self.paint(geom)
+                add_child(add_child(element, "material", name=name), "color", rgba=short_numbers(color))
+
+    def paint(self, geom: int) -> tuple[str, Array]:
+        """The name of a geom's material, with that of its picture, and its colour, times the picture's mean."""
+        m, material = self.model, int(self.model.geom_matid[geom])
+        if material < 0:
+            return f"color_{geom}", m.geom_rgba[geom]
+        name, color = self.name("material", material), np.array(m.mat_rgba[material])
+        texture = int(m.mat_texid[material][int(self.mj.mjtTextureRole.mjTEXROLE_RGB)])
+        if texture >= 0:
+            name += f" {self.name('texture', texture)}"
+            start, channels = int(m.tex_adr[texture]), int(m.tex_nchannel[texture])
+            count = int(m.tex_height[texture]) * int(m.tex_width[texture]) * channels
+            color[:3] *= m.tex_data[start : start + count].reshape(-1, channels)[:, :3].mean(axis=0) / 255.0
+        return name, color
 
     def mesh_file(self, mesh: int) -> str:
         """The file of a compiled mesh, in which its pose is that of its geoms; written once."""

@@ -1,7 +1,7 @@
 """Joints that MuJoCo's equalities tie to one another, by themselves or by fixed tendons, as joints that follow one."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,11 +25,13 @@ class Tie:
     offset: float
 
 
-def read_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> tuple[list[Tie], list[str], int]:
-    """The ties of a compiled model, whose joints have a ``name``; a note on each equality that ties no two joints
-    linearly; and how many tendons the ties say all of."""
+def read_ties(
+    mujoco: Any, model: Any, name: Callable[[int], str], said: Set[int] = frozenset()
+) -> tuple[list[Tie], list[str], int]:
+    """The ties of a compiled model, whose joints have a ``name``; a note on each equality, but those ``said`` already,
+    that ties no two joints linearly; and how many tendons the ties say all of."""
     ties, notes, tendons = list[Tie](), list[str](), set[int]()
-    for equality in range(model.neq):
+    for equality in sorted({*range(model.neq)} - said):
         first, second = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
         kind, terms = model.eq_type[equality], [float(value) for value in model.eq_data[equality][:5]]
         sums: dict[int, float] | None = None
