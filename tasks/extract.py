@@ -76,10 +76,10 @@ def upright(job: AssetJob, *, find: bool) -> Extraction:
 
 
 def lying_asset(job: AssetJob, up: UpAxis) -> tuple[Extraction, Features]:
-    """The asset turned so that this axis of its file points up, its joints corrected, as far as the method knows it;
-    and all its features."""
+    """The asset turned so that this axis of its file points up, its joints corrected, with the front that it shows so,
+    as far as the method knows it; and all its features."""
     turned = extract(job.ref, job.out / SHAPE_CACHE, up, job.settings.inputs)
-    corrected, _ = validate_authored(turned, job.settings.physics)
+    corrected = with_shown_front(validate_authored(turned, job.settings.physics)[0])
     return known_methods()[job.settings.method].given(job.ask, corrected)[1], corrected.features
 
 

@@ -8,6 +8,7 @@ from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.validation.lying import lying_side
 from asset2sim.validation.support import forced_support, support_findings, with_support
 from asset2sim.validation.validate import contact_friction, validate
+from schemas.features import Features
 from schemas.finding import Finding
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.support import Support
@@ -36,7 +37,9 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
         up, laid = (UpAxis.Z, None) if stays else lying_side(extraction, overlay, limits)
         features = None
         if laid is not None:
+            stood = extraction.features
             extraction, features = lying_asset(job, up)
+            proposal = as_it_lies(proposal, stood, extraction.features, job)
             overlay, findings = completed_proposal(job, extraction, proposal, forced)
             findings = (laid, *findings)
         return Validated(overlay=overlay, extraction=extraction, features=features, findings=findings)
@@ -49,6 +52,20 @@ def validate_overlay(job: AssetJob, extraction: Extraction, proposal: Overlay | 
     return Validated(
         overlay=with_support(overlay, extraction, proposal, job.source, job.guidance), extraction=extraction
     )
+
+
+def as_it_lies(proposal: Overlay, stood: Features, lies: Features, job: AssetJob) -> Overlay:
+    """The proposal with the states that words ask of joints whose closed end is the other one since the object lies:
+    as far from that; a handle that is folded down is so where it lies."""
+    positions, stated = dict(proposal.initial_joint_positions), job.ref.overrides
+    own = {} if stated is None else {name: item.unit for name, item in stated.joints.items()}
+    for name in positions.keys() & (job.guidance.of_joints.keys() | own.keys()):
+        if own.get(name, "share") != "share":
+            continue
+        before, after = stood.joint(name), lies.joint(name)
+        if before.closed != after.closed and after.closed is not None and after.open is not None:
+            positions[name] = after.closed + after.open - positions[name]
+    return proposal.model_copy(update={"initial_joint_positions": positions})
 
 
 def completed_proposal(

@@ -416,6 +416,7 @@ def test_wheels_pedals_and_what_cannot_move_are_no_hands_task(tmp_path: Path) ->
     assert [no_task(item) for item in joints] == [
         "it rolls or swings freely", "no hand works a foot pedal", "it is open where it is closed", "",
     ]  # fmt: skip
+    assert no_task(kind_of("wheel", lower=None, upper=None)) == "it rolls or swings freely"
     none = use_records(folder, overlay.model_copy(update={"joints": joints[:3]}), HandSettings())
     assert [(item.done, item.fault) for item in none] == [(False, "task")] * 3
     many = [make_joint(f"key_{number}") for number in range(50)]

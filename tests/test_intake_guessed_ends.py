@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 
 from asset2sim.intake.guessed_ends import with_likelier_ends
+from asset2sim.intake.origin import extract
+from schemas.asset import AssetRef
+from schemas.vocabulary import UpAxis
 from tests.assets import joint, link, read, robot, shape, written
 
 FRAME = "".join(shape("0.3 0.02 0.6", xyz=f"0 {y} 0.3") for y in (-0.2, 0.2))
@@ -66,6 +69,21 @@ def test_what_either_end_means_alike_stays_and_bails_have_no_closed_end(tmp_path
         (before,), (found,) = item.features.joints, with_likelier_ends(item, SURE).features.joints
         assert (found.closed, found.open) == (before.closed, before.open)
         assert ("nothing that is odd" in found.other_reading) is told
+
+
+@pytest.mark.parametrize(("up", "closed"), [(UpAxis.Z, None), (UpAxis.Y, 1.2), (UpAxis.MINUS_Y, -1.2)])
+def test_a_handle_is_folded_down_where_it_sinks_to_however_its_case_lies(
+    tmp_path: Path, up: UpAxis, closed: float | None
+) -> None:
+    case = robot(
+        link("case", shape("0.4 0.1 0.3")), link("handle", shape("0.1 0.01 0.04", xyz="0 0 0.02")),
+        joint("j", "revolute", "case", "handle", xyz="0 0 0.15", axis="1 0 0", limit="-1.2 1.2"),
+    )  # fmt: skip
+    folder = written(tmp_path / "case", case)
+    item = extract(AssetRef(asset_id="case", path=str(folder), category="Suitcase"), tmp_path / "shapes", up)
+    (before,), (found,) = item.features.joints, with_likelier_ends(item, SURE).features.joints
+    assert found.closed == (before.closed if closed is None else pytest.approx(closed))
+    assert not found.other_reading, "which way it lies is no guess"
 
 
 @pytest.mark.parametrize("pressed", [0.0, 0.3, 0.6, 0.9])

@@ -16,6 +16,7 @@ from asset2sim.validation.handling import Handling, as_asked, bounded_press, fel
 from schemas.finding import Notes
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
+from schemas.support import SupportKind
 from schemas.vocabulary import Source
 from tests.builders import corners, tree_joint
 from tests.factories import make_features
@@ -100,6 +101,32 @@ def test_a_press_that_no_hand_has_is_one_of_its_kind() -> None:
     made = felt_press(proposal, kind, terms_of(proposal, moved), moved, notes)
     assert made is not None and made.press_start == pytest.approx(0.9 * kind.range.most_n) and notes.findings
     assert felt_press(made, kind, terms_of(made, moved), moved, notes) is None
+
+
+def test_a_wheel_rolls_by_what_it_bears_and_not_by_its_own_weight() -> None:
+    turns = np.arange(0.0, 2.0 * math.pi, math.pi / 12.0)
+    rims = [np.stack([0.1 * np.cos(turns) + 0.2, np.full(24, y), 0.1 * np.sin(turns)], axis=1) for y in (-0.01, 0.01)]
+    axle = tree_joint("part", "continuous", "box", "part", axis=(0.0, 1.0, 0.0), xyz=(0.2, 0.0, 0.0))
+    body = np.vstack([BOX, corners((-0.21, -0.1, -0.1), (-0.2, 0.1, 0.4))])
+    bodies = {"box": Body(2.0, np.array([0.0, 0.0, 0.2]), np.eye(3)), "part": Body(0.0, np.zeros(3), np.eye(3))}
+    base = make_features("1")
+    own = base.joints[1].model_copy(
+        update={"name": "part", "type": "continuous", "parent": "box", "child": "part", "closed": 0.0, "open": 1.0}
+    )
+    links = tuple(base.links[1].model_copy(update={"name": n, "label": n}) for n in ("box", "wheel"))
+    links = (links[0], links[1].model_copy(update={"name": "part"}))
+    features = base.model_copy(update={"root": "box", "links": links, "joints": (own,)})
+    clouds = {"box": body, "part": np.vstack(rims) - [0.2, 0.0, 0.0]}
+    free = {"part": JointProposal(name="part", holds=False)}
+    made = handlings(features, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
+    # Feet at x = -0.205 and the wheel at 0.2 share 2 kg almost evenly.
+    assert made.range.kind == "wheel"
+    assert made.range.least_n == pytest.approx(0.02 * 2.0 * G * 0.205 / 0.405, rel=1e-6)
+    assert made.least_effort == pytest.approx(1.25 * 0.1 * made.range.least_n)
+    held = handlings(
+        features, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS, carried=SupportKind.HANDHELD
+    )["part"]
+    assert held.range.least_n == 0.0, "in a hand it bears nothing"
 
 
 def test_a_part_takes_what_its_user_says() -> None:

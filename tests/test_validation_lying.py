@@ -1,5 +1,6 @@
 """Things that are put down on any side are laid where it would tip over as authored, with what moves on top."""
 
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 
@@ -8,11 +9,11 @@ import pytest
 from asset2sim.assets.extract import Extraction
 from asset2sim.validation.lying import lying_side
 from asset2sim.validation.validate import validate
-from schemas.asset import AssetRef
+from schemas.asset import AssetRef, Overrides, StatedPosition
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.thresholds import Thresholds
 from schemas.vocabulary import Source, UpAxis
-from tasks.extract import lying_asset
+from tasks.extract import guidance_of, lying_asset
 from tasks.progress import AssetJob
 from tasks.validate import validate_overlay
 from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
@@ -74,3 +75,31 @@ def test_physics_are_those_of_the_object_as_it_lies_unless_its_up_axis_is_stated
     for stays in ({"up": UpAxis.Z}, {"part": "case"}):
         kept = AssetJob(ref.model_copy(update=stays), tmp_path / "out", NO_VIEWS, prior)
         assert validate_overlay(kept, item, proposal, rules=True).extraction is item
+
+
+def test_a_handle_that_words_fold_down_is_so_where_its_case_lies(tmp_path: Path) -> None:
+    """Standing, its handle folds to either side alike; lying, one of these is up. A numbered position stays."""
+    handle = link("handle", shape("0.01 0.1 0.04", xyz="0 0 0.02"))
+    folds = joint("fold", "revolute", "base", "handle", xyz="0.015 0 0.18", axis="0 1 0", limit="-1.2 1.2")
+    urdf = CASE.replace("</robot>", f"{handle}{folds}</robot>")
+    item, _ = proposed(tmp_path / "case", urdf, "Suitcase")
+    drawn = item.features.joint("fold")
+    up_when_laid = drawn.model_copy(update={"closed": -1.2, "open": 1.2})
+    joints = tuple(up_when_laid if joint.name == "fold" else joint for joint in item.features.joints)
+    item = replace(item, features=item.features.model_copy(update={"joints": joints}))
+    at = {"hinge": 1.5708, "fold": -1.2}
+    proposal = Overlay(scale=SMALL, initial_joint_positions=at, asked=("hinge", "fold"))
+    ref = AssetRef(
+        asset_id="case", path=str(tmp_path / "case"), category="Suitcase",
+        prompt="A small suitcase with its lid half open and its handle folded down.",
+    )  # fmt: skip
+    guidance = guidance_of(ref, item.features)
+    assert "fold" in guidance.of_joints
+    for exact, folded in ((False, 1.2), (True, -1.2)):
+        stated = Overrides(joints={"fold": StatedPosition(value=-1.2)}) if exact else None
+        own = ref.model_copy(update={"overrides": stated})
+        laid = validate_overlay(
+            AssetJob(own, tmp_path / "out", NO_VIEWS, prior, guidance=guidance), item, proposal, rules=True
+        )
+        assert laid.features is not None and laid.overlay.initial_positions["fold"] == pytest.approx(folded, abs=1e-3)
+        assert laid.overlay.initial_positions["hinge"] == pytest.approx(1.5708)

@@ -23,7 +23,7 @@ SINKS = 0.1
 WHOLE_TURN_RAD = 6.0
 """Range of a hinge from which both its ends are about one place."""
 EITHER_SIDE = ("handle",)
-"""Parts that lie to either side, so that no end of theirs is closed."""
+"""Parts that lie to either side, so that no end is closed by their shape: they are folded down where they sink to."""
 CAUGHT = ("door",)
 """Parts with a catch, which may lead downwards from where they are shut, and which may hang there."""
 
@@ -57,8 +57,8 @@ def is_guessed(joint: JointFeatures, features: Features, sure: float) -> bool:
     role = mechanism(part, features.category, "slider" if joint.prismatic else "hinge").role
     tells = joint.type == "continuous" or joint.mimic is not None or joint.openness_confidence >= sure
     # A nameless slider may be a button, which its spring holds up.
-    named = bool(part) or not joint.prismatic
-    if tells or role != "main" or not named or part in EITHER_SIDE or joint.closed is None or joint.open is None:
+    named = (bool(part) and part not in EITHER_SIDE) or not joint.prismatic
+    if tells or role != "main" or not named or joint.closed is None or joint.open is None:
         return False
     return 0.0 < abs(joint.open - joint.closed) < (math.inf if joint.prismatic else WHOLE_TURN_RAD)
 
@@ -90,6 +90,10 @@ def likelier(
     parts whose shape tells, those that are drawn at an end are closed there."""
     assert joint.closed is not None and joint.open is not None, "movable joints have ends"
     has, other = joint.closed, joint.open
+    if part_of(joint, features) in EITHER_SIDE:
+        here, there = (middle_at(joint, at, features, tree, points) for at in (has, other))
+        lower = here[2] - there[2] > SINKS * float(np.linalg.norm(there - here))
+        return joint.model_copy(update={"closed": other, "open": has}) if lower else joint
     if other == 0.0 != has:
         has, other = other, has
     odd_now = odd_if_closed(joint, (has, other), features, tree, points, shapes)
@@ -118,8 +122,7 @@ def odd_if_closed(
     if part_of(joint, features) in CAUGHT:
         return tuple(odd)
     here, near = (
-        middle(link_to_root(tree, features.root, {joint.name: at}), points, moved)
-        for at in (ends[0], ends[0] + STEP_SHARE * (ends[1] - ends[0]))
+        middle_at(joint, at, features, tree, points) for at in (ends[0], ends[0] + STEP_SHARE * (ends[1] - ends[0]))
     )
     if here[2] - near[2] > SINKS * float(np.linalg.norm(near - here)):
         odd.append("fall open")
@@ -133,9 +136,13 @@ def odd_if_closed(
     return tuple(odd)
 
 
-def middle(poses: Mapping[str, Array], points: Mapping[str, Array], links: set[str]) -> Array:
-    """(3,) middle of the box about these links in the root's frame, m at the authored scale."""
-    clouds = [apply(poses[name], points[name]) for name in links if len(points.get(name, ()))]
+def middle_at(
+    joint: JointFeatures, position: float, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array]
+) -> Array:
+    """(3,) middle of the box about what a joint moves, at this position of it, in the root's frame, m at the authored
+    scale."""
+    poses = link_to_root(tree, features.root, {joint.name: position})
+    clouds = [apply(poses[name], points[name]) for name in moved_links(tree, joint.name) if len(points.get(name, ()))]
     cloud = np.vstack(clouds) if clouds else np.zeros((1, 3))
     found: Array = (cloud.min(axis=0) + cloud.max(axis=0)) / 2.0
     return found

@@ -2,12 +2,14 @@
 them."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.grip import box_middle
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 
 DOWNWARD = 0.5
@@ -112,3 +114,14 @@ def leaning_on(points: Array, center: Array, mass: float, up: Array, most_rad: f
         if leaning.nearest > 0.0:
             return leaning
     return stands
+
+
+def floor_pushes(clouds: Mapping[str, Array], support: SupportPolygon) -> dict[str, float]:
+    """Link → the push of the floor on it (N), of those whose (n, 3) points stand on it: at the middle of each, together
+    level under the centre of mass, and as alike as that leaves them."""
+    across = np.linalg.svd(support.up[None, :])[2][1:]
+    feet = {name: cloud[cloud @ support.up <= support.floor + STANDING_M] for name, cloud in clouds.items()}
+    places = {name: across @ (box_middle(low) - support.center) for name, low in feet.items() if len(low)}
+    levers = np.array([[1.0, *place] for place in places.values()]).T
+    pushes = np.linalg.pinv(levers) @ [support.mass * GRAVITY_M_S2, 0.0, 0.0]
+    return dict(zip(places, np.maximum(pushes, 0.0).tolist(), strict=True))

@@ -12,9 +12,9 @@ from asset2sim.guidance.tables import mechanism, part_effort, turns_as_its_kind
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import Grip, grip_on, round_about
-from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, rigid_links
+from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, moved_links, rigid_links
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
-from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, leaning_on
+from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, floor_pushes, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
 from schemas.finding import Notes
@@ -46,8 +46,9 @@ LOW_LEVELS = ("super low", "low")
 
 @dataclass(frozen=True)
 class MovedPart:
-    """The part that a joint moves: its longest edge (m), its weight (N), whether it is round about the joint's axis, so
-    that it is turned about itself, and how far it reaches along that axis, over how far across."""
+    """The part that a joint moves: its longest edge (m), its weight (N), or what it bears of the object where that is
+    more, whether it is round about the joint's axis, so that it is turned about itself, and how far it reaches along
+    that axis, over how far across."""
 
     length_m: float = 0.0
     weight_n: float = 0.0
@@ -203,6 +204,7 @@ def handlings(
     mass = sum(body.mass for body in bodies.values())
     center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
     support = leaning_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
+    pushes = floor_pushes(clouds, support) if carried is SupportKind.FREESTANDING else {}
     joints = {joint.name: joint for joint in tree}
     chained = in_chains(tree)
     found: dict[str, Handling] = {}
@@ -214,7 +216,7 @@ def handlings(
         axis, origin = frame[:3, :3] @ hinge.axis, frame[:3, 3]
         length = float(np.ptp(cloud, axis=0).max()) if len(cloud) else 0.0
         weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in links)
-        part = MovedPart(length, weight)
+        part = MovedPart(length, max(weight, sum(pushes.get(link, 0.0) for link in moved_links(tree, name))))
         if len(cloud) and not joint.prismatic:
             flat = np.ptp(cloud - np.outer(cloud @ axis, axis), axis=0).max()
             extent = float(np.ptp(cloud @ axis) / max(flat, 1e-9))

@@ -17,7 +17,8 @@ from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import SupportKind
 
-FREE, BY_BODY = "part that swings or rolls freely", ("gas spring", "foot pedal")
+FREE = "part that swings or rolls freely", "wheel"
+BY_BODY = "gas spring", "foot pedal"
 """Kinds of effort (``efforts.csv``): of wheels and fans, where they have no limits, and of bails, and what takes a
 person's weight."""
 YIELDS = 1.0 / 3.0
@@ -64,7 +65,7 @@ def no_task(joint: JointPhysics) -> str:
     endless = joint.lower is None or joint.upper is None
     if kind in BY_BODY:
         return f"no hand works a {kind}"
-    if kind == FREE and endless:
+    if kind in FREE and endless:
         return "it rolls or swings freely"
     return "" if endless or joint.closed != joint.open else "it is open where it is closed"
 
