@@ -314,7 +314,8 @@ def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
     assert tools == ["gripper", "fingertips"]
 
 
-def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> None:
+@pytest.mark.parametrize("counterbalance", [0.0, 0.1])
+def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path, counterbalance: float) -> None:
     walls = "".join(
         shape(size, xyz=at)
         for size, at in (
@@ -330,7 +331,8 @@ def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path) -> No
         joint("slide", "prismatic", "body", "shelf", xyz="0 0 0.15", axis="1 0 0", limit="0 0.15"),
     )
     known = {"friction": 0.3, "damping": 0.3, "holds": True}
-    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update={"upper": 1.57, "open": 1.57, **known})
+    stays = {"upper": 1.57, "open": 1.57, "stiffness": counterbalance, **known}
+    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=stays)
     slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.15, "open": 0.15, **known})
     folder = refined(tmp_path / "cupboard", urdf, [hinge, slide], {"body": 20.0, "door": 1.0, "shelf": 0.5}, fixed=True)
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))

@@ -98,7 +98,7 @@ def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> U
     settings = worlds.settings
     braced, steadied = other_hand(joint, overlay, settings)
     ways = product((True,) if braced else (False, True) if steadied else (False,), (1.0, settings.tip_scale))
-    opened = {one.name: one.open for one in overlay.joints if one.holds and one.stiffness == 0.0 and one is not joint}
+    opened = {one.name: one.open for one in overlay.joints if one.holds and one is not joint}
     tries: list[tuple[bool, float, dict[str, float]]] = [(held, scale, {}) for held, scale in ways]
     tries += [(braced or steadied, scale, opened) for scale in (1.0, settings.tip_scale) if opened]
     best: UsedJoint | None = None
