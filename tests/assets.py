@@ -4,16 +4,22 @@ import csv
 import hashlib
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.baselines.declared_method import known_methods
 from asset2sim.intake.origin import extract
 from asset2sim.models.prior.answer import answer
 from schemas.asset import AssetRef
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import Settings, ViewSettings
+from tasks.extract import extract_asset
+from tasks.progress import AssetJob
+from tasks.synthesize import with_users_numbers
+from tasks.validate import Validated, validate_overlay
 
 ROOT = Path(__file__).resolve().parents[1]
 RAW = ROOT / "data" / "raw"
@@ -112,6 +118,16 @@ def sample(asset_id: str, base: Path = RAW) -> AssetRef:
     return AssetRef(
         asset_id=asset_id, path=str(base / row["path"]), category=row["category"] or None, prompt=row["prompt"]
     )
+
+
+def validated(ref: AssetRef, out: Path, settings: Settings = NO_VIEWS) -> Validated:
+    """What the rules make of an asset by the offline model, before any engine has seen it."""
+    job, method = AssetJob(ref, out, settings, prior), known_methods()[settings.method]
+    extracted = extract_asset(job, correct_joints=method.rules)
+    ask, known = method.given(job.ask, extracted.extraction)
+    job = replace(job, guidance=extracted.guidance, ask=ask)
+    proposal = with_users_numbers(method.propose, job, known).proposal
+    return validate_overlay(job, known, proposal, rules=method.rules)
 
 
 def fingerprint(folder: Path) -> dict[str, str]:

@@ -2,8 +2,9 @@
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.assets.urdf.read import element_pose, numbers_of_attribute
-from asset2sim.baselines.declared_method import known_methods
 from asset2sim.models.motion_facts import joint_motions
 from asset2sim.models.object_facts import axis_names, candidate_sizes
 from asset2sim.physics.arrays import Array
@@ -22,9 +22,7 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import Settings
 from tasks.extract import extract_asset
 from tasks.progress import AssetJob
-from tasks.synthesize import with_users_numbers
-from tasks.validate import validate_overlay
-from tests.assets import prior, sample
+from tests.assets import prior, sample, validated
 
 SAMPLES = (
     *("bucket_yellow", "storage_sideboard", "laptop_silver", "suitcase_business", "microwave_kitchen", "stapler_desk"),
@@ -160,15 +158,11 @@ WAYS: tuple[Callable[["etree._Element"], None], ...] = (
 )  # fmt: skip
 
 
-def validated(ref: AssetRef, out: Path) -> PhysicsOverlay:
-    """The physics of an asset before any engine has seen it, by the offline prior."""
-    settings = Settings()
-    job, method = AssetJob(ref, out, settings, prior), known_methods()[settings.method]
-    extracted = extract_asset(job, correct_joints=method.rules)
-    ask, known = method.given(job.ask, extracted.extraction)
-    job = replace(job, guidance=extracted.guidance, ask=ask)
-    proposal = with_users_numbers(method.propose, job, known).proposal
-    return validate_overlay(job, known, proposal, rules=method.rules).overlay
+@cache
+def as_it_is(asset_id: str) -> PhysicsOverlay:
+    """The physics of a sample as its own file describes it."""
+    with TemporaryDirectory() as out:
+        return validated(sample(asset_id), Path(out)).overlay
 
 
 def share_open(joint: JointPhysics) -> float:
@@ -228,7 +222,7 @@ def test_an_object_described_otherwise_is_refined_alike(
     if (asset_id, way.__name__) == THIN:
         pytest.xfail("damping of its handle 14 % lower")
     ref = described(sample(asset_id), way, tmp_path / asset_id)
-    one, other = validated(sample(asset_id), tmp_path), validated(ref, tmp_path)
+    one, other = as_it_is(asset_id), validated(ref, tmp_path).overlay
     larger = LARGER if way is in_other_units else 1.0
     assert other.scale * larger == pytest.approx(one.scale, rel=1e-3) and other.support.kind is one.support.kind
     assert other.mass_kg == pytest.approx(one.mass_kg, rel=SLACK)
@@ -243,7 +237,7 @@ def test_an_object_described_otherwise_is_refined_alike(
 
 def test_pictures_show_the_front_that_the_drawers_show(tmp_path: Path) -> None:
     ref = described(sample("table_two_drawers"), facing_along_y, tmp_path / "a")
-    overlay = validated(ref, tmp_path)
+    overlay = validated(ref, tmp_path).overlay
     assert overlay.front == (0.0, -1.0, 0.0)
     urdf = Path(ref.path) / "mobility.urdf"
     assert load_scene(urdf, {}, front=overlay.front).front.tolist() == [0.0, -1.0, 0.0]

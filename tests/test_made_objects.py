@@ -6,19 +6,13 @@ from pathlib import Path
 import pytest
 
 from asset2sim.load import load
-from schemas.asset import AssetRecord, AssetRef
-from schemas.vocabulary import CollisionMode, Engine, Status
+from schemas.asset import AssetRef
+from schemas.vocabulary import Status
 from tasks.pipeline import refine_asset
-from tests.assets import NO_VIEWS, prior
+from tests.assets import NO_VIEWS, prior, validated
 from tests.made.shapes import Made, made, write
 
 OBJECTS = {item.name: item for item in made()}
-QUICK = NO_VIEWS.model_copy(
-    update={
-        "engine": NO_VIEWS.engine.model_copy(update={"interact": False, "verify": (Engine.PYBULLET,)}),
-        "collision": CollisionMode.REPAIR,
-    }
-)
 MISSED = {
     "wall_cabinet": "with handles in the middle of its doors its shape does not say that it hangs",
     "step_ladder": "folded, as its closed end, it cannot stand",
@@ -28,24 +22,20 @@ MISSED = {
 """Made objects that are not as expected, and why."""
 
 
-def refined(item: Made, folder: Path, quick: bool) -> AssetRecord:
+def asset(item: Made, folder: Path) -> AssetRef:
     write(item, folder / item.name)
-    ref = AssetRef(asset_id=item.name, path=str(folder / item.name), category=item.category)
-    return refine_asset(ref, folder / "out", QUICK if quick else NO_VIEWS, prior)
+    return AssetRef(asset_id=item.name, path=str(folder / item.name), category=item.category)
 
 
-@pytest.mark.system
 @pytest.mark.parametrize("name", sorted(set(OBJECTS) - set(MISSED))[::2])
 def test_size_mass_and_support_are_what_a_person_expects(name: str, tmp_path: Path) -> None:
     item = OBJECTS[name]
-    record = refined(item, tmp_path, quick=True)
-    assert record.overlay is not None and record.features is not None, record.reason
-    size = 100.0 * record.overlay.scale * max(record.features.closed_size)
+    made = validated(asset(item, tmp_path), tmp_path / "out")
+    size = 100.0 * made.overlay.scale * max(made.extraction.features.closed_size)
     assert item.size_cm[0] <= size <= item.size_cm[1]
-    mass = sum(link.mass_kg for link in record.overlay.links)
-    assert 0.8 * item.mass_kg[0] <= mass <= 1.2 * item.mass_kg[1]
-    assert record.overlay.support.kind.value in item.support
-    masses = {link.name: link.mass_kg for link in record.overlay.links}
+    assert 0.8 * item.mass_kg[0] <= made.overlay.mass_kg <= 1.2 * item.mass_kg[1]
+    assert made.overlay.support.kind.value in item.support
+    masses = {link.name: link.mass_kg for link in made.overlay.links}
     for part, (least, most) in item.part_kg.items():
         name = item.parts[int(part)].label.split()[-1] if item.habit == "akb" else f"link_{part}"
         assert least <= masses[name] <= most, part
@@ -55,7 +45,7 @@ def test_size_mass_and_support_are_what_a_person_expects(name: str, tmp_path: Pa
 @pytest.mark.parametrize("name", ["chest_grazing", "cabinet_plinth_4mm"])
 def test_a_bottom_drawer_comes_out_where_the_object_stands(name: str, tmp_path: Path) -> None:
     """Through ``load``, root free on its floor, by a little more than the effort that the verdict measured."""
-    record = refined(OBJECTS[name], tmp_path, quick=False)
+    record = refine_asset(asset(OBJECTS[name], tmp_path), tmp_path / "out", NO_VIEWS, prior)
     assert record.status is Status.OK, record.reason
     for report in record.reports:
         assert report.interaction is not None

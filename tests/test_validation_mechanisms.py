@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asset2sim.baselines.declared_method import known_methods
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.limits import Range
@@ -19,12 +18,8 @@ from schemas.mechanism import CAUGHT, EffortRange
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source, Status, UpAxis
-from tasks.extract import extract_asset
 from tasks.pipeline import refine_asset
-from tasks.progress import AssetJob
-from tasks.synthesize import with_users_numbers
-from tasks.validate import Validated, validate_overlay
-from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
+from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, validated, written
 from tests.factories import make_features
 from tests.planted_mechanisms import HELD, PLANTED, flap, made, round_shape
 
@@ -57,16 +52,7 @@ def described(
 
 def overlay_of(ref: AssetRef, folder: Path) -> PhysicsOverlay:
     """The overlay of an asset by the offline model and the rules."""
-    return validated(ref, folder).overlay
-
-
-def validated(ref: AssetRef, folder: Path) -> Validated:
-    """The overlay of an asset by the offline model and the rules, with findings."""
-    job, method = AssetJob(ref, folder / "out", NO_VIEWS, prior), known_methods()[NO_VIEWS.method]
-    extracted = extract_asset(job, correct_joints=True)
-    job = replace(job, guidance=extracted.guidance)
-    proposal = with_users_numbers(method.propose, job, extracted.extraction).proposal
-    return validate_overlay(job, extracted.extraction, proposal, rules=True)
+    return validated(ref, folder / "out").overlay
 
 
 def only(overlay: PhysicsOverlay) -> JointPhysics:
@@ -373,7 +359,7 @@ def test_what_is_lifted_open_is_balanced_over_its_whole_arc(
 
 def test_a_screw_is_said_to_turn_in_its_plane(tmp_path: Path) -> None:
     jar = made(next(one for one in HELD if one.name == "pickles"), tmp_path / "in")
-    (said,) = (item for item in validated(jar, tmp_path).findings if item.code == "screw_in_place")
+    (said,) = (item for item in validated(jar, tmp_path / "out").findings if item.code == "screw_in_place")
     assert said.value is not None and said.limit is not None and 1.0 < said.value < said.limit < 10.0, "N·m"
 
 
