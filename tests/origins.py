@@ -219,10 +219,10 @@ def chain(count: int = 60, every: int = 5) -> Origin:
     return Origin(robot(*parts))
 
 
-def hundred() -> Origin:
-    """A board of a hundred keys in ten rows."""
+def keys(count: int = 66) -> Origin:
+    """A board of keys in rows of ten, more than the 64 links that an engine's articulations often bear."""
     parts = [body("1.1 1.1 0.1")]
-    for index in range(100):
+    for index in range(count):
         at = f"{0.1 * (index % 10) - 0.45} {0.1 * (index // 10) - 0.45} 0.062"
         parts.append(link(f"key_{index}", shape("0.06 0.06 0.02")))
         parts.append(joint(f"press_{index}", "prismatic", "body", f"key_{index}", xyz=at, axis="0 0 1", limit="0 0.01"))
@@ -282,7 +282,7 @@ def document() -> Origin:
 
 ORIGINS = {
     "mirrored": mirrored(), "primitives": primitives(), "painted": painted(), "gears": gears(), "gripper": gripper(),
-    "lost_mimics": lost_mimics(), "floats": floats(), "extras": extras(), "chain": chain(), "hundred": hundred(),
+    "lost_mimics": lost_mimics(), "floats": floats(), "extras": extras(), "chain": chain(), "keys": keys(),
     "sparse": sparse(), "named": named(), "document": document(),
 }  # fmt: skip
 """Those that are refined to the end."""

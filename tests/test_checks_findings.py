@@ -113,7 +113,7 @@ def test_interaction_can_be_left_out_and_engines_chosen(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-def test_a_baked_state_is_the_urdf_s_zero_and_can_be_undone(tmp_path: Path) -> None:
+def test_a_baked_state_is_the_urdf_s_zero_can_be_undone_and_keeps_what_overlaps(tmp_path: Path) -> None:
     kept = refine_asset(sample("laptop_silver"), tmp_path / "kept", NO_VIEWS, prior)
     settings = NO_VIEWS.model_copy(update={"state": StateMode.BAKE, "exports": (Export.MJCF,)})
     record = refine_asset(sample("laptop_silver"), tmp_path / "baked", settings, prior)
@@ -125,14 +125,7 @@ def test_a_baked_state_is_the_urdf_s_zero_and_can_be_undone(tmp_path: Path) -> N
     one, two = (tmp_path / name / "assets" / "laptop_silver" for name in ("kept", "baked"))
     assert unbake((two / "mobility.urdf").read_bytes()) == (one / "mobility.urdf").read_bytes()
     assert (two / "mobility.xml").is_file() and not (one / "mobility.xml").exists()
-
-
-@pytest.mark.system
-def test_baking_keeps_what_overlaps(tmp_path: Path) -> None:
-    refine_asset(sample("laptop_silver"), tmp_path, NO_VIEWS, prior)
-    urdf = tmp_path / "assets" / "laptop_silver" / "mobility.urdf"
-    found = PhysicsOverlay.model_validate_json((urdf.parent / "overlay.json").read_bytes())
-    _, findings = bake(urdf, found, Settings())
+    _, findings = bake(one / "mobility.urdf", kept.overlay, Settings())
     assert findings == ()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.render import VIEW_NAMES
-from schemas.asset import AssetRecord, AssetRef
+from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer
@@ -76,6 +76,7 @@ def test_nothing_is_left_beside_the_assets(done: tuple[dict[str, AssetRecord], P
     records, out = done
     kept = {asset_id for asset_id, record in records.items() if record.overlay is not None}
     assert {path.name for path in (out / "assets").iterdir()} == kept
+    assert not list(out.glob("assets/*/views")), "they are written only if wanted"
 
 
 def test_the_folder_holds_what_the_record_says(tmp_path: Path) -> None:
@@ -95,11 +96,6 @@ def test_the_folder_holds_what_the_record_says(tmp_path: Path) -> None:
     assert fingerprint(RAW / "Laptop" / "laptop_silver") == before
 
 
-def test_views_are_written_only_if_wanted(tmp_path: Path) -> None:
-    refined("scissors_paper", tmp_path)
-    assert not (tmp_path / "assets" / "scissors_paper" / "views").exists()
-
-
 def test_the_same_input_gives_the_same_bytes(done: tuple[dict[str, AssetRecord], Path], tmp_path: Path) -> None:
     out = done[1]
     for asset_id in ("planted_open_mesh", "planted_blocked_drawer"):
@@ -109,31 +105,20 @@ def test_the_same_input_gives_the_same_bytes(done: tuple[dict[str, AssetRecord],
         assert one == two
 
 
-def copied(asset_id: str, folder: Path) -> AssetRef:
-    ref = sample(asset_id)
-    shutil.copytree(ref.path, folder / asset_id)
-    return ref.model_copy(update={"path": str(folder / asset_id)})
-
-
-@pytest.mark.parametrize("spoilt", ["not xml", "mesh gone", "model fails"])
-def test_a_good_folder_survives_a_failing_run(tmp_path: Path, spoilt: str) -> None:
-    ref = copied("laptop_silver", tmp_path)
-    assert refine_asset(ref, tmp_path / "out", NO_VIEWS, prior).status is Status.OK
-    before = fingerprint(tmp_path / "out")
-    ask = prior
-    if spoilt == "not xml":
-        (Path(ref.path) / "mobility.urdf").write_text("not xml")
-    elif spoilt == "mesh gone":
-        shutil.rmtree(Path(ref.path) / "textured_objs")
-    else:
-        ask = lambda request: ModelAnswer(content=None, calls=(), error="out of credit")  # noqa: E731
-    record = refine_asset(ref, tmp_path / "out", NO_VIEWS, ask)
-    modes = {
-        "not xml": FailureMode.UNREADABLE_ASSET, "mesh gone": FailureMode.MISSING_MESH,
-        "model fails": FailureMode.MODEL_ERROR,
-    }  # fmt: skip
-    assert record.failure_mode is modes[spoilt]
-    assert fingerprint(tmp_path / "out") == before
+def test_a_good_folder_survives_failing_runs(tmp_path: Path) -> None:
+    ref, folder, out = sample("laptop_silver"), tmp_path / "laptop_silver", tmp_path / "out"
+    shutil.copytree(ref.path, folder)
+    ref = ref.model_copy(update={"path": str(folder)})
+    assert refine_asset(ref, out, NO_VIEWS, prior).status is Status.OK
+    before = fingerprint(out)
+    failing = refine_asset(ref, out, NO_VIEWS, lambda _: ModelAnswer(content=None, calls=(), error="out of credit"))
+    assert failing.failure_mode is FailureMode.MODEL_ERROR and fingerprint(out) == before
+    shutil.rmtree(folder / "textured_objs")
+    assert refine_asset(ref, out, NO_VIEWS, prior).failure_mode is FailureMode.MISSING_MESH
+    assert fingerprint(out) == before
+    (folder / "mobility.urdf").write_text("not xml")
+    assert refine_asset(ref, out, NO_VIEWS, prior).failure_mode is FailureMode.UNREADABLE_ASSET
+    assert fingerprint(out) == before
 
 
 def test_a_models_answer_that_never_fits_is_no_estimate(tmp_path: Path) -> None:
