@@ -11,9 +11,10 @@ from asset2sim.models.gateway.ask import ask
 from schemas.model_names import model_for, named_models, settings_for
 from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
-from tests.model_server import ModelServer, Reply, forget_refusals, serve
+from tests import gateway
+from tests.model_server import ModelServer, Reply, serve
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("one_key")]
 
 SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -24,20 +25,12 @@ SCHEMA: dict[str, Any] = {
     "required": ["scale"],
     "additionalProperties": False,
 }
-REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?", answer_schema=SCHEMA)
+REQUEST = gateway.REQUEST.model_copy(update={"answer_schema": SCHEMA})
 TOOL = Tool(name="render", description="Draws it.", parameters={"type": "object", "properties": {}})
 
 
-@pytest.fixture(autouse=True)
-def one_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("ANTHROPIC_API_KEY", "GEMINI_API_KEY", "OPENAI_API_BASE"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("OPENAI_API_KEY", "test-key-0123456789")
-    forget_refusals()
-
-
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate({"model": "openai/gpt-4o", "api_base": api_base, "timeout_s": 60.0, **changes})
+    return gateway.settings(api_base, **{"model": "openai/gpt-4o", **changes})
 
 
 def formats(server: ModelServer) -> list[object]:

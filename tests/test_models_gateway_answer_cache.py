@@ -13,26 +13,15 @@ from asset2sim.models.gateway import answer_cache as cache
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from asset2sim.models.prompts import overlay_request
-from schemas.request import LabelledImage, ModelAnswer, ModelRequest, Tool, ToolCall, Turn
+from schemas.request import LabelledImage, ModelAnswer, Tool, ToolCall, Turn
 from schemas.settings import ModelSettings
 from tests.factories import make_features
-from tests.model_server import Reply, forget_refusals, serve, spent_so_far
+from tests.gateway import REQUEST, settings
+from tests.model_server import Reply, serve, spent_so_far
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("no_keys")]
 
-REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 TOOL = Tool(name="render", description="Draws it.", parameters={"type": "object", "properties": {}})
-
-
-@pytest.fixture(autouse=True)
-def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "OPENAI_API_BASE"):
-        monkeypatch.delenv(name, raising=False)
-    forget_refusals()
-
-
-def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate({"model": "openai/scripted", "api_base": api_base, "timeout_s": 60, **changes})
 
 
 def books(out: Path, wanted: ModelSettings, run_id: str = "run", asset_id: str = "a") -> GatewaySession:

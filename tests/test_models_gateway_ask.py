@@ -17,31 +17,19 @@ from asset2sim.models.gateway.abilities import check_model
 from asset2sim.models.gateway.ask import ask, prompt_hash
 from asset2sim.models.gateway.provider_errors import BACKOFF_LONGEST_S, retry_delay_s
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.request import LabelledImage, ModelRequest
+from schemas.request import LabelledImage
 from schemas.secret import redact
 from schemas.settings import ModelSettings
-from tests.model_server import Reply, forget_refusals, serve
+from tests.gateway import REQUEST, asked, settings
+from tests.model_server import Reply, serve
 from tests.processes import free_port
 
+pytestmark = pytest.mark.usefixtures("no_keys")
 StandIn = Callable[[Callable[[str], str]], None]
 
-REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
 )
-
-
-@pytest.fixture(autouse=True)
-def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever runs the tests may have keys set: no test may use them."""
-    for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "GEMINI_API_KEY", "GOOGLE_API_KEY", "OPENAI_API_BASE"):
-        monkeypatch.delenv(name, raising=False)
-    forget_refusals()
-
-
-def settings(api_base: str, **changes: object) -> ModelSettings:
-    fields = {"model": "openai/scripted", "api_base": api_base, "timeout_s": 60.0, **changes}
-    return ModelSettings.model_validate(fields)
 
 
 @pytest.mark.system
@@ -58,8 +46,7 @@ def test_a_worker_waits_as_long_as_it_tells_the_others_to(monkeypatch: pytest.Mo
 
 @pytest.mark.system
 def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
-    with serve([Reply('{"scale": 1}')]) as server:
-        answer = ask(REQUEST, settings(server.api_base))
+    server, answer = asked([Reply('{"scale": 1}')])
     assert answer.content == '{"scale": 1}' and answer.error is None
     (call,) = answer.calls
     assert (call.purpose, call.model, call.attempt, call.outcome) == ("synthesis", "openai/scripted", 1, "ok")
@@ -75,24 +62,21 @@ def test_an_answer_comes_back_with_one_counted_call_and_without_a_key() -> None:
 @pytest.mark.system
 def test_a_known_model_costs_what_its_price_list_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENAI_API_KEY", "test-key-0123456789")
-    with serve([Reply("{}", prompt_tokens=1_000_000, completion_tokens=0)]) as server:
-        answer = ask(REQUEST, settings(server.api_base, model="openai/gpt-4o"))
+    server, answer = asked([Reply("{}", prompt_tokens=1_000_000, completion_tokens=0)], model="openai/gpt-4o")
     assert answer.calls[0].cost_usd == pytest.approx(2.5)  # USD per million tokens
     assert server.authorizations == ["Bearer test-key-0123456789"]
 
 
 @pytest.mark.system
 def test_a_rate_limit_is_waited_out() -> None:
-    with serve([Reply("slow down", status=429, headers={"Retry-After": "0"}), Reply("{}")]) as server:
-        answer = ask(REQUEST, settings(server.api_base))
+    _, answer = asked([Reply("slow down", status=429, headers={"Retry-After": "0"}), Reply("{}")])
     assert answer.content == "{}"
     assert [(call.attempt, call.outcome) for call in answer.calls] == [(1, "provider_error"), (2, "ok")]
 
 
 @pytest.mark.system
 def test_a_failing_server_is_given_up_after_max_attempts() -> None:
-    with serve([Reply("out of order", status=500, headers={"Retry-After": "0"})]) as server:
-        answer = ask(REQUEST, settings(server.api_base, max_attempts=3))
+    server, answer = asked([Reply("out of order", status=500, headers={"Retry-After": "0"})], max_attempts=3)
     assert answer.content is None and len(answer.calls) == len(server.requests) == 3
     assert answer.error is not None and "\n" not in answer.error
     for word in ("openai/scripted", "500", "3 attempts", "out of order"):
@@ -101,8 +85,7 @@ def test_a_failing_server_is_given_up_after_max_attempts() -> None:
 
 @pytest.mark.system
 def test_a_hanging_server_is_left_after_the_time_limit() -> None:
-    with serve([Reply(hang=True)]) as server:
-        answer = ask(REQUEST, settings(server.api_base, timeout_s=0.3, max_attempts=1))
+    _, answer = asked([Reply(hang=True)], timeout_s=0.3, max_attempts=1)
     assert answer.error is not None and "within 0.3 s" in answer.error and "timeout_s" in answer.error
     assert 0.25 < answer.calls[0].latency_s < 60.0
 
@@ -121,16 +104,14 @@ def test_a_server_that_is_not_there_is_named() -> None:
     [(400, "refused"), (401, "set OPENAI_API_KEY"), (403, "set OPENAI_API_KEY"), (404, "model's name")],
 )
 def test_what_asking_again_cannot_mend_is_asked_once(status: int, words: str) -> None:
-    with serve([Reply("no", status=status), Reply("{}")]) as server:
-        answer = ask(REQUEST, settings(server.api_base))
+    server, answer = asked([Reply("no", status=status), Reply("{}")])
     assert answer.content is None and len(answer.calls) == len(server.requests) == 1
     assert answer.error is not None and words in answer.error
 
 
 @pytest.mark.system
 def test_an_exhausted_account_is_not_asked_again() -> None:
-    with serve([Reply("You exceeded your quota: insufficient_quota", status=429), Reply("{}")]) as server:
-        answer = ask(REQUEST, settings(server.api_base))
+    server, answer = asked([Reply("You exceeded your quota: insufficient_quota", status=429), Reply("{}")])
     assert len(server.requests) == 1 and answer.error is not None and "credit" in answer.error
 
 
@@ -138,8 +119,7 @@ def test_an_exhausted_account_is_not_asked_again() -> None:
 def test_no_key_reaches_an_error_or_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     key = "sk-proj-verysecret0123456789"
     monkeypatch.setenv("OPENAI_API_KEY", key)
-    with serve([Reply(f"Incorrect API key provided: {key}, or Bearer {key[8:]}", status=401)]) as server:
-        answer = ask(REQUEST, settings(server.api_base))
+    server, answer = asked([Reply(f"Incorrect API key provided: {key}, or Bearer {key[8:]}", status=401)])
     assert server.authorizations == [f"Bearer {key}"]
     assert "verysecret" not in answer.model_dump_json()
     assert answer.error is not None and "check the key in OPENAI_API_KEY" in answer.error
@@ -159,8 +139,7 @@ def test_keys_of_every_shape_are_blotted_out(text: str) -> None:
     ("content", "reason", "word"), [("", "length", "max_completion_tokens"), (None, "stop", "stop")]
 )
 def test_silence_is_a_failure_that_names_its_reason(content: str | None, reason: str, word: str) -> None:
-    with serve([Reply(content, finish_reason=reason)]) as server:
-        answer = ask(REQUEST, settings(server.api_base))
+    _, answer = asked([Reply(content, finish_reason=reason)])
     assert answer.content is None and answer.error is not None and word in answer.error
     assert answer.calls[0].outcome == "provider_error" and answer.calls[0].prompt_tokens == 11
 

@@ -23,26 +23,18 @@ from asset2sim.models.gateway.session import open_gateway_session
 from schemas.errors import UsageError
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings
+from tests import gateway
+from tests.gateway import REQUEST
 from tests.model_server import Reply, serve, spent_so_far
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("one_key")]
 
-REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
 PRICED = "openai/gpt-4o"
 """2.5 and 10 USD per million tokens, by LiteLLM's list."""
 
 
-@pytest.fixture(autouse=True)
-def one_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("ANTHROPIC_API_KEY", "OPENROUTER_API_KEY", "OPENAI_API_BASE"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("OPENAI_API_KEY", "test-key-0123456789")
-
-
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate(
-        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 60.0, "cache": False, **changes}
-    )
+    return gateway.settings(api_base, **{"cache": False, **changes})
 
 
 def numbered(number: int) -> ModelRequest:

@@ -15,26 +15,18 @@ from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.rate_limits import postpone_next_request, provider_name, slot, transaction, wait_for_turn
 from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.models.gateway.transport import MAX_ANSWER_BYTES
-from schemas.request import ModelAnswer, ModelRequest
+from schemas.request import ModelAnswer
 from schemas.settings import ModelSettings
+from tests import gateway
+from tests.gateway import REQUEST
 from tests.model_server import Reply, serve
 from tests.processes import wait_until
 
-pytestmark = pytest.mark.system
-
-REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What is it?")
-
-
-@pytest.fixture(autouse=True)
-def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("OPENAI_API_KEY", "ANTHROPIC_API_KEY", "GEMINI_API_KEY", "GOOGLE_API_KEY", "OPENAI_API_BASE"):
-        monkeypatch.delenv(name, raising=False)
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("no_keys")]
 
 
 def settings(api_base: str, **changes: object) -> ModelSettings:
-    return ModelSettings.model_validate(
-        {"model": "openai/scripted", "api_base": api_base, "timeout_s": 60.0, "cache": False, **changes}
-    )
+    return gateway.settings(api_base, **{"cache": False, **changes})
 
 
 @pytest.mark.parametrize("drip", ["body", "headers"])
