@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.formats.mjcf import urdf_of_mjcf
 from asset2sim.intake.formats.mjcf_document import schema
+from asset2sim.intake.origin import without_robots
 from schemas.errors import AssetError
 
 pytestmark = pytest.mark.system
@@ -372,3 +374,39 @@ def test_where_no_line_meets_a_loops_way_all_but_its_leading_joint_is_held(tmp_p
         frozenset((str(item.get("link1")), str(item.get("link2")))) for item in made.robot.iter("disable_collisions")
     }
     assert apart == {frozenset(("door", "arm")), frozenset(("door", "rod"))}, "the door opens through what is held"
+
+
+def test_bodies_that_only_mark_a_place_are_no_links(tmp_path: Path) -> None:
+    mark = '<body name="goal" pos="0 0 1"><body name="tip"><site name="s"/></body></body>'
+    other = mark.replace("goal", "grip").replace("tip", "end").replace('"s"', '"t"')
+    file = written(tmp_path, mark + BODY.format(more=other + LID.format(more=SOLID)))
+    links, _ = links_and_notes(file, tmp_path / "work")
+    assert links == ["base", "lid"]
+
+
+def test_a_gripper_that_motors_move_about_and_the_scenes_table_are_left_out(tmp_path: Path) -> None:
+    slides = "".join(f'<joint name="ee_{axis}" type="slide" axis="{way}" range="-1 1"/>'
+                     for axis, way in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1")))  # fmt: skip
+    finger = '<body name="finger"><joint name="finger" type="slide" axis="0 1 0" range="0 1"/>{solid}</body>'
+    gripper = f'<body name="ee" pos="0 0 0">{slides}{SOLID}{finger.format(solid=SOLID)}</body>'
+    table = '<geom name="table" type="box" size="1 1 0.02" pos="0 0 -0.02"/>'
+    cabinet = BODY.format(more=LID.format(more=SOLID)).replace("<geom", '<geom pos="0 0 0.1"', 1)
+    motors = "".join(f'<position joint="{name}"/>' for name in ("ee_x", "ee_y", "ee_z", "finger"))
+    work = tmp_path / "work"
+    work.mkdir()
+    file = written(tmp_path, table + gripper + cabinet, f"<actuator>{motors}</actuator>")
+    made = without_robots(urdf_of_mjcf(file, work))
+    assert {"base", "lid"} <= {str(link.get("name")) for link in made.robot.findall("link")}
+    assert not [name for name in ("ee", "finger") if made.robot.find(f"link[@name='{name}']") is not None]
+    assert any("geom 'table' is left out" in note for note in made.notes), "its fingers reach into it as drawn"
+
+
+def test_a_file_called_mjcf_is_an_asset_and_may_be_included(tmp_path: Path) -> None:
+    folder = tmp_path / "box"
+    folder.mkdir()
+    (folder / "lid.mjcf").write_text(f"<mujocoinclude>{LID.format(more=SOLID)}</mujocoinclude>", encoding="utf-8")
+    written(folder, BODY.format(more='<include file="lid.mjcf"/>')).rename(folder / "box.mjcf")
+    (ref,) = load_dataset(tmp_path)
+    assert ref.fault is None and ref.asset_id == "box"
+    links, _ = links_and_notes(folder / "box.mjcf", tmp_path / "work")
+    assert links == ["base", "lid"]

@@ -92,7 +92,9 @@ def is_robot(
     tree: Sequence[TreeJoint], held: Collection[str], spans: Mapping[str, float], driven: Collection[str]
 ) -> bool:
     """Whether the links that hang together by these joints, of ranges in rad, are a robot."""
-    moving = [joint for joint in tree if joint.child in held and joint.parent in held and joint.type != "fixed"]
+    # By a joint with a motor a gantry or a floating gripper hangs on the world; an arm's base stands there.
+    moving = [joint for joint in tree if joint.child in held and joint.type != "fixed"
+              and (joint.parent in held or joint.name in driven)]  # fmt: skip
     below = {joint.child: [*rigid_links(tree, joint.name)] for joint in moving}
     longest = max((sum(joint.child in links for links in below.values()) for joint in moving), default=0)
     with_motor = sum(joint.name in driven for joint in moving) >= DRIVEN_SHARE * len(moving)

@@ -122,7 +122,7 @@ class _Model:
         self.notes += filter(None, self.ground.values())
         # A program moves mocap bodies: markers, but also the objects that it places, which have joints.
         jointed = {int(m.body_rootid[body]) for body in range(1, m.nbody) if m.body_jntnum[body]}
-        at_top = [body for body in range(1, m.nbody) if m.body_parentid[body] == 0]
+        at_top = self.parts(0)
         tops = [body for body in at_top if m.body_mocapid[body] < 0 or body in jointed]
         if len(tops) < len(at_top):
             self.notes.append(f"its {len(at_top) - len(tops)} mocap bodies without joints are left out")
@@ -157,7 +157,11 @@ class _Model:
         left = {"tendons": m.ntendon - tendons, "actuators": m.nu, "sensors": m.nsensor}
         left |= {"further keyframes": max(m.nkey - 1, 0), "height fields": m.nhfield}
         told = [f"its {count} {what} are left out" for what, count in left.items() if count]
-        files = tuple(sorted(path for path in self.file.parent.rglob("*.xml") if path != self.file))
+        files = tuple(
+            sorted(
+                path for path in self.file.parent.rglob("*") if path.suffix in (".xml", ".mjcf") and path != self.file
+            )
+        )
         notes = (*dict.fromkeys(self.notes), *told)
         made = Converted(robot, files, notes, world=world, free=free, held=held)
         return replace(made, masks=masks, driven=driven)
@@ -237,9 +241,18 @@ class _Model:
             self.add_geom(link, geom, body_to_link)
         solid = [geom for geom in self.geoms(body) if m.geom_contype[geom] or m.geom_conaffinity[geom]]
         add_contact(link, [float(m.geom_friction[geom][0]) for geom in solid], default=MUJOCO_FRICTION)
-        for other in range(1, m.nbody):
-            if m.body_parentid[other] == body:
-                self.add_body(robot, other, name, body_to_link)
+        for other in self.parts(body):
+            self.add_body(robot, other, name, body_to_link)
+
+    def parts(self, body: int) -> list[int]:
+        """The bodies that hang from one, without those that only mark a place: they and all below them have no geom,
+        joint or mass of their own."""
+        m = self.model
+        below = [other for other in range(1, m.nbody) if m.body_parentid[other] == body]
+        return [
+            other for other in below
+            if self.geoms(other) or self.joints(other) or self.parts(other) or self.spec.bodies[other].explicitinertial
+        ]  # fmt: skip
 
     def weighed(self, body: int) -> bool:
         """Whether a body's mass is stated: by itself, or by its geoms that weigh anything, each by a mass (one that
@@ -382,6 +395,6 @@ def linear_term(value: object) -> float:
 
 FORMAT = Format(
     "MJCF", ".xml", 3, urdf_of_mjcf, preferred="model.xml", recognises=is_mjcf, of_several=models_of,
-    not_models=("package.xml", "manifest.xml", "stack.xml"),
+    not_models=("package.xml", "manifest.xml", "stack.xml"), further=(".mjcf",),
 )  # fmt: skip
 """The other names are those of ROS packages' files."""

@@ -287,7 +287,7 @@ def check_files(file: Path, reach: AllowedFolders) -> bool:
                 raise unconvertible_error(
                     file, "outside_dataset", f"'{beyond[0].name}' {lies_outside(beyond[0], reach)}"
                 )
-            unread += [path for path in paths if path.suffix == ".xml" and path not in {*read, *beyond}]
+            unread += [path for path in paths if path.suffix in (".xml", ".mjcf") and path not in {*read, *beyond}]
     return outside
 
 
