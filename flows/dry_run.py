@@ -3,11 +3,10 @@
 from rich.text import Text
 
 from asset2sim.catalog.text import duration, output, significant, titled_table
-from asset2sim.runs.check_request import check_request
+from asset2sim.runs.check_request import check_request, with_yardsticks
 from asset2sim.runs.plan.forecast import Forecast, ForecastCost, forecast
 from asset2sim.runs.remote.output import view_output
 from asset2sim.runs.request import RefineRequest, bounded_by_memory
-from asset2sim.runs.yardsticks import with_yardsticks
 from asset2sim.storage.objects import working_folder
 from flows import PIPELINE
 from schemas.model_names import described

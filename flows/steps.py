@@ -18,13 +18,12 @@ from asset2sim.catalog.parts import Parts
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_parts
 from asset2sim.runs import result
-from asset2sim.runs.check_request import check_request
+from asset2sim.runs.check_request import check_request, with_yardsticks
 from asset2sim.runs.plan.hand_changes import set_aside, set_aside_stored
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.put_together import put_together
 from asset2sim.runs.remote.output import Output, send_plan, send_tables, stored_asset_ids
 from asset2sim.runs.spread.refine_all import RunRecords, refine_and_keep
-from asset2sim.runs.yardsticks import with_yardsticks
 from flows.run_report import publish_report
 from schemas.asset import AssetRecord, AssetRef, AssetSummary, FoundAssets
 from schemas.location import Location

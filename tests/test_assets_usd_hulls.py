@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.assets.exports import write_exports
 from asset2sim.assets.exports.refined_object import read_object
-from asset2sim.assets.exports.usd_hulls import (
+from asset2sim.assets.exports.usd_collision import (
     POLYGON_LIMIT,
     POLYGON_VERTEX_LIMIT,
     VERTEX_LIMIT,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.gym.contact import pressures
+from asset2sim.gym.arm.record import pressures
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import CLEAR_M, Hold, body_pose, room_of, solid_of, way_of
 from asset2sim.gym.hand.operate import Led, share_by_hold

@@ -20,7 +20,7 @@ from asset2sim.catalog.index import loader_source, write_index
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.load import LoadError, describe
-from asset2sim.load.overlaps import TOUCH_M, overlap_depth, pieces_of
+from asset2sim.load.shapes import TOUCH_M, overlap_depth, pieces_of
 from lab.loaders import hold
 from lab.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
 from lab.pages.blocks import markers

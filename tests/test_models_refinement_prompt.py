@@ -7,15 +7,17 @@ from typing import Any
 
 import pytest
 
-from asset2sim.models.prompts import overlay_request, system_text, with_validation_errors
-from asset2sim.models.refinement_prompt import (
+from asset2sim.models.prompts import (
     MAX_PAIRS,
     OverlapPlace,
     StateProblem,
     TriedProposal,
+    overlay_request,
     refinement_request,
     refinement_schema,
     severity,
+    system_text,
+    with_validation_errors,
 )
 from schemas.features import Features
 from schemas.interaction import ContactPair

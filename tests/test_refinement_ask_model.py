@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.models.answers import RefinementAnswer
-from asset2sim.models.refinement_prompt import StateProblem
+from asset2sim.models.prompts import StateProblem
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, next_pose
 from asset2sim.refinement.position_bands import joints_outside_state, reachable_bands
 from schemas.overlay import PhysicsOverlay

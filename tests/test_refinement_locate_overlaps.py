@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from asset2sim.models.refinement_prompt import OverlapPlace, StateProblem
+from asset2sim.models.prompts import OverlapPlace, StateProblem
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, propose_pose
 from asset2sim.refinement.locate_overlaps import LocatedOverlaps, direction_words, locate_overlaps, side_of, side_rows
 from asset2sim.refinement.model_loop import parted_pairs

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.runs.yardsticks import read_references
+from asset2sim.runs.check_request import read_references
 from schemas.alignment import Reference
 from schemas.errors import UsageError
 

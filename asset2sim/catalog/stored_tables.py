@@ -1,4 +1,5 @@
-"""OUT's tables as Arrow, read whole or in part under the caller's lock; rows and files that do not fit a schema."""
+"""OUT's tables as Arrow, each whole or a few columns of it, and rows and files that do not fit a schema. The caller
+holds OUT's lock: no other run switches the tables meanwhile."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager

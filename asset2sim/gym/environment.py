@@ -14,10 +14,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from asset2sim.gym.arm.franka import waiting
-from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
+from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, ToolContacts
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
-from asset2sim.gym.contact import ToolContacts
 from asset2sim.gym.guards import (
     TERMS,
     Rollout,
@@ -32,7 +31,7 @@ from asset2sim.gym.subject import subject_of
 from asset2sim.load.description import State
 from asset2sim.physics.arrays import Array
 from schemas.errors import UnknownChoiceError
-from schemas.learning_settings import LearningSettings
+from schemas.hand_settings import LearningSettings
 
 OBSERVATION = MappingProxyType(
     {

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.physics.arrays import Array
-from schemas.learning_settings import GuardSettings, RewardSettings
+from schemas.hand_settings import GuardSettings, RewardSettings
 
 DOWN = np.array([0.0, 0.0, -1.0])
 TERMS = ("reach", "reach_xy", "joint", "opening", "tilt", "off_xy", "gate")

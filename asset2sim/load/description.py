@@ -11,8 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from asset2sim.load.overlaps import TOUCH_M, Pieces
-from asset2sim.load.shapes import LoadError, finite_numbers, link_of_end, link_poses, points_of, vector_of
+from asset2sim.load.shapes import (
+    TOUCH_M,
+    LoadError,
+    Pieces,
+    finite_numbers,
+    link_of_end,
+    link_poses,
+    points_of,
+    vector_of,
+)
 
 Values = Mapping[str, float] | Sequence[float] | np.ndarray | float
 """Numbers of joints by name, or one for each in the order of ``joint_names``."""

@@ -1,5 +1,6 @@
 """Facts told about an object: one mapping from its features, for the prompts, the prior and the checks, and what the
-synthesis is told beyond it."""
+synthesis is told beyond it: directions, sizes in centimetres, what each link would weigh, how each part moves and
+falls, and where parts overlap as drawn."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,15 +1,22 @@
-"""The prompts: a versioned text as the system part, and the object's facts and the user's words as blocks of data."""
+"""The prompts: a versioned text as the system part, and the object's facts and the user's words as blocks of data; for
+a refinement step what is wrong with the joint state."""
 
 import functools
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
-from asset2sim.models.answers import overlay_schema
+from asset2sim.models.answers import RefinementAnswer, overlay_schema, trimmed
 from asset2sim.models.object_facts import rounded_floats, synthesis_facts
-from schemas.features import Features, RestOverlap
+from schemas.features import Features, JointFeatures, RestOverlap
+from schemas.interaction import ContactPair
+from schemas.model_names import REFINEMENT_PURPOSE
+from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.request import LabelledImage, ModelRequest
+from schemas.vocabulary import Source
 
 SHARED = "shared"
 """The file of the sections that several prompts hold: what every method is told of the object, and by which conventions
@@ -84,3 +91,165 @@ def shared_sections() -> dict[str, str]:
 
 def _prompt_file(name: str) -> str:
     return (Path(__file__).parent / "prompt_texts" / f"{name}.md").read_text(encoding="utf-8")
+
+
+MAX_PAIRS = 20
+"""Overlapping pairs that a prompt lists, worst first."""
+SEVERITIES = ((0.02, "severe"), (0.01, "moderate"), (0.002, "small"), (1e-4, "slight"))
+"""(Φ above which, m, word): the paper's steps change at 20 and 10 mm, and it approves at 2 mm."""
+MM_PER_M = 1e3
+
+Problem = Literal["overlap", "moved", "fell"]
+"""Why a model is asked: parts overlap in the present state, the search had to leave the desired state, or joints that
+must stay where they are put do not."""
+
+
+@dataclass(frozen=True)
+class TriedProposal:
+    """An earlier proposal: its joint positions (rad or m), the Φ measured there (m), whether it was accepted, and where
+    the joints settled, if the problem is that they moved by themselves."""
+
+    positions: Mapping[str, float]
+    phi_m: float
+    settled: Mapping[str, float] = field(default_factory=dict)
+    accepted: bool = False
+
+
+@dataclass(frozen=True)
+class OverlapPlace:
+    """Where two links overlap, in words: on which side of each, and the way in which ``link_a`` leaves ``link_b``.
+    ``parted_by`` maps joints to the change of position, rad or m, that about ends the overlap, least of its range
+    first."""
+
+    at_a: str
+    at_b: str
+    a_leaves: str
+    parted_by: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class StateProblem:
+    """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
+    ``places`` maps pairs of links to where they overlap. ``solved`` are pairs that the last step parted. ``settled``
+    maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the desired state,
+    for the problem "moved". ``tried`` are earlier proposals, oldest first."""
+
+    problem: Problem
+    positions: dict[str, float]
+    phi_m: float
+    pairs: Sequence[ContactPair] = ()
+    settled: Mapping[str, float] = field(default_factory=dict)
+    desired_phi_m: float | None = None
+    tried: Sequence[TriedProposal] = ()
+    places: Mapping[tuple[str, str], OverlapPlace] = field(default_factory=dict)
+    solved: Sequence[tuple[str, str]] = ()
+
+
+def refinement_request(
+    features: Features,
+    overlay: PhysicsOverlay,
+    situation: StateProblem,
+    focus: Sequence[str],
+    reach: Mapping[str, tuple[float, float]],
+    images: Sequence[LabelledImage] = (),
+    guidance: str | None = None,
+) -> ModelRequest:
+    """The question for a step of the focus joints (paper, "Refine the state"). ``overlay`` holds the desired state;
+    ``reach`` maps each focus joint to the positions between which it may be put; ``guidance`` is the user's words."""
+    joints = {joint.name: joint for joint in overlay.joints}
+    worst = sorted(situation.pairs, key=lambda pair: -pair.penetration_m)[:MAX_PAIRS]
+    labels = {link.name: link.label for link in features.links}
+    information: dict[str, object] = {
+        "purpose": REFINEMENT_PURPOSE,
+        "asset_id": features.asset_id,
+        "category": features.category,
+        "problem": situation.problem,
+        "phi_m": situation.phi_m,
+        "severity": severity(situation.phi_m),
+        "collisions": [_collision(pair, labels, joints, situation.places) for pair in worst],
+        "focus_joints": [_focus_joint(joints[n], features.joint(n), situation, reach[n]) for n in focus],
+    }
+    if situation.solved:
+        information["solved_pairs"] = [list(pair) for pair in situation.solved]
+    if situation.desired_phi_m is not None:
+        information["desired_phi_m"] = situation.desired_phi_m
+    if situation.tried:
+        information["tried"] = [_tried(item, focus) for item in situation.tried]
+    return ModelRequest(
+        purpose=REFINEMENT_PURPOSE,
+        system=system_text(REFINEMENT_PURPOSE),
+        text=f"{data_block('structured_information', information)}\n\n{data_block('user_guidance', guidance or '')}",
+        images=tuple(images),
+        answer_schema=refinement_schema(),
+    )
+
+
+def refinement_schema() -> dict[str, object]:
+    """The JSON Schema of the answer; it names no joint, so that it is the same for every asset."""
+    schema: dict[str, object] = trimmed(RefinementAnswer.model_json_schema(), frozenset())
+    return schema
+
+
+def severity(phi_m: float) -> str:
+    """How bad an overlap of Φ (m) is, in a word and in mm."""
+    word = next((word for above, word in SEVERITIES if phi_m > above), "none")
+    return f"{word}: {MM_PER_M * phi_m:.3g} mm"
+
+
+def _collision(
+    pair: ContactPair,
+    labels: Mapping[str, str],
+    joints: Mapping[str, JointPhysics],
+    places: Mapping[tuple[str, str], OverlapPlace],
+) -> dict[str, object]:
+    told: dict[str, object] = {
+        "link_a": pair.link_a,
+        "link_b": pair.link_b,
+        "label_a": labels.get(pair.link_a, ""),
+        "label_b": labels.get(pair.link_b, ""),
+        "depth_mm": MM_PER_M * pair.depth_m,
+        "penetration_m": pair.penetration_m,
+    }
+    place = places.get((pair.link_a, pair.link_b))
+    if place is None:
+        return told
+    parted = [
+        {"joint": name, "change": change, "toward": _toward(joints[name], change)}
+        for name, change in place.parted_by.items()
+    ]
+    return {**told, "at_a": place.at_a, "at_b": place.at_b, "a_leaves": place.a_leaves, "parted_by": parted}
+
+
+def _toward(joint: JointPhysics, change: float) -> str:
+    return "open" if change * (joint.open - joint.closed) >= 0.0 else "closed"
+
+
+def _focus_joint(
+    joint: JointPhysics, authored: JointFeatures, situation: StateProblem, reach: tuple[float, float]
+) -> dict[str, object]:
+    settled = {"settled": situation.settled[joint.name]} if joint.name in situation.settled else {}
+    return {
+        "name": joint.name,
+        "type": joint.type,
+        "label": joint.label,
+        "parent": authored.parent,
+        "child": authored.child,
+        "position": situation.positions[joint.name],
+        "desired": joint.initial_position,
+        "asked": joint.position_source is not Source.RULE,
+        **settled,
+        "lower": joint.lower,
+        "upper": joint.upper,
+        "closed": joint.closed,
+        "open": joint.open,
+        "reach": reach,
+    }
+
+
+def _tried(item: TriedProposal, focus: Sequence[str]) -> dict[str, object]:
+    told: dict[str, object] = {
+        "positions": {name: value for name, value in item.positions.items() if name in focus},
+        "phi_m": item.phi_m,
+    }
+    accepted = {"accepted": True} if item.accepted else {}
+    return {**told, **accepted, "settled": dict(item.settled)} if item.settled else {**told, **accepted}

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
 from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
-from asset2sim.models.prompts import with_validation_errors
-from asset2sim.models.refinement_prompt import StateProblem, TriedProposal, refinement_request
+from asset2sim.models.prompts import StateProblem, TriedProposal, refinement_request, with_validation_errors
 from asset2sim.refinement.context import warning
 from asset2sim.refinement.locate_overlaps import locate_overlaps
 from asset2sim.refinement.position_bands import Band, Pose

@@ -9,7 +9,7 @@ from asset2sim.assets.folder import Folder
 from asset2sim.checks.hold import hold_bound
 from asset2sim.checks.rest import measure
 from asset2sim.engines.child import in_child
-from asset2sim.models.refinement_prompt import StateProblem, TriedProposal
+from asset2sim.models.prompts import StateProblem, TriedProposal
 from asset2sim.refinement.ask_model import QuestionContext, next_pose
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt
 from asset2sim.refinement.context import RefinementContext, trace_step

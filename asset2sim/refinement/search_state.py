@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from asset2sim.engines.contacts import by_pair, penetration
-from asset2sim.models.refinement_prompt import TriedProposal
+from asset2sim.models.prompts import TriedProposal
 from asset2sim.refinement.context import Log, trace_step
 from asset2sim.refinement.position_bands import Band, Evaluator, Pose, moved_joints, objective
 from asset2sim.refinement.state_proposals import focus_joints, in_groups, pose_grid, poses_along, poses_around

@@ -1,5 +1,6 @@
-"""A recorded model's folder, which anybody can run again without a key: a run's questions as files, for a person or a
-program to answer, and a run's answers."""
+"""A recorded model's folder, which anybody can run again without a key: a run's questions as files (prompt, facts and
+pictures of each asset), for a person or a program to answer, and a run's answers. Asked again, it holds the questions
+that follow from the answers."""
 
 import json
 import tempfile

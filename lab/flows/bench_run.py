@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from asset2sim.experiments.isolation.child_setup import adopt_orphans
+from asset2sim.experiments.isolation.child import adopt_orphans
 from asset2sim.runs.request import RefineRequest
 from asset2sim.runs.result import RunResult
 from flows.command import ready, run_command

@@ -13,7 +13,7 @@ from pathlib import Path
 from asset2sim.models.ask_overlay import MAX_ASKS, Replies, ask_until_valid
 from asset2sim.models.gateway.abilities import check_model, model_abilities
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
+from asset2sim.models.gateway.environment import find_provider, listed, missing_variables
 from asset2sim.models.gateway.session import open_gateway_session
 from lab.judged.video_candidates import Candidate, TaskComparison, order_of, trial_seeds
 from lab.judged.video_frames import FilmFrame, UnreadableFilmError, sampled_frames

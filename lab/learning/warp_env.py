@@ -20,7 +20,7 @@ from asset2sim.gym.guards import TERMS, displacement, is_displaced, reward_terms
 from asset2sim.physics.arrays import Array
 from lab.learning.critic import OBJECT, of_object
 from lab.learning.warp_worlds import WarpWorlds
-from schemas.learning_settings import LearningSettings
+from schemas.hand_settings import LearningSettings
 
 Arrays = NDArray[np.float32]
 

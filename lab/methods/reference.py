@@ -5,7 +5,7 @@ from pathlib import Path
 from asset2sim.assets.extract import Extraction, folder_of
 from asset2sim.baselines.declared_method import DOTTED, DeclaredMethod, ProposalJob, Proposed
 from asset2sim.intake.url_files import LEVELS
-from asset2sim.runs.yardsticks import FILE, read_references
+from asset2sim.runs.check_request import FILE, read_references
 from schemas.alignment import Reference
 from schemas.asset import AssetRef
 from schemas.errors import AssetError, UsageError

@@ -11,7 +11,7 @@ from multiprocessing import forkserver
 from pathlib import Path
 from typing import TypeVar
 
-from asset2sim.experiments.isolation.child_setup import MEGABYTE
+from asset2sim.experiments.isolation.child import MEGABYTE
 from lab.simcheck.checker import check_object, find_simcheck, refined_objects
 from lab.speed.measured import CheckerTimes
 from schemas.base import Frozen

@@ -62,7 +62,7 @@ def left_out(overlay: PhysicsOverlay, export: Export) -> tuple[Finding, ...]:
 def usd_findings(folder: Path, overlay: PhysicsOverlay, timestep_s: float) -> tuple[Finding, ...]:
     """Write USD; a finding where collision hulls were made smaller for PhysX: how many, and by how much at most."""
     from asset2sim.assets.exports.usd import export_usd
-    from asset2sim.assets.exports.usd_hulls import POLYGON_LIMIT, VERTEX_LIMIT
+    from asset2sim.assets.exports.usd_collision import POLYGON_LIMIT, VERTEX_LIMIT
 
     export = export_usd(folder, overlay, timestep_s)
     if not export.limited:

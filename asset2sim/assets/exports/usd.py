@@ -27,13 +27,13 @@ from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.refined_object import USD_NAME, ExportBody, ExportObject, read_object, wxyz_of
 from asset2sim.assets.exports.usd_collision import (
     CUSTOM_DATA,
+    LimitedHull,
     hull_data,
     make_collidable,
     set_transform,
     write_contact,
     write_shape,
 )
-from asset2sim.assets.exports.usd_hulls import LimitedHull
 from asset2sim.assets.exports.usd_joints import set_unregistered, write_joints
 from asset2sim.assets.exports.usd_looks import PrimPaths, write_looks
 from asset2sim.assets.exports.visuals import looks_of

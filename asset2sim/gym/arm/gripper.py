@@ -1,5 +1,5 @@
-"""The grippers that the arm may have, the Robotiq 2F-85 from robosuite's package among them: their lengths, and what
-their servos and joints are at an opening."""
+"""The grippers that the arm may have: their lengths, what their servos and joints are at an opening, and the Robotiq
+2F-85 from robosuite's package, found without being imported: links for the arm's URDF, and what closes its linkage."""
 
 import importlib.util
 import xml.etree.ElementTree as ET

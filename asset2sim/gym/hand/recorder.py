@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from asset2sim.gym.contact import pressures
+from asset2sim.gym.arm.record import pressures
 from asset2sim.gym.guards import Guards, Rollout, guard
 from asset2sim.gym.hand.gripper import HandWorld
 from asset2sim.physics.arrays import Array
-from schemas.learning_settings import GuardSettings
+from schemas.hand_settings import GuardSettings
 from schemas.overlay import JointPhysics
 
 SAMPLE_STEPS = 3

@@ -12,8 +12,7 @@ from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import way_of
 from asset2sim.gym.hand.operate import Led, hand_limit, lead_joint
 from asset2sim.physics.arrays import Array
-from schemas.hand_settings import HandSettings
-from schemas.learning_settings import GuardSettings
+from schemas.hand_settings import GuardSettings, HandSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import SupportKind
 

@@ -11,9 +11,8 @@ from urllib.parse import urlsplit
 from asset2sim.models.gateway import provider_errors
 from asset2sim.models.gateway.budget import price_of
 from asset2sim.models.gateway.chat_messages import has_images
-from asset2sim.models.gateway.environment import load_litellm
+from asset2sim.models.gateway.environment import find_provider, listed, load_litellm, missing_variables
 from asset2sim.models.gateway.recorded import check_recorded
-from asset2sim.models.gateway.secrets import find_provider, listed, missing_variables
 from asset2sim.models.prior.answer import answers_of
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.model_names import HOUSEHOLD, RECORDED_FORM, is_prior, is_recorded, named_models, settings_for

@@ -12,11 +12,11 @@ from asset2sim.models.gateway.abilities import AttemptOptions
 from asset2sim.models.gateway.answer_cache import StoredAnswer, answer_file, answer_key, read_answer, store_answer
 from asset2sim.models.gateway.budget import Amount, BudgetSpentError, cost_usd
 from asset2sim.models.gateway.chat_messages import downscaled
+from asset2sim.models.gateway.environment import listed, missing_variables
 from asset2sim.models.gateway.litellm_call import attempt
 from asset2sim.models.gateway.questions import keep_question
 from asset2sim.models.gateway.rate_limits import RunStoppedError, never_stopped
 from asset2sim.models.gateway.recorded import RecordingError, UnrecordedError, find_answer
-from asset2sim.models.gateway.secrets import listed, missing_variables
 from asset2sim.models.gateway.session import GatewaySession, call_permit, delay_provider_calls, pause
 from schemas.model_names import is_recorded, model_for, recorded_folder, settings_for
 from schemas.request import ModelAnswer, ModelCall, ModelRequest, ToolCall

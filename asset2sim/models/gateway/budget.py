@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from asset2sim.models.gateway.environment import load_litellm
+from asset2sim.models.gateway.environment import load_litellm, runs_without_key
 from asset2sim.models.gateway.rate_limits import transaction
-from asset2sim.models.gateway.secrets import runs_without_key
 from schemas.errors import ModelError
 from schemas.model_names import is_local, is_prior
 from schemas.request import ModelRequest

@@ -7,9 +7,8 @@ from typing import Any
 
 from asset2sim.models.gateway.abilities import AttemptOptions, model_abilities
 from asset2sim.models.gateway.chat_messages import answer_format, chat_messages, tool_parameters
-from asset2sim.models.gateway.environment import load_litellm
+from asset2sim.models.gateway.environment import load_litellm, runs_without_key, unset_variables
 from asset2sim.models.gateway.rate_limits import STOP_POLL_S, RunStoppedError, Stopped
-from asset2sim.models.gateway.secrets import runs_without_key, unset_variables
 from asset2sim.models.prior.answer import completion
 from schemas.errors import ModelError
 from schemas.model_names import is_prior

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from email.utils import parsedate_to_datetime
 from typing import Any
 
-from asset2sim.models.gateway.secrets import key_variable, listed, unset_variables
+from asset2sim.models.gateway.environment import key_variable, listed, unset_variables
 from schemas.errors import UnreadableAnswerError, shortened
 from schemas.secret import REDACTED, redact, redacted_address, secret_parts
 from schemas.settings import ModelSettings

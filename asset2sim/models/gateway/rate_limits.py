@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 from filelock import FileLock, Timeout
 
-from asset2sim.models.gateway.secrets import find_provider
+from asset2sim.models.gateway.environment import find_provider
 from schemas.errors import ModelError
 from schemas.settings import ModelSettings
 
