@@ -74,7 +74,12 @@ def robot(*parts: str) -> str:
 
 def written(folder: Path, urdf: str, files: Mapping[str, str | bytes] | None = None) -> Path:
     """Write an asset folder with ``mobility.urdf`` and other files, and return it."""
-    for name, data in {"mobility.urdf": urdf, **(files or {})}.items():
+    return laid_out(folder, {"mobility.urdf": urdf, **(files or {})})
+
+
+def laid_out(folder: Path, files: Mapping[str, str | bytes]) -> Path:
+    """Write these files below a folder, and return it."""
+    for name, data in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data.encode() if isinstance(data, str) else data)

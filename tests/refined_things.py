@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import Support, SupportKind
@@ -36,17 +37,36 @@ def refined(
     return folder
 
 
+class Solid(NamedTuple):
+    """A link: its shapes, its mass, kg, and the edge of the cube as which it turns, m."""
+
+    shapes: str
+    mass: float
+    size: float
+
+    def link(self, name: str) -> str:
+        return link(name, self.shapes + inertial(self.mass, self.size))
+
+
+def two(
+    folder: Path, body: Solid, part: Solid, kind: str, place: str, axis: str, upper: float | None, *,
+    names: tuple[str, str] = ("part", "joint"), start: float = 0.0, fixed: bool = False, **terms: Any,
+) -> Path:  # fmt: skip
+    """A refined folder of a body and one part that moves from 0 to ``upper``, or for ever; ``terms`` of its joint."""
+    name, moves = names
+    limit = None if upper is None else f"0 {upper}"
+    urdf = robot(
+        body.link("body"), part.link(name), joint(moves, kind, "body", name, xyz=place, axis=axis, limit=limit)
+    )
+    own = make_joint(moves, kind, start).model_copy(update={"upper": upper, "open": upper or 1.0, **terms})
+    return refined(folder, urdf, [own], {"body": body.mass, name: part.mass}, fixed=fixed)
+
+
 def drawer(folder: Path) -> Path:
     """A block with a front that slides out along x, and is ``OPEN_M`` out."""
-    urdf = robot(
-        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
-        link("front", shape("0.02 0.18 0.1") + inertial(0.3, 0.1)),
-        joint("slide", "prismatic", "body", "front", xyz="0.112 0 0.09", axis="1 0 0", limit="0 0.1"),
-    )
-    terms = make_joint("slide", "prismatic", OPEN_M).model_copy(
-        update={"upper": 0.1, "open": 0.1, "friction": FRICTION_N, "damping": DAMPING, "holds": True}
-    )
-    return refined(folder, urdf, [terms], {"body": 3.0, "front": 0.3})
+    body, front = Solid(shape("0.2 0.2 0.16", xyz="0 0 0.08"), 3.0, 0.2), Solid(shape("0.02 0.18 0.1"), 0.3, 0.1)
+    return two(folder, body, front, "prismatic", "0.112 0 0.09", "1 0 0", 0.1, names=("front", "slide"), start=OPEN_M,
+               fixed=True, friction=FRICTION_N, damping=DAMPING, holds=True)  # fmt: skip
 
 
 def block(folder: Path, edge: float, mass: float) -> Path:

@@ -8,19 +8,11 @@ import trimesh
 
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.assets.urdf.mesh_files import copy_meshes, libraries_of
-from tests.assets import box_obj, fingerprint, near
+from tests.assets import box_obj, fingerprint, laid_out, near
 
 LOW, HIGH = (0.0, 0.0, 0.0), (1.0, 2.0, 3.0)
 PNG = b"\x89PNG\r\n\x1a\n picture"
 Files = dict[str, str | bytes]
-
-
-def laid_out(folder: Path, files: Files) -> Path:
-    for name, data in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data.encode() if isinstance(data, str) else data)
-    return folder
 
 
 def brought(references: dict[str, Path | None], source: Path, target: Path) -> tuple[dict[str, str], set[str]]:
@@ -47,42 +39,37 @@ def test_an_obj_brings_its_materials_and_textures(tmp_path: Path) -> None:
     assert fingerprint(tmp_path / "out").items() <= fingerprint(source).items(), "the bytes are the same"
 
 
-def test_a_texture_with_a_space_and_one_with_options(tmp_path: Path) -> None:
-    material = "newmtl m\nmap_Kd my wood.png\nmap_Bump -bm 0.5 bump.png\n"
-    source = laid_out(
-        tmp_path / "in",
-        {"a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\n"), "a.mtl": material, "my wood.png": PNG, "bump.png": PNG},
-    )
-    _, files = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
-    assert files == {"a.obj", "a.mtl", "my wood.png", "bump.png"}
+@pytest.mark.parametrize(
+    ("head", "material", "beside"),
+    [
+        ("mtllib a.mtl\n", "map_Kd my wood.png\nmap_Bump -bm 0.5 bump.png\n", ("my wood.png", "bump.png")),
+        ("mtllib gone.mtl\nmtllib a.mtl\n", "map_Kd gone.png\n", ()),
+    ],
+    ids=["a space and options", "missing"],
+)
+def test_textures_that_are_there_come_along(tmp_path: Path, head: str, material: str, beside: tuple[str, ...]) -> None:
+    files = {"a.obj": box_obj(LOW, HIGH, head), "a.mtl": f"newmtl m\n{material}", **dict.fromkeys(beside, PNG)}
+    source = laid_out(tmp_path / "in", files)
+    _, found = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
+    assert found == {"a.obj", "a.mtl", *beside}
 
 
-@pytest.mark.parametrize("where", ["../../secret.mtl", "{outside}/secret.mtl"])
-def test_a_material_library_outside_is_left_there(tmp_path: Path, where: str) -> None:
+@pytest.mark.parametrize("place", ["../../secret", "{outside}/secret"])
+@pytest.mark.parametrize("kind", ["mtl", "png"])
+def test_a_library_or_a_texture_outside_is_left_there(tmp_path: Path, place: str, kind: str) -> None:
     outside = laid_out(tmp_path / "outside", {"secret.mtl": "newmtl m\nmap_Kd secret.png\n", "secret.png": PNG})
-    laid_out(tmp_path, {"secret.mtl": "newmtl m\n"})
-    head = f"mtllib {where.format(outside=outside)}\n"
-    source = laid_out(tmp_path / "in", {"objs/a.obj": box_obj(LOW, HIGH, head)})
+    laid_out(tmp_path, {"secret.mtl": "newmtl m\n", "secret.png": PNG})
+    named = f"{place.format(outside=outside)}.{kind}"
+    files = {"objs/a.obj": box_obj(LOW, HIGH, f"mtllib {named if kind == 'mtl' else 'a.mtl'}\n")}
+    files |= {"objs/a.mtl": f"newmtl m\nmap_Kd {named}\n"} if kind == "png" else {}
+    source = laid_out(tmp_path / "in", files)
     before = fingerprint(tmp_path)
     # The target lies deeper than the source, so that a path followed upwards would make a file that is new.
     places, _ = brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "far" / "away" / "out")
     assert places == {"objs/a.obj": "objs/a.obj"}
     now = fingerprint(tmp_path)
     assert {name: now[name] for name in before} == before
-    assert set(now) - set(before) == {"far/away/out/objs/a.obj"}
-
-
-@pytest.mark.parametrize("where", ["../../secret.png", "{outside}/secret.png"])
-def test_a_texture_outside_is_left_there(tmp_path: Path, where: str) -> None:
-    outside = laid_out(tmp_path / "outside", {"secret.png": PNG})
-    laid_out(tmp_path, {"secret.png": PNG})
-    material = f"newmtl m\nmap_Kd {where.format(outside=outside)}\n"
-    source = laid_out(tmp_path / "in", {"objs/a.obj": box_obj(LOW, HIGH, "mtllib a.mtl\n"), "objs/a.mtl": material})
-    before = fingerprint(tmp_path)
-    brought({"objs/a.obj": source / "objs/a.obj"}, source, tmp_path / "far" / "away" / "out")
-    now = fingerprint(tmp_path)
-    assert {name: now[name] for name in before} == before
-    assert set(now) - set(before) == {"far/away/out/objs/a.obj", "far/away/out/objs/a.mtl"}
+    assert set(now) - set(before) == {f"far/away/out/{name}" for name in files}
 
 
 def test_a_library_is_named_at_the_beginning_of_a_line(tmp_path: Path) -> None:
@@ -90,15 +77,6 @@ def test_a_library_is_named_at_the_beginning_of_a_line(tmp_path: Path) -> None:
     names = ("a b.mtl", "b.mtl", "c.mtl", "d.mtl")
     source = laid_out(tmp_path / "in", {"a.obj": text, **dict.fromkeys(names, "newmtl m\n")})
     assert libraries_of(source / "a.obj") == ["a b.mtl", "d.mtl"]
-
-
-def test_a_missing_library_or_texture_is_no_error(tmp_path: Path) -> None:
-    source = laid_out(
-        tmp_path / "in",
-        {"a.obj": box_obj(LOW, HIGH, "mtllib gone.mtl\nmtllib a.mtl\n"), "a.mtl": "newmtl m\nmap_Kd gone.png\n"},
-    )
-    _, files = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
-    assert files == {"a.obj", "a.mtl"}
 
 
 def test_stl_is_copied(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Which end of a joint is closed: small furniture whose answer anyone can see, with both directions of its axis."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
@@ -33,30 +33,43 @@ def span(sign: float, low: float, high: float) -> tuple[float, float]:
     return (low, high) if sign > 0 else (-high, -low)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_drawer_is_closed_inside_its_cupboard(sign: float) -> None:
-    joint = facing("prismatic", (0, -1, 0), sign, (0, 0, 0))
-    found = ends(joint, corners((-0.2, -0.24, 0.1), (0.2, 0.2, 0.3)), *span(sign, 0.0, 0.35))
-    assert (found.closed, found.open) == pytest.approx((0.0, sign * 0.35))
-    assert found.confidence == 1.0
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_drawer_drawn_open_is_closed_at_the_far_end_of_its_range(sign: float) -> None:
+DRAWER = corners((-0.2, -0.24, 0.1), (0.2, 0.2, 0.3))
+Shut = tuple[TreeJoint, Array, float, float, Array, float | None]
+SHUT: dict[str, Callable[[float], Shut]] = {
+    "a drawer inside its cupboard": lambda sign: (
+        facing("prismatic", (0, -1, 0), sign, (0, 0, 0)), DRAWER, 0.0, 0.35, BODY, 1.0
+    ),
     # Modelled pulled out by 0.35: zero is the open end.
-    joint = facing("prismatic", (0, -1, 0), sign, (0, -0.35, 0))
-    found = ends(joint, corners((-0.2, -0.24, 0.1), (0.2, 0.2, 0.3)), *span(sign, -0.35, 0.0))
-    assert (found.closed, found.open) == pytest.approx((-sign * 0.35, 0.0))
-    assert found.confidence == 1.0
+    "a drawer that is drawn open": lambda sign: (
+        facing("prismatic", (0, -1, 0), sign, (0, -0.35, 0)), DRAWER, -0.35, 0.0, BODY, 1.0
+    ),
+    # Hinged at the front's left edge; the panel lies along x while shut and swings out to -y.
+    "a door in its frame": lambda sign: (
+        facing("revolute", (0, 0, -1), sign, (-0.25, -0.25, 0)), corners((0.0, -0.02, 0.0), (0.5, 0.0, 0.5)),
+        0.0, math.pi / 2, BODY, 1.0,
+    ),
+    "a folding screen on its keyboard": lambda sign: (
+        facing("revolute", (-1, 0, 0), sign, (0, 0.12, 0.015)), corners((-0.17, -0.24, 0.0), (0.17, 0.0, 0.008)),
+        0.0, 2.0, corners((-0.17, -0.12, 0.0), (0.17, 0.12, 0.015)), 1.0,
+    ),
+    # Drawn upright, and it goes back alone: flat it is most compact, within the range.
+    "a screen that may lie flat beyond its keyboard": lambda sign: (
+        facing("revolute", (1, 0, 0), sign, (0, 0, 0)), corners((-0.15, -0.005, 0.0), (0.15, 0.005, 0.2)),
+        0.0, 2.2, corners((-0.15, 0.0, -0.01), (0.15, 0.22, 0.0)), None,
+    ),
+}  # fmt: skip
+"""Joint, part, positions where it is shut and open, body, confidence or None for any, by the sign of the axis."""
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_door_is_closed_in_its_frame(sign: float) -> None:
-    # Hinged at the front's left edge; the panel lies along x while shut and swings out to -y.
-    joint = facing("revolute", (0, 0, -1), sign, (-0.25, -0.25, 0))
-    found = ends(joint, corners((0.0, -0.02, 0.0), (0.5, 0.0, 0.5)), *span(sign, 0.0, math.pi / 2))
-    assert (found.closed, found.open) == pytest.approx((0.0, sign * math.pi / 2))
-    assert found.confidence == 1.0
+@pytest.mark.parametrize("name", SHUT)
+def test_what_is_shut_is_known_whichever_way_its_axis_points(name: str, sign: float) -> None:
+    joint, part, low, high, body, confidence = SHUT[name](sign)
+    found = ends(joint, part, *span(sign, low, high), body=body)
+    assert (found.closed, found.open) == pytest.approx((sign * low, sign * high)) and confidence in (
+        None,
+        found.confidence,
+    )
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -67,25 +80,6 @@ def test_a_lid_is_closed_on_its_box_wherever_zero_is(sign: float, offset: float)
     found = ends(joint, corners((-0.25, -0.5, 0.0), (0.25, 0.0, 0.02)), *span(sign, -offset, 1.9 - offset))
     assert (found.closed, found.open) == pytest.approx((-sign * offset, sign * (1.9 - offset)))
     assert found.confidence > 0.9
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_folding_screen_is_closed_on_its_keyboard(sign: float) -> None:
-    keyboard = corners((-0.17, -0.12, 0.0), (0.17, 0.12, 0.015))
-    screen = corners((-0.17, -0.24, 0.0), (0.17, 0.0, 0.008))  # as it lies on the keyboard
-    joint = facing("revolute", (-1, 0, 0), sign, (0, 0.12, 0.015))
-    found = ends(joint, screen, *span(sign, 0.0, 2.0), body=keyboard)
-    assert (found.closed, found.open) == pytest.approx((0.0, sign * 2.0))
-    assert found.confidence == 1.0
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_screen_is_not_closed_where_it_lies_flat_beyond_its_keyboard(sign: float) -> None:
-    """Drawn upright, and it goes back alone: flat it is most compact, within the range."""
-    keyboard = corners((-0.15, 0.0, -0.01), (0.15, 0.22, 0.0))
-    screen = corners((-0.15, -0.005, 0.0), (0.15, 0.005, 0.2))
-    found = ends(facing("revolute", (1, 0, 0), sign, (0, 0, 0)), screen, *span(sign, 0.0, 2.2), body=keyboard)
-    assert (found.closed, found.open) == pytest.approx((0.0, sign * 2.2))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -13,9 +13,8 @@ from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.settings import Settings
 from tasks.by_hand import contents_columns, measure_contents, overlay_of
 from tasks.progress import AssetJob
-from tests.assets import joint, link, prior, robot, shape
-from tests.factories import make_joint
-from tests.refined_things import inertial, refined
+from tests.assets import link, prior, robot, shape
+from tests.refined_things import Solid, inertial, refined, two
 
 pytestmark = pytest.mark.system
 BOTH = "visual collision"
@@ -32,27 +31,16 @@ def chest(folder: Path, inside: str, **terms: Any) -> Path:
     """A shell with a drawer along x in it, of these shapes."""
     shell = shape("0.34 0.3 0.01", xyz="0 0 0.005") + shape("0.34 0.3 0.01", xyz="0 0 0.16")
     shell += "".join(shape("0.34 0.01 0.16", xyz=f"0 {y} 0.08") for y in (-0.145, 0.145))
-    urdf = robot(
-        link("body", shell + inertial(8.0, 0.3)),
-        link("drawer", inside + inertial(0.8, 0.2)),
-        joint("slide", "prismatic", "body", "drawer", xyz="0 0 0.03", axis="1 0 0", limit="0 0.25"),
-    )
-    known = {"upper": 0.25, "open": 0.25, "friction": 3.0, "damping": 5.0, "holds": True, "effective_inertia": 0.8}
-    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known | terms)
-    return refined(folder, urdf, [slide], {"body": 8.0, "drawer": 0.8}, fixed=False)
+    known = {"friction": 3.0, "damping": 5.0, "holds": True, "effective_inertia": 0.8} | terms
+    return two(folder, Solid(shell, 8.0, 0.3), Solid(inside, 0.8, 0.2), "prismatic", "0 0 0.03", "1 0 0", 0.25,
+               names=("drawer", "slide"), **known)  # fmt: skip
 
 
 def box(folder: Path, below: str = "") -> Path:
     """A box on the floor with a lid on a hinge along y at its back, under which ``below`` is fixed."""
-    lid = shape("0.3 0.24 0.005", xyz="0.15 0 0") + below
-    urdf = robot(
-        link("body", tray() + inertial(1.0, 0.2)),
-        link("lid", lid + inertial(0.2, 0.2)),
-        joint("hinge", "revolute", "body", "lid", xyz="-0.15 0 0.106", axis="0 -1 0", limit="0 1.9"),
-    )
-    known = {"upper": 1.9, "open": 1.9, "friction": 0.4, "damping": 0.05, "holds": True, "effective_inertia": 0.006}
-    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=known)
-    return refined(folder, urdf, [hinge], {"body": 1.0, "lid": 0.2}, fixed=False)
+    lid = Solid(shape("0.3 0.24 0.005", xyz="0.15 0 0") + below, 0.2, 0.2)
+    return two(folder, Solid(tray(), 1.0, 0.2), lid, "revolute", "-0.15 0 0.106", "0 -1 0", 1.9, names=("lid", "hinge"),
+               friction=0.4, damping=0.05, holds=True, effective_inertia=0.006)  # fmt: skip
 
 
 def kept(folder: Path) -> list[Kept]:

@@ -13,9 +13,8 @@ from schemas.hand_settings import HandSettings, LiftSettings
 from schemas.settings import Settings
 from tasks.by_hand import measure_lifted, overlay_of
 from tasks.progress import AssetJob
-from tests.assets import joint, link, prior, robot, shape
-from tests.factories import make_joint
-from tests.refined_things import block, inertial, refined
+from tests.assets import link, prior, robot, shape
+from tests.refined_things import Solid, block, inertial, refined, two
 
 pytestmark = pytest.mark.system
 
@@ -35,14 +34,12 @@ def lifted(folder: Path) -> Lifted:
 def trap(folder: Path, friction: float) -> Path:
     """A block on a flap that hangs on a hinge at its lower edge, and falls open once nothing is below."""
     middle = inertial(0.05, 0.05).replace("<inertial>", '<inertial><origin xyz="0.03 0 0"/>')
-    urdf = robot(
-        link("body", shape("0.06 0.06 0.08", xyz="0 0 0.046") + inertial(0.5, 0.07)),
-        link("flap", shape("0.06 0.06 0.004", xyz="0.03 0 0") + middle),
-        joint("hinge", "revolute", "body", "flap", xyz="-0.03 0 0.003", axis="0 1 0", limit="0 1.5"),
-    )
-    terms = {"upper": 1.5, "open": 1.5, "friction": friction, "damping": 0.001, "holds": True}
-    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=terms)
-    return refined(folder, urdf, [hinge], {"body": 0.5, "flap": 0.05}, fixed=False)
+    made = two(folder, Solid(shape("0.06 0.06 0.08", xyz="0 0 0.046"), 0.5, 0.07),
+               Solid(shape("0.06 0.06 0.004", xyz="0.03 0 0"), 0.05, 0.05), "revolute", "-0.03 0 0.003", "0 1 0", 1.5,
+               names=("flap", "hinge"), friction=friction, damping=0.001, holds=True)  # fmt: skip
+    urdf = made / "mobility.urdf"
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertial(0.05, 0.05), middle), encoding="utf-8")
+    return made
 
 
 def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(tmp_path: Path) -> None:

@@ -20,36 +20,38 @@ from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.hand_settings import HandSettings
 from schemas.mechanism import EffortRange
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import JointPhysics
 from schemas.settings import Settings
-from tasks.by_hand import measure_used
+from tasks.by_hand import measure_used, overlay_of
 from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, robot, shape
 from tests.factories import make_joint
-from tests.refined_things import drawer, inertial, refined
+from tests.refined_things import Solid, drawer, inertial, refined, two
 
 pytestmark = pytest.mark.system
+CUBE = Solid(shape("0.3 0.3 0.3", xyz="0 0 0.15"), 20.0, 0.3)
 KNOB = shape("0.02 0.03 0.03", xyz="0.04 0 0") + shape("0.04 0.012 0.012", xyz="0.02 0 0")
 
 
 def chest(folder: Path, *, kg: float = 20.0, base: str = "0.3 0.3 0.3", fixed: bool = False, **terms: Any) -> Path:
     """A block with a front on a slide along x at its top, which has a knob; what is not said is sound."""
     depth, _, height = (float(size) for size in base.split())
-    urdf = robot(
-        link("body", shape(base, xyz=f"0 0 {height / 2.0}") + inertial(kg, height)),
-        link("front", shape("0.02 0.16 0.1") + KNOB + inertial(0.5, 0.1)),
-        joint("slide", "prismatic", "body", "front", xyz=f"{depth / 2.0 + 0.013} 0 {height - 0.06}", axis="1 0 0",
-              limit="0 0.2"),
-    )  # fmt: skip
-    known: dict[str, Any] = {"upper": 0.2, "open": 0.2, "friction": 3.0, "damping": 5.0, "holds": True} | terms
-    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
-    return refined(folder, urdf, [slide], {"body": kg, "front": 0.5}, fixed=fixed)
+    body = Solid(shape(base, xyz=f"0 0 {height / 2.0}"), kg, height)
+    front, place = Solid(shape("0.02 0.16 0.1") + KNOB, 0.5, 0.1), f"{depth / 2.0 + 0.013} 0 {height - 0.06}"
+    known = {"friction": 3.0, "damping": 5.0, "holds": True} | terms
+    return two(folder, body, front, "prismatic", place, "1 0 0", 0.2, names=("front", "slide"), fixed=fixed, **known)
 
 
 def used(folder: Path) -> UsedJoint:
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-    (found,) = use_records(folder, overlay, HandSettings())
+    (found,) = use_records(folder, overlay_of(folder), HandSettings())
     return found
+
+
+def opened(folder: Path) -> HandWorld:
+    """The hand's world of an object, reset."""
+    world = open_world(folder, HandSettings())
+    world.reset()
+    return world
 
 
 def test_a_drawer_with_a_knob_is_pulled_and_pushed_and_stays(tmp_path: Path) -> None:
@@ -60,8 +62,7 @@ def test_a_drawer_with_a_knob_is_pulled_and_pushed_and_stays(tmp_path: Path) -> 
 
 
 def test_poses_told_to_be_inside_the_object_are_those_at_which_its_engine_finds_no_room(tmp_path: Path) -> None:
-    world = open_world(chest(tmp_path / "chest"), HandSettings())
-    world.reset()
+    world = opened(chest(tmp_path / "chest"))
     way = way_of(world, "slide", 0.2)
     points, normals, _ = surface_places(world, way.bodies)
     turns = np.arange(len(points)) % 16
@@ -93,14 +94,9 @@ def test_what_is_planted_is_found_and_whose_fault_it_is(tmp_path: Path, name: st
 
 def plate(folder: Path, *, proud_m: float, friction: float = 2.0) -> Path:
     """A block with a plate without a knob on a slide along x, its front so far before the block's."""
-    urdf = robot(
-        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
-        link("plate", shape("0.02 0.16 0.1") + inertial(0.5, 0.1)),
-        joint("slide", "prismatic", "body", "plate", xyz=f"{0.14 + proud_m} 0 0.15", axis="1 0 0", limit="0 0.2"),
-    )
-    known = {"upper": 0.2, "open": 0.2, "friction": friction, "damping": 5.0, "holds": True}
-    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
-    return refined(folder, urdf, [slide], {"body": 20.0, "plate": 0.5}, fixed=False)
+    part, terms = Solid(shape("0.02 0.16 0.1"), 0.5, 0.1), {"friction": friction, "damping": 5.0, "holds": True}
+    return two(folder, CUBE, part, "prismatic", f"{0.14 + proud_m} 0 0.15", "1 0 0", 0.2, names=("plate", "slide"),
+               **terms)  # fmt: skip
 
 
 def test_what_slides_away_has_no_hold_or_lies_inside_is_not_used(tmp_path: Path) -> None:
@@ -142,12 +138,10 @@ def doors(folder: Path) -> Path:
 
 def test_a_finger_rubs_only_what_lies_beside_it_and_not_the_seam_of_two_doors(tmp_path: Path) -> None:
     folder = doors(tmp_path / "doors")
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-    for found in use_records(folder, overlay, HandSettings()):
+    for found in use_records(folder, overlay_of(folder), HandSettings()):
         assert found.done and found.by == "gripper", found
         assert (found.ways[0].kind, found.ways[0].holds) == ("rub", 1)
-    world = open_world(folder, HandSettings())
-    world.reset()
+    world = opened(folder)
     bodies, pose = way_of(world, "one", 1.57).bodies, np.eye(4)
     pose[:3, :3] = hand_rotations(np.array([[-1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]]))[0]
     # Beside the upper edge of the door, 18 mm deep: of places 9 and 2 mm before the pads' middle and 5 mm behind it.
@@ -167,8 +161,7 @@ def test_a_finger_that_rubs_presses_harder_and_pulls_more_where_a_drawer_sticks(
 
 
 def test_a_grasp_has_something_between_its_pads_or_is_missed(tmp_path: Path) -> None:
-    world = open_world(chest(tmp_path / "chest"), HandSettings())
-    world.reset()
+    world = opened(chest(tmp_path / "chest"))
     way = way_of(world, "slide", 0.2)
     knob, pose = world.data.xpos[min(way.bodies)] + (0.04, 0.0, 0.0), np.eye(4)
     pose[:3, :3], pose[:3, 3] = hand_rotations(np.array([[-1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))[0], knob
@@ -190,8 +183,7 @@ def test_a_grasp_has_something_between_its_pads_or_is_missed(tmp_path: Path) -> 
 def test_a_hand_accelerates_as_its_force_over_its_mass_and_rest_is_told_from_speed_and_acceleration(
     tmp_path: Path,
 ) -> None:
-    world = open_world(chest(tmp_path / "chest"), HandSettings())
-    world.reset()
+    world = opened(chest(tmp_path / "chest"))
     world.target[:3, 3] += [0.1, 0.0, 0.0]  # 400 N of its spring, of which it has 45, for 1 kg and two fingers of 0.1
     for _ in range(world.steps(0.04)):
         world.step()
@@ -229,22 +221,16 @@ def test_a_blow_that_is_over_within_a_step_is_a_touch(tmp_path: Path) -> None:
 
 def test_a_joint_that_takes_less_than_a_hand_has_is_not_at_fault_where_a_finger_slips(tmp_path: Path) -> None:
     folder = plate(tmp_path / "plate", proud_m=0.018, friction=30.0)
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-    (found,) = use_records(folder, overlay, HandSettings(pad_friction=0.1))
+    (found,) = use_records(folder, overlay_of(folder), HandSettings(pad_friction=0.1))
     assert (found.done, found.fault) == (False, "hand") and "slipped" in found.reason, found
     assert found.ways[0].takes == pytest.approx(30.0 / 45.0, abs=0.01)
 
 
 def test_a_door_whose_seal_lets_go_is_not_thrown_but_led_on(tmp_path: Path) -> None:
-    urdf = robot(
-        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
-        link("door", shape("0.02 0.36 0.3", xyz="0.011 0.18 0.15") + inertial(4.0, 0.3)),
-        joint("hinge", "revolute", "body", "door", xyz="0.15 -0.15 0", axis="0 0 -1", limit="0 1.57"),
-    )
     seal = {"kind": "seal", "slope": 300.0, "none_at": 0.04, "least": -9.0, "most": 0.0}
-    known = {"upper": 1.57, "open": 1.57, "friction": 0.03, "damping": 0.03, "holds": True, "bias": seal}
-    hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=known)
-    found = used(refined(tmp_path / "sealed", urdf, [hinge], {"body": 20.0, "door": 4.0}))
+    door = Solid(shape("0.02 0.36 0.3", xyz="0.011 0.18 0.15"), 4.0, 0.3)
+    found = used(two(tmp_path / "sealed", CUBE, door, "revolute", "0.15 -0.15 0", "0 0 -1", 1.57, fixed=True,
+                     friction=0.03, damping=0.03, holds=True, bias=seal))  # fmt: skip
     assert found.done, found
     assert found.ways[0].guards is not None and found.ways[0].guards.untouched_share < 0.3
 
@@ -262,8 +248,7 @@ def test_another_joint_that_moves_meanwhile_is_told(tmp_path: Path) -> None:
     )
     falls = make_joint("falls", "prismatic", 0.1).model_copy(update={"upper": 0.1, "open": 0.1})
     folder = refined(tmp_path / "two", urdf, [slide, falls], {"body": 20.0, "front": 0.5, "weight": 0.2}, fixed=True)
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-    found = use_joint(Worlds(folder, HandSettings()), slide, overlay)
+    found = use_joint(Worlds(folder, HandSettings()), slide, overlay_of(folder))
     assert found.done and found.reason == "meanwhile 'falls' goes 100% of its range", found
 
 
@@ -271,30 +256,19 @@ def test_another_joint_that_moves_meanwhile_is_told(tmp_path: Path) -> None:
 def test_a_key_is_pressed_as_far_as_a_finger_stays_with_it_not_as_a_blow_throws_it(
     tmp_path: Path, way_m: float, done: bool
 ) -> None:
-    urdf = robot(
-        link("body", shape("0.3 0.3 0.1", xyz="0 0 0.05") + inertial(5.0, 0.3)),
-        link("key", shape("0.012 0.012 0.01", xyz="0 0 -0.005") + inertial(0.005, 0.01)),
-        joint("slide", "prismatic", "body", "key", xyz="0 0 0.102", axis="0 0 -1", limit=f"0 {way_m}"),
-    )
-    known = {"upper": way_m, "open": way_m, "friction": 0.0, "damping": 0.02, "holds": False}
-    known |= {"stiffness": 40.0, "spring_reference": -0.008}
-    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
-    found = used(refined(tmp_path / "key", urdf, [slide], {"body": 5.0, "key": 0.005}, fixed=False))
+    board = Solid(shape("0.3 0.3 0.1", xyz="0 0 0.05"), 5.0, 0.3)
+    key = Solid(shape("0.012 0.012 0.01", xyz="0 0 -0.005"), 0.005, 0.01)
+    found = used(two(tmp_path / "key", board, key, "prismatic", "0 0 0.102", "0 0 -1", way_m, friction=0.0,
+                     damping=0.02, holds=False, stiffness=40.0, spring_reference=-0.008))  # fmt: skip
     assert found.done == done and ("it goes 2.0 mm deeper than it stands out" in found.reason) != done, found
 
 
 def test_a_key_stands_out_only_as_far_as_a_finger_tip_has_room(tmp_path: Path) -> None:
     # A third of what is below the key is 3 mm deeper than the rest, as between convex pieces: no finger gets in there.
     base = shape("0.3 0.3 0.1", xyz="0 0 0.05") + shape("0.2 0.04 0.003", xyz="-0.1 0 0.1015")
-    urdf = robot(
-        link("body", base + inertial(5.0, 0.3)),
-        link("key", shape("0.006 0.006 0.004", xyz="0 0 0.002") + inertial(0.002, 0.005)),
-        joint("slide", "prismatic", "body", "key", xyz="-0.001 0 0.0992", axis="0 0 -1", limit="0 0.0018"),
-    )  # fmt: skip
-    known = {"upper": 0.0018, "open": 0.0018, "friction": 0.0, "damping": 0.02, "holds": False}
-    known |= {"stiffness": 200.0, "spring_reference": -0.003}
-    slide = make_joint("slide", "prismatic", 0.0).model_copy(update=known)
-    found = used(refined(tmp_path / "key", urdf, [slide], {"body": 5.0, "key": 0.002}, fixed=False))
+    key = Solid(shape("0.006 0.006 0.004", xyz="0 0 0.002"), 0.002, 0.005)
+    found = used(two(tmp_path / "key", Solid(base, 5.0, 0.3), key, "prismatic", "-0.001 0 0.0992", "0 0 -1", 0.0018,
+                     friction=0.0, damping=0.02, holds=False, stiffness=200.0, spring_reference=-0.003))  # fmt: skip
     assert (found.done, found.fault) == (False, "object") and "deeper than it stands out" in found.reason, found
 
 
@@ -302,7 +276,7 @@ def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, tools = chest(tmp_path / "chest"), list[str]()
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = overlay_of(folder)
     deep = Led(0.75, 0.0, "press", 0.1, 1, None, 20.0, False, in_the_way=True, deeper_m=0.001)
 
     def pressed(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
@@ -335,7 +309,7 @@ def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path, count
     hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=stays)
     slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.15, "open": 0.15, **known})
     folder = refined(tmp_path / "cupboard", urdf, [hinge, slide], {"body": 20.0, "door": 1.0, "shelf": 0.5}, fixed=True)
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = overlay_of(folder)
     found = use_joint(Worlds(folder, HandSettings()), overlay.joints[1], overlay)
     assert found.done and found.by.endswith("other parts open"), found
 
@@ -362,7 +336,7 @@ def stapler(folder: Path) -> Path:
 
 def test_what_hangs_on_a_sprung_part_is_used_while_the_other_hand_keeps_that_open(tmp_path: Path) -> None:
     folder = stapler(tmp_path / "stapler")
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = overlay_of(folder)
     body, lid = use_records(folder, overlay, HandSettings())
     assert lid.done and body.done and body.by.endswith("'lid' kept open"), (body, lid)
     assert not use_joint(Worlds(folder, HandSettings()), overlay.joints[0], overlay).done
@@ -383,20 +357,14 @@ def test_a_joint_is_kept_with_no_more_than_a_hand_has_until_the_world_is_reset(t
 
 def test_a_shallow_dial_without_ends_is_turned_by_its_rim(tmp_path: Path) -> None:
     dial = '<origin xyz="0.006 0 0" rpy="0 1.5708 0"/><geometry><cylinder radius="0.02" length="0.012"/></geometry>'
-    urdf = robot(
-        link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)),
-        link("dial", f"<visual>{dial}</visual><collision>{dial}</collision>" + inertial(0.05, 0.03)),
-        joint("turn", "continuous", "body", "dial", xyz="0.151 0 0.2", axis="1 0 0"),
-    )
-    terms = {"lower": None, "upper": None, "friction": 0.05, "damping": 0.01, "holds": True, "label": "knob"}
-    turn = make_joint("turn", "continuous", 0.0).model_copy(update=terms)
-    found = used(refined(tmp_path / "dial", urdf, [turn], {"body": 20.0, "dial": 0.05}, fixed=False))
+    rim = Solid(f"<visual>{dial}</visual><collision>{dial}</collision>", 0.05, 0.03)
+    found = used(two(tmp_path / "dial", CUBE, rim, "continuous", "0.151 0 0.2", "1 0 0", None, lower=None,
+                     friction=0.05, damping=0.01, holds=True, label="knob"))  # fmt: skip
     assert found.done and {led.kind for led in found.ways} == {"grasp"}, found
 
 
 def test_the_force_between_two_is_the_weight_that_one_bears(tmp_path: Path) -> None:
-    world = open_world(chest(tmp_path / "chest"), HandSettings())
-    world.reset()
+    world = opened(chest(tmp_path / "chest"))
     for _ in range(world.steps(0.5)):
         world.step()
     floor = world.model.geom_bodyid == 0
@@ -412,14 +380,13 @@ def kind_of(kind: str, **ends: float | None) -> JointPhysics:
 
 def test_wheels_pedals_and_what_cannot_move_are_no_hands_task(tmp_path: Path) -> None:
     folder = drawer(tmp_path / "thing")
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
     loose = "part that swings or rolls freely"
     joints = (kind_of(loose, lower=None, upper=None), kind_of("foot pedal"), kind_of("lid", open=0.0), kind_of(loose))
     assert [no_task(item) for item in joints] == [
         "it rolls or swings freely", "no hand works a foot pedal", "it is open where it is closed", "",
     ]  # fmt: skip
     assert no_task(kind_of("wheel", lower=None, upper=None)) == "it rolls or swings freely"
-    none = use_records(folder, overlay.model_copy(update={"joints": joints[:3]}), HandSettings())
+    none = use_records(folder, overlay_of(folder).model_copy(update={"joints": joints[:3]}), HandSettings())
     assert [(item.done, item.fault) for item in none] == [(False, "task")] * 3
     many = [make_joint(f"key_{number}") for number in range(50)]
     assert [item.name for item in joints_to_try(many, 3)] == ["key_0", "key_24", "key_49"]
