@@ -48,8 +48,8 @@ def test_an_obj_brings_its_materials_and_textures(tmp_path: Path) -> None:
     ids=["a space and options", "missing"],
 )
 def test_textures_that_are_there_come_along(tmp_path: Path, head: str, material: str, beside: tuple[str, ...]) -> None:
-    files = {"a.obj": box_obj(LOW, HIGH, head), "a.mtl": f"newmtl m\n{material}", **dict.fromkeys(beside, PNG)}
-    source = laid_out(tmp_path / "in", files)
+    files: Files = {"a.obj": box_obj(LOW, HIGH, head), "a.mtl": f"newmtl m\n{material}"}
+    source = laid_out(tmp_path / "in", files | dict.fromkeys(beside, PNG))
     _, found = brought({"a.obj": source / "a.obj"}, source, tmp_path / "out")
     assert found == {"a.obj", "a.mtl", *beside}
 

@@ -94,9 +94,9 @@ def test_what_is_planted_is_found_and_whose_fault_it_is(tmp_path: Path, name: st
 
 def plate(folder: Path, *, proud_m: float, friction: float = 2.0) -> Path:
     """A block with a plate without a knob on a slide along x, its front so far before the block's."""
-    part, terms = Solid(shape("0.02 0.16 0.1"), 0.5, 0.1), {"friction": friction, "damping": 5.0, "holds": True}
+    part = Solid(shape("0.02 0.16 0.1"), 0.5, 0.1)
     return two(folder, CUBE, part, "prismatic", f"{0.14 + proud_m} 0 0.15", "1 0 0", 0.2, names=("plate", "slide"),
-               **terms)  # fmt: skip
+               friction=friction, damping=5.0, holds=True)  # fmt: skip
 
 
 def test_what_slides_away_has_no_hold_or_lies_inside_is_not_used(tmp_path: Path) -> None:
