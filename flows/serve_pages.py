@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -14,6 +13,7 @@ from rich.text import Text
 
 from asset2sim.catalog.text import output
 from asset2sim.storage.objects import open_store, working_folder
+from asset2sim.viewer.serve import check_address
 from schemas.errors import Asset2SimError, UsageError, complain
 from schemas.location import Location
 from schemas.settings import Settings
@@ -47,7 +47,7 @@ def serve_pages(out: Path | str, host: str, report_port: int, prefect_port: int,
         working_folder(out).mkdir(parents=True, exist_ok=True)
     ports = {"Prefect": prefect_port, "MLflow": mlflow_port, "report": report_port}
     for name, port in ports.items():
-        _check_port(name, host, port)
+        check_address(host, port, f" for {name}", f"--{name.lower()}-port")
     for (name, port), (other, same) in combinations(ports.items(), 2):
         if port == same:
             raise UsageError(f"--{name.lower()}-port and --{other.lower()}-port are both {port}; choose two")
@@ -67,16 +67,6 @@ def serve_pages(out: Path | str, host: str, report_port: int, prefect_port: int,
 
 LOOPBACK = ("127.0.0.1", "localhost")
 UNGUARDED = "the pages ask for no password, and who sees them can change runs"
-
-
-def _check_port(name: str, host: str, port: int) -> None:
-    try:
-        socket.create_server((host, port)).close()
-    except OSError as error:
-        raise UsageError(
-            f"port {port} of {host} cannot be used for {name} ({error.strerror or error}); choose another with "
-            f"--{name.lower()}-port or --host"
-        ) from error
 
 
 def report_folder(out: Path | str) -> Path:

@@ -1,6 +1,5 @@
 """Align: hold an asset against its prompt, an expert's choice and readers' expectations (paper, "Evaluation")."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.checks.alignment.align import align
@@ -12,21 +11,17 @@ from schemas.errors import AssetError
 from tasks.progress import AssetJob, StageResult
 
 
-@dataclass(frozen=True, kw_only=True)
-class Aligned(StageResult):
-    """How well the asset is what was asked for; nothing of it decides anything."""
-
-
-def align_asset(job: AssetJob, record: AssetRecord, urdf: Path | None) -> Aligned:
+def align_asset(job: AssetJob, record: AssetRecord, urdf: Path | None) -> StageResult:
     """Rubric, distance from the expert's choice, and expectations met by the asset as far as it came, and where one is
-    set the judge's score of pictures of ``urdf``; None: the asset is not to be judged."""
+    set the judge's score of pictures of ``urdf``; None: the asset is not to be judged. Nothing of it decides
+    anything."""
     alignment, expected = align(record), expectations_met(record)
     unfit = () if record.features is None else misfits(record.features, record.ref.expectations)
     if alignment is None or urdf is None or job.settings.model.judge_model is None:
-        return Aligned(alignment=alignment, expected=expected, findings=unfit)
+        return StageResult(alignment=alignment, expected=expected, findings=unfit)
     said = judge_pictures(job, record, urdf)
     judged = alignment.model_copy(update={"judged": said.score})
-    return Aligned(alignment=judged, expected=expected, calls=said.calls, findings=(*said.findings, *unfit))
+    return StageResult(alignment=judged, expected=expected, calls=said.calls, findings=(*said.findings, *unfit))
 
 
 def judge_pictures(job: AssetJob, record: AssetRecord, urdf: Path) -> Judgement:

@@ -22,8 +22,8 @@ from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import FailureMode, Source
-from tasks.align import Aligned, align_asset
-from tasks.progress import AssetJob
+from tasks.align import align_asset
+from tasks.progress import AssetJob, StageResult
 from tests.factories import (
     guidance_of,
     held,
@@ -291,7 +291,7 @@ def test_a_judge_that_fails_leaves_a_warning_and_no_score(answers: Sequence[str 
 def test_the_stage_keeps_score_and_calls_where_a_judge_is_set(tmp_path: Path) -> None:
     record = held(asked("A box."), Reference(0.5, "hinge", 0.0))
 
-    def aligned(settings: Settings, urdf: Path | None, *answers: str) -> Aligned:
+    def aligned(settings: Settings, urdf: Path | None, *answers: str) -> StageResult:
         return align_asset(AssetJob(record.ref, tmp_path, settings, Scripted(*answers)), record, urdf)
 
     plain = aligned(Settings(), tmp_path)
@@ -308,7 +308,7 @@ def test_the_stage_keeps_score_and_calls_where_a_judge_is_set(tmp_path: Path) ->
 def test_a_failed_asset_has_no_alignment(tmp_path: Path) -> None:
     failed = make_failure("1", FailureMode.MISSING_MESH)
     job = AssetJob(failed.ref, tmp_path, Settings(model=ModelSettings(judge_model="x/y")), Scripted())
-    assert align_asset(job, failed, None) == Aligned(expected=())
+    assert align_asset(job, failed, None) == StageResult(expected=())
 
 
 # Rows and the line

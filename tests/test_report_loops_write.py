@@ -18,13 +18,14 @@ from asset2sim.assets.surfaces import scene
 from asset2sim.assets.surfaces.load import load_surfaces
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.references import AllowedFolders
-from asset2sim.report.loops import film, make, write
+from asset2sim.report import pictures
+from asset2sim.report.loops import film, make
 from asset2sim.report.loops.figure import read_alike, read_figure
 from asset2sim.report.loops.film import MOST_BYTES, SIDE
 from asset2sim.report.loops.make import SWEEP_FRAMES, Before, draw_before, make_loops
 from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, as_hulls, let_fall, points_of
 from asset2sim.report.loops.sizes import HEIGHT, WIDTH
-from asset2sim.report.loops.write import is_current, loops_key, write_loops
+from asset2sim.report.pictures import is_current, loops_key, write_loops
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine
@@ -235,7 +236,7 @@ def test_what_fails_is_an_empty_list_and_a_line_in_the_log(
         assert due() == {"torn": [], "whole": [*LOOPS, "size.webp"]}
     assert [record.message.partition(":")[0] for record in caplog.records] == ["torn"]
     assert "cannot find 'textured_objs" in caplog.text
-    monkeypatch.setattr(write, "make_loops", dies)
+    monkeypatch.setattr(pictures, "make_loops", dies)
     assert due().keys() == {"torn"}, "made only for what changed"
     (whole / "mobility.urdf").write_text((whole / "mobility.urdf").read_text().replace('effort="', 'effort="1'))
     write_checksums(whole)

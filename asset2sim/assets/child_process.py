@@ -15,7 +15,7 @@ DUMP_WAIT_S = 0.1
 
 def end_with_parent(parent: int) -> None:
     """Have the kernel kill this process when its parent, of that process id, goes. Linux only: elsewhere the process
-    group or a time limit does it. (A child of the fork server has another parent: see ``isolation.child_setup``.)"""
+    group or a time limit does it. (A child of the fork server has another parent: see ``isolation.child``.)"""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:

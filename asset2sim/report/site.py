@@ -20,10 +20,20 @@ from asset2sim.catalog.read_remote import PARTS, repair_history
 from asset2sim.experiments.isolation import stop_children
 from asset2sim.intake.dataset import root_of
 from asset2sim.report.index_page import index_page
-from asset2sim.report.loops.write import RECORD
 from asset2sim.report.object_page import Beside, object_page
 from asset2sim.report.page_files import FOLDER, render, source, write_text
-from asset2sim.report.pictures import AFTER, AXES, BEFORE, LOOPS, PICTURES, SIZE, THUMB, write_after, write_pictures
+from asset2sim.report.pictures import (
+    AFTER,
+    AXES,
+    BEFORE,
+    LOOPS,
+    PICTURES,
+    RECORD,
+    SIZE,
+    THUMB,
+    write_after,
+    write_pictures,
+)
 from asset2sim.report.snapshot import Snapshot, exchanges_of, newest_rows, read_snapshot, rows_of
 from asset2sim.storage.lock import lock_output
 from asset2sim.storage.mirror import pull, push

@@ -60,11 +60,11 @@ def no_share(*_: Any, **__: Any) -> None:
     """No address: the viewer is served from this machine alone."""
 
 
-def check_address(host: str, port: int) -> None:
-    """Raise UsageError for an address that cannot be served on; viser would take the next free port."""
+def check_address(host: str, port: int, use: str = "", option: str = "--port") -> None:
+    """Raise UsageError for an address that cannot be served on, which names its ``use``; viser would take the next free
+    port."""
     try:
         socket.create_server((host, port)).close()
     except OSError as error:
-        raise UsageError(
-            f"port {port} of {host} cannot be used ({error.strerror or error}); choose another with --port or --host"
-        ) from error
+        why = f"cannot be used{use} ({error.strerror or error})"
+        raise UsageError(f"port {port} of {host} {why}; choose another with {option} or --host") from error

@@ -43,8 +43,6 @@ class ContentWorld:
     radius_m: float
     hand: HandSettings
     settings: ContentSettings
-    states: list[Array] | None = None
-    """(n,) positions of everything, where a film is wanted."""
     led: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Joint → where a hand leads it, and how fast, rad or m and a second."""
 
@@ -96,8 +94,6 @@ class ContentWorld:
                     force += float(np.clip(wanted, -most, most))
                 here.qfrc_applied[0] = force
             mujoco.mj_step(self.model, self.data)
-            if self.states is not None:
-                self.states.append(self.data.qpos.copy())
 
     def lever(self, joint: str) -> float:
         """Distance from a hinge at which a hand takes its part, m; 1 of a slider."""

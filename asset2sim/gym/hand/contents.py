@@ -55,24 +55,16 @@ class Kept:
     shut: bool = False
 
 
-def content_records(
-    folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: ContentSettings,
-    states: dict[str, list[Array]] | None = None,
-) -> list[Kept]:  # fmt: skip
-    """The record of every interior of a refined object, or of ``most_interiors`` of them, spread over all; ``states``
-    gets those of a film, by link. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
+def content_records(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: ContentSettings) -> list[Kept]:
+    """The record of every interior of a refined object, or of ``most_interiors`` of them, spread over all. Raises
+    LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
     world = open_contents(folder, overlay, hand, settings)
     about = world.loaded.about
     closed = about.followed({joint.name: joint.closed for joint in about.joints if joint.mimic is None})
     found = found_in(folder, world, closed)
     if len(found) > settings.most_interiors:
         found = [found[round(place)] for place in np.linspace(0, len(found) - 1, settings.most_interiors)]
-    kept = []
-    for link, inside in found:
-        if states is not None:
-            world.states = states.setdefault(link, [])
-        kept += kept_in(world, link, inside, closed)
-    return kept
+    return [kept for link, inside in found for kept in kept_in(world, link, inside, closed)]
 
 
 def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> list[tuple[str, Interior]]:

@@ -42,7 +42,6 @@ class Watch:
     world: HandWorld
     kept: dict[str, tuple[float, float]]
     """Joint → where it was and its range, rad or m."""
-    states: list[Array] | None = None
     count: int = 0
     moved: dict[str, float] = field(default_factory=dict)
 
@@ -54,14 +53,9 @@ class Watch:
             for name, (start, span) in self.kept.items():
                 off = abs(self.world.position(name) - start) / span
                 self.moved[name] = max(self.moved.get(name, 0.0), off)
-            if self.states is not None:
-                self.states.append(self.world.data.qpos.copy())
 
 
-def lift(
-    folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: LiftSettings,
-    states: list[Array] | None = None,
-) -> Lifted:  # fmt: skip
+def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: LiftSettings) -> Lifted:
     """The object lifted and set down at each yaw, by the best of some grasps. Raises LoadError as ``load`` does,
     ValueError where MuJoCo refuses the model."""
     if overlay.support.fixed:
@@ -79,7 +73,7 @@ def lift(
             return Lifted(False)
         wide = float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
         stand_m = STAND_SHARE * wide
-        share, said = at_yaws(world, overlay, grasps_of(world, root, settings), settings, states)
+        share, said = at_yaws(world, overlay, grasps_of(world, root, settings), settings)
         if share:
             return Lifted(True, share, tool + where, said)
         reason = reason or said
@@ -88,9 +82,7 @@ def lift(
     return Lifted(True, 0.0, "", reason)
 
 
-def at_yaws(
-    world: HandWorld, overlay: PhysicsOverlay, grasps: list[Hold], settings: LiftSettings, states: list[Array] | None
-) -> tuple[float, str]:
+def at_yaws(world: HandWorld, overlay: PhysicsOverlay, grasps: list[Hold], settings: LiftSettings) -> tuple[float, str]:
     """The share of the yaws at which one of the grasps did, the one that did at the last first, and why the best did
     not where none did; the first yaw that fails ends it."""
     if not grasps:
@@ -100,7 +92,7 @@ def at_yaws(
         reasons = []
         for grasp in grasps:
             yaw = 2.0 * math.pi * number / settings.yaws
-            reasons.append(why_not_lifted(world, overlay, grasp, yaw, settings, states))
+            reasons.append(why_not_lifted(world, overlay, grasp, yaw, settings))
             if not reasons[-1]:
                 grasps = [grasp, *(other for other in grasps if other is not grasp)]
                 break
@@ -140,10 +132,7 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
     return kept
 
 
-def why_not_lifted(
-    world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings,
-    states: list[Array] | None,
-) -> str:  # fmt: skip
+def why_not_lifted(world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings) -> str:
     """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; empty where it
     was."""
     set_turned(world, yaw)
@@ -154,7 +143,7 @@ def why_not_lifted(
         if (joint.holds or joint.stiffness > 0.0) and joint.lower is not None and joint.upper is not None
         if joint.upper > joint.lower
     }
-    watch = Watch(world, kept, states)
+    watch = Watch(world, kept)
     wait(watch, REST_S)
     center, up = world.data.subtree_com[root].copy(), world.data.xmat[root].reshape(3, 3)[:, 2].copy()
     pose = body_pose(world.data, grasp.body) @ grasp.pose

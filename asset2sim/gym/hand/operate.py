@@ -84,15 +84,13 @@ class Led:
     flush: bool = False
 
 
-def lead_joint(
-    world: HandWorld, joint: JointPhysics, target: float, near: Array | None, states: list[Array] | None = None
-) -> Led:
+def lead_joint(world: HandWorld, joint: JointPhysics, target: float, near: Array | None) -> Led:
     """The joint led to its target (rad or m) from where it is, by up to ``tries`` holds one after the other, and left
     there."""
     way = way_of(world, joint.name, target)
     whole, up = target - way.start, way.slides and way.sign * float(way.axis[2]) > UPRIGHT
     root = int(world.model.body(world.prefix + world.about.root).id)
-    recorder = Recorder(world, joint, way.bodies, root, states=states)
+    recorder = Recorder(world, joint, way.bodies, root)
     recorder.sample()
     reached, takes, tried, in_the_way, deeper_m = 0.0, math.inf, 0, False, 0.0
     kind: Kind | None = None

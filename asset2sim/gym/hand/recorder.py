@@ -34,8 +34,6 @@ class Recorder:
     missed: int = 0
     rows: list[tuple[float, bool, float, float]] = field(default_factory=list)
     roots: list[tuple[Array, Array]] = field(default_factory=list)
-    states: list[Array] | None = None
-    """(n,) positions of everything, where a film is wanted."""
 
     def step(self) -> None:
         """A step of the world, and now and then a sample."""
@@ -56,8 +54,6 @@ class Recorder:
         self.rows.append((world.position(self.joint.name), self.touched, self.work_j, height))
         self.roots.append((data.xipos[self.root].copy(), data.xmat[self.root].reshape(3, 3)[2].copy()))
         self.work_j, self.touched = 0.0, False
-        if self.states is not None:
-            self.states.append(data.qpos.copy())
 
     def guards(self, target: float) -> Guards:
         """Findings of the environment's guards in it."""

@@ -11,7 +11,6 @@ import numpy as np
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import way_of
 from asset2sim.gym.hand.operate import Led, hand_limit, lead_joint
-from asset2sim.physics.arrays import Array
 from schemas.hand_settings import GuardSettings, HandSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import SupportKind
@@ -169,7 +168,7 @@ def found_holds(found: UsedJoint) -> bool:
     return bool(found.ways and found.ways[-1].holds)
 
 
-def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array] | None = None) -> UsedJoint:
+def both_ways(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
     """The joint led to one end and back to the other: from nearer closed it is opened first."""
     low, high = shut_and_open(joint, world.settings)
     world.most_n = hand_force(joint, world.settings)
@@ -187,7 +186,7 @@ def both_ways(world: HandWorld, joint: JointPhysics, by: str, states: list[Array
         left = abs(world.position(joint.name) - target)
         if left <= world.settings.closed_share * abs(high - low):
             continue  # it is there: it went back by itself, or began there
-        led = lead_joint(world, joint, target, near, states)
+        led = lead_joint(world, joint, target, near)
         ways.append(led)
         fault, reason = fault_of(led, joint, target == low, world.settings)
         if fault:
