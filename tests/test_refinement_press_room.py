@@ -13,7 +13,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.press_room import room_for_presses
-from asset2sim.refinement.collision.trim import CLEARANCE_M, Cut, PlaneCut
+from asset2sim.refinement.collision.trim import CLEARANCE_M, Cut, PlaneCut, cut_again, cuts_of
 from asset2sim.refinement.context import Log, RefinementContext
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings
@@ -65,12 +65,26 @@ def test_a_lid_over_a_key_is_cut_to_where_the_key_goes() -> None:
     assert found["key"][0] is not None and float(found["key"][0][:, 2].max()) == pytest.approx(FRONT_M)
 
 
+def test_a_lid_that_is_drawn_beside_the_key_is_split_there_and_stays_there() -> None:
+    lid, drawn = box((-0.05, -0.05, -0.003), (0.05, 0.05, 0.0002)), box((0.012, -0.045, -0.003), (0.045, 0.045, 0.0))
+    found, (one,), planes = cut(lid, drawn)
+    low, high = (np.array(piece) for piece in found["case"][2:])
+    assert low[:, 2].max() == pytest.approx(DEEPEST, abs=1e-9) and high[:, 2].max() == pytest.approx(0.0002)
+    assert low[:, 0].max() == pytest.approx(high[:, 0].min()) == pytest.approx(0.008, abs=1e-4), "a fingertip's edge"
+    assert one.depth_m == pytest.approx(0.0002 - DEEPEST)
+    hulls = {"case": (*found["case"][:2], np.array(lid.vertices)), "key": found["key"]}
+    whole = {"case": (*found["case"][:2], planes[0].of), "key": found["key"]}
+    again = cut_again(hulls, cuts_of(whole, found, planes))
+    assert all(np.allclose(a, b) for a, b in zip(again["case"], found["case"], strict=True)), "a replay makes both"
+
+
 def test_what_is_drawn_and_what_is_no_key_leave_it() -> None:
     thick = box((-0.05, -0.05, -0.003), (0.05, 0.05, 0.0002))
     plate = box((-0.045, -0.045, -0.003), (0.045, 0.045, 0.0))
     assert cut(thick, plate)[1] == [], "the case is drawn there"
-    beside = box((0.012, -0.045, -0.003), (0.045, 0.045, 0.0))
-    assert cut(thick, beside)[1] == [], "more would be lost than is laid free"
+    around = [box((x, -0.045, -0.003), (x + 0.03, 0.045, 0.0)) for x in (-0.042, 0.012)]
+    around += [box((-0.012, y, -0.003), (0.012, y + 0.03, 0.0)) for y in (-0.042, 0.012)]
+    assert cut(thick, *around)[1] == [], "more would be lost than is laid free on every side"
     assert cut(thick, stiffness=0.0)[1] == [] == cut(thick, type="revolute")[1] == cut(thick, upper=None)[1]
     assert cut(thick, upper=0.0015)[1] == [], "it goes no deeper than the lid lets it"
     assert cut(box((-0.05, -0.05, -0.001), (0.05, 0.05, 0.0002)))[1] == [], "nothing would be left of it"

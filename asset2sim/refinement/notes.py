@@ -26,7 +26,7 @@ def note_cuts(cuts: Sequence[Cut], where: str, when: str, log: Log) -> None:
     for link in sorted({cut.link for cut in cuts}):
         own = [cut for cut in cuts if cut.link == link]
         deepest = max(own, key=lambda cut: cut.depth_m)
-        others = first_words([f"'{cut.other}'" for cut in own], 4)
+        others = first_words(list(dict.fromkeys(f"'{cut.other}'" for cut in own)), 4)
         text = (
             f"collision of link '{link}' cut by up to {1e3 * deepest.depth_m:.3g} mm ({deepest.share:.0%} of a hull) "
             f"{where} {others} {when}; its looks are unchanged"

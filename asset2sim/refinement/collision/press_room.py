@@ -20,6 +20,8 @@ from schemas.overlay import JointPhysics
 
 PLACES = 3
 """Places under a fingertip, along each of its sides."""
+DIRECTIONS = 16
+"""Directions in which a piece is split beside keys."""
 ALIKE = 1e-2
 """Rounding of the ways of keys that are looked at together."""
 
@@ -38,14 +40,15 @@ def room_for_presses(
     for (housing, part), floor in floors_of_presses(joints, tree, root, shapes).items():
         drawn = drawn_of(shapes, housing).reshape(-1, 3, 3)
         for index, points in enumerate(found.get(housing, ())):
-            left = part_below(found[housing], index, floor, drawn)
-            if left is None:
+            made = parts_below(found[housing], index, floor, drawn)
+            if not made:
                 continue
             heights = points @ floor.normal
             depth = float(heights.max()) - floor.height
-            planes.append(PlaneCut(points, left, -floor.normal, -floor.height))
+            planes += made
             cuts.append(Cut(housing, part, depth, depth / float(np.ptp(heights))))
-            found[housing] = (*found[housing][:index], left, *found[housing][index + 1 :])
+            beside = (cut.left for cut in made[1:-1])
+            found[housing] = (*found[housing][:index], made[-1].left, *found[housing][index + 1 :], *beside)
     return (found, cuts) if cuts else (hulls, [])
 
 
@@ -97,20 +100,47 @@ def drawn_of(shapes: AuthoredShapes, link: str) -> Array:
     return np.zeros((0, 3)) if read is None else shapes.scale * read[0][read[1]].reshape(-1, 3)
 
 
-def part_below(hulls: Sequence[Array], index: int, floor: Floor, drawn: Array) -> Array | None:
-    """The part below a floor of one of a link's hulls that stands over it where nothing of the (n, 3, 3) triangles is;
-    None where it stays."""
-    heights = hulls[index] @ floor.normal - floor.height
+def parts_below(hulls: Sequence[Array], index: int, floor: Floor, drawn: Array) -> list[PlaneCut]:
+    """The cuts that take one of a link's hulls down to a floor over which it stands where nothing of the (n, 3, 3)
+    triangles is, the last one's the part that is left below; where that would lose what is drawn elsewhere, it is split
+    beside the places first, and the second cut's is the part that stays as it is. None for one that stays."""
+    hull, heights = hulls[index], hulls[index] @ floor.normal - floor.height
     if heights.max() <= CLEARANCE_M or heights.min() >= 0.0:
-        return None
-    low, piece = CLEARANCE_M * floor.normal, piece_of(hulls[index], 0.0)
+        return []
+    low, piece = CLEARANCE_M * floor.normal, piece_of(hull, 0.0)
     covered = inside_planes(ConvexHull(piece.points).equations, floor.places + low)
     if not covered.any():
-        return None
+        return []
     over = drawn[(drawn @ floor.normal - floor.height).max(axis=1) > CLEARANCE_M]
     free = replace(floor, places=floor.places[covered])
     area = float((free_above(free, over) > heights.max()).sum()) * floor.each_m2
-    planes = [ConvexHull(points).equations for points in hulls] if area > 0.0 else []
-    if area == 0.0 or lost_m2(index, planes, piece, floor, over, CLEARANCE_M) > LOST * area:
-        return None
-    return trim(hulls[index], -floor.normal, -floor.height)
+    if area == 0.0:
+        return []
+    planes = [ConvexHull(points).equations for points in hulls]
+
+    def loses(part: Array) -> float:
+        known = [*planes[:index], ConvexHull(part).equations, *planes[index + 1 :]]
+        return lost_m2(index, known, piece_of(part, 0.0), floor, over, CLEARANCE_M)
+
+    splits, near = list[PlaneCut](), hull
+    if loses(hull) > LOST * area:
+        splits = min(splits_beside(hull, free), key=lambda split: loses(split[0].left), default=[])
+        if not splits or loses(splits[0].left) > LOST * area:
+            return []
+        near = splits[0].left
+    left = trim(near, -floor.normal, -floor.height)
+    return [] if left is None else [*splits, PlaneCut(near, left, -floor.normal, -floor.height)]
+
+
+def splits_beside(hull: Array, floor: Floor) -> list[list[PlaneCut]]:
+    """A hull cut in two square to a floor, just beside all of its places, in each of some directions: the part over the
+    places, and the other."""
+    found, half = list[list[PlaneCut]](), FINGERTIP_M / PLACES / 2.0
+    first, second = np.linalg.svd(floor.normal[None])[2][1:]
+    for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+        away = np.cos(angle) * first + np.sin(angle) * second
+        offset = float((floor.places @ away).max()) + half
+        near, far = trim(hull, -away, -offset), trim(hull, away, offset)
+        if near is not None and far is not None and near is not hull:
+            found.append([PlaneCut(hull, near, -away, -offset), PlaneCut(hull, far, away, offset)])
+    return found
