@@ -48,6 +48,9 @@ class Solid(NamedTuple):
         return link(name, self.shapes + inertial(self.mass, self.size))
 
 
+BODY, FRONT = Solid(shape("0.2 0.2 0.16", xyz="0 0 0.08"), 3.0, 0.2), Solid(shape("0.02 0.18 0.1"), 0.3, 0.1)
+
+
 def two(
     folder: Path, body: Solid, part: Solid, kind: str, place: str, axis: str, upper: float | None, *,
     names: tuple[str, str] = ("part", "joint"), start: float = 0.0, fixed: bool = False, **terms: Any,
@@ -64,8 +67,7 @@ def two(
 
 def drawer(folder: Path) -> Path:
     """A block with a front that slides out along x, and is ``OPEN_M`` out."""
-    body, front = Solid(shape("0.2 0.2 0.16", xyz="0 0 0.08"), 3.0, 0.2), Solid(shape("0.02 0.18 0.1"), 0.3, 0.1)
-    return two(folder, body, front, "prismatic", "0.112 0 0.09", "1 0 0", 0.1, names=("front", "slide"), start=OPEN_M,
+    return two(folder, BODY, FRONT, "prismatic", "0.112 0 0.09", "1 0 0", 0.1, names=("front", "slide"), start=OPEN_M,
                fixed=True, friction=FRICTION_N, damping=DAMPING, holds=True)  # fmt: skip
 
 

@@ -26,10 +26,9 @@ from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
 from schemas.errors import UsageError
 from schemas.hand_settings import LearningSettings
-from tests.assets import ROOT, joint, link, robot, shape
+from tests.assets import ROOT, shape
 from tests.doc_blocks import blocks
-from tests.factories import make_joint
-from tests.refined_things import OPEN_M, block, drawer, inertial, refined
+from tests.refined_things import BODY, FRONT, OPEN_M, Solid, block, drawer, two
 
 pytestmark = pytest.mark.system
 BASE = base_at(0.0, 0.6)
@@ -50,14 +49,9 @@ def opened(folder: Path, **options: Any) -> ObjectEnv:
 
 def slider(folder: Path, *, upper: float = 0.1, axis: str = "1 0 0", fixed: bool = True, **terms: float | bool) -> Path:
     """The drawer with other terms: limits, direction, support, friction, spring."""
-    urdf = robot(
-        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
-        link("front", shape("0.02 0.18 0.1") + inertial(0.3, 0.1)),
-        joint("slide", "prismatic", "body", "front", xyz="0.112 0 0.09", axis=axis, limit=f"0 {upper}"),
-    )
-    changes = {"upper": upper, "open": upper, "friction": 2.0, "damping": 5.0, "holds": True} | terms
-    made = make_joint("slide", "prismatic", OPEN_M).model_copy(update=changes)
-    return refined(folder, urdf, [made], {"body": 3.0, "front": 0.3}, fixed=fixed)
+    known: dict[str, Any] = {"friction": 2.0, "damping": 5.0, "holds": True} | terms
+    return two(folder, BODY, FRONT, "prismatic", "0.112 0 0.09", axis, upper, names=("front", "slide"), start=OPEN_M,
+               fixed=fixed, **known)  # fmt: skip
 
 
 @pytest.mark.parametrize("action", ["tool", "joints"])
@@ -345,15 +339,10 @@ def test_the_papers_nine_have_a_task_each_that_moves_a_joint() -> None:
 
 
 def test_a_part_without_ends_is_turned_and_half_a_turn_is_half_its_way(tmp_path: Path) -> None:
-    urdf = robot(
-        link("body", shape("0.2 0.2 0.16", xyz="0 0 0.08") + inertial(3.0, 0.2)),
-        link("bar", shape("0.02 0.2 0.03") + inertial(0.2, 0.1)),
-        joint("crank", "continuous", "body", "bar", xyz="0.12 0 0.1", axis="1 0 0"),
-    )
-    made = make_joint("crank", "continuous", 0.2).model_copy(
-        update={"lower": None, "upper": None, "closed": 0.0, "open": 0.0, "friction": 0.05, "holds": True}
-    )
-    env = opened(refined(tmp_path / "crank", urdf, [made], {"body": 3.0, "bar": 0.2}), base=BASE, settings=SHORT)
+    bar = Solid(shape("0.02 0.2 0.03"), 0.2, 0.1)
+    folder = two(tmp_path / "crank", BODY, bar, "continuous", "0.12 0 0.1", "1 0 0", None, names=("bar", "crank"),
+                 start=0.2, fixed=True, lower=None, closed=0.0, open=0.0, friction=0.05, holds=True)  # fmt: skip
+    env = opened(folder, base=BASE, settings=SHORT)
     subject = env.subject
     assert subject.task.verb is Verb.TURN and subject.target == pytest.approx(0.2 + np.pi / 4.0)
     env.reset(options={"start": 0})
