@@ -1,5 +1,6 @@
 """MJCF files as people have them, which MuJoCo alone refuses: read, and what was left out is said."""
 
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,9 @@ from asset2sim.intake.formats.mjcf import urdf_of_mjcf
 from asset2sim.intake.formats.mjcf_document import schema
 from asset2sim.intake.origin import without_robots
 from schemas.errors import AssetError
+from schemas.settings import PhysicsSettings
+from tasks.extract import validate_authored
+from tests.assets import read
 
 pytestmark = pytest.mark.system
 """Reading MJCF loads MuJoCo, which starts a program."""
@@ -410,3 +414,36 @@ def test_a_file_called_mjcf_is_an_asset_and_may_be_included(tmp_path: Path) -> N
     assert ref.fault is None and ref.asset_id == "box"
     links, _ = links_and_notes(folder / "box.mjcf", tmp_path / "work")
     assert links == ["base", "lid"]
+
+
+@pytest.mark.parametrize(("unit", "ends"), [("radian", "0 2.7"), ("degree", "0 155")])
+def test_a_range_that_is_stated_is_taken_though_nothing_is_limited_to_it(unit: str, ends: str, tmp_path: Path) -> None:
+    lid = LID.replace('range="0 90"', f'range="{ends}" limited="false"').format(more=SOLID)
+    file = written(tmp_path, BODY.format(more=lid), f'<compiler angle="{unit}"/>')
+    work = tmp_path / "work"
+    work.mkdir()
+    made = urdf_of_mjcf(file, work)
+    upper = [float(str(item.get("upper"))) for item in made.robot.iter("limit")]
+    assert upper == pytest.approx([2.7], abs=0.01) and any("the range that it states" in note for note in made.notes)
+
+
+def meshed(name: str, at: str, half: tuple[float, float, float]) -> tuple[str, str]:
+    """A box as a mesh: its asset and its geom."""
+    corners = " ".join(f"{x * half[0]} {y * half[1]} {z * half[2]}" for x, y, z in product((-1, 1), repeat=3))
+    return f'<mesh name="{name}" vertex="{corners}"/>', f'<geom type="mesh" mesh="{name}" pos="{at}"/>'
+
+
+def test_a_door_without_a_range_opens_as_far_as_its_box_lets_it(tmp_path: Path) -> None:
+    back, left, right, leaf = (
+        meshed("back", "0 0.3 0", (0.3, 0.01, 0.3)), meshed("left", "-0.29 0 0", (0.01, 0.3, 0.3)),
+        meshed("right", "0.29 0 0", (0.01, 0.3, 0.3)), meshed("leaf", "0.3 0 0", (0.3, 0.01, 0.3)),
+    )  # fmt: skip
+    door = f'<body name="door" pos="-0.3 -0.32 0"><joint name="hinge" axis="0 0 1"/>{leaf[1]}</body>'
+    folder = tmp_path / "cupboard"
+    folder.mkdir()
+    assets = "".join(asset for asset, _ in (back, left, right, leaf))
+    written(folder, f'<body name="box">{back[1]}{left[1]}{right[1]}{door}</body>', f"<asset>{assets}</asset>")
+    mended, found = validate_authored(read(folder), PhysicsSettings())
+    hinge = mended.features.joint("hinge")
+    assert "limits_found" in {item.code for item in found} and hinge.lower is not None and hinge.upper is not None
+    assert hinge.upper < 0.1 and hinge.lower < -3.0

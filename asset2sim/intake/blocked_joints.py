@@ -16,6 +16,7 @@ from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, author
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
+from asset2sim.guidance.parts import part_name
 from asset2sim.intake.authored_numbers import read_stated_joints
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, joint_motion, link_to_root, tree_of
@@ -95,13 +96,14 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
     """The extraction with inverted axes flipped and missing limits added where geometry is unambiguous, and findings.
 
     An axis is flipped where the link passes through its parent over most of its range, and hardly at all the other way.
-    A revolute joint without limits gets those at which it meets its parent, if any. Joints that start in an overlap are
-    left alone: they show nothing.
+    A revolute joint without limits gets those at which it meets its parent, if any, and so does a door's hinge where
+    the format has no word for turning without end. Joints that start in an overlap are left alone: they show nothing.
     """
     notes, features = Notes(), extraction.features
     shapes, tree, raw = LinkShapes(extraction), tree_of(features.joints), read_stated_joints(extraction)
     changed: dict[str, JointFeatures] = {}
     coupled = {name for joint in features.joints if joint.mimic is not None for name in (joint.name, joint.mimic.joint)}
+    unsaid = extraction.opened is not None and bool(extraction.opened.metric_format)
     for joint in features.movable_joints:
         if joint.name in coupled:
             continue  # its range is bound to another's
@@ -109,7 +111,8 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
         if way is None or not way.large or links_overlap(way, start_of(joint), shapes):
             continue
         if joint.lower is None or joint.upper is None:
-            if raw[joint.name].type == "revolute":
+            part = part_name(features.link(joint.child).label, joint.child, joint.name)
+            if raw[joint.name].type == "revolute" or (unsaid and not joint.prismatic and part == "door"):
                 found = found_limits(way, joint, shapes, notes)
                 changed |= {joint.name: found} if found is not None else {}
         else:
@@ -200,7 +203,7 @@ def found_limits(way: MovingPair, joint: JointFeatures, shapes: LinkShapes, note
     if upper - lower < step:
         return None
     message = (
-        f"joint '{joint.name}' is revolute and states no limits: between {lower:.3g} and {upper:.3g} rad "
+        f"joint '{joint.name}' states no limits: between {lower:.3g} and {upper:.3g} rad "
         f"'{way.moving}' does not pass through '{way.still}'; state them"
     )
     notes.warn("limits_found", message, joint=joint.name, value=upper - lower)

@@ -4,6 +4,7 @@ Compiling resolves defaults, includes, angles and mesh scales; what MuJoCo refus
 document. Meshes are written anew, as they stand in their link.
 """
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -94,6 +95,8 @@ def compiled_model(spec: Any, radians: bool) -> tuple[Any, Any]:
     return spec, spec.compile()
 
 
+WHOLE_TURN_RAD = 6.0
+"""Range of a hinge from which it says nothing where its file does not limit it by that."""
 MOSTLY = 0.9
 """Share of a body's compiled mass from which what its geoms state is its mass; the rest is at the density of water."""
 DEFAULT_DENSITY_KG_M3, LEAST_DENSITY_KG_M3 = 1000.0, 200.0
@@ -283,13 +286,20 @@ class _Model:
             self.notes.append(f"ball joint '{name}' is three hinges")
             return
         hinge = m.jnt_type[joint] == self.mj.mjtJoint.mjJNT_HINGE
-        limited, dof, at = bool(m.jnt_limited[joint]), m.jnt_dofadr[joint], m.jnt_qposadr[joint]
+        dof, at = m.jnt_dofadr[joint], m.jnt_qposadr[joint]
+        span = m.jnt_range[joint] * (
+            math.pi / 180.0 if hinge and self.spec.compiler.degree and not m.jnt_limited[joint] else 1.0
+        )
+        unbound = not m.jnt_limited[joint] and 0.0 < span[1] - span[0] < (WHOLE_TURN_RAD if hinge else math.inf)
+        if unbound:
+            self.notes.append(f"joint '{name}' is not limited to the range that it states: that is taken all the same")
+        limited = bool(m.jnt_limited[joint]) or unbound
         kind = ("revolute" if limited else "continuous") if hinge else "prismatic"
         element = add_joint(robot, name, kind, parent, child, pose)
         add_child(element, "axis", xyz=short_numbers(m.jnt_axis[joint]))
         zero = float(m.qpos0[at])
         if limited:
-            lower, upper = (float(value) - zero for value in m.jnt_range[joint])
+            lower, upper = (float(value) - zero for value in span)
             add_child(element, "limit", lower=short_numbers([lower]), upper=short_numbers([upper]))
         dynamics = {"damping": linear_term(m.dof_damping[dof]), "friction": float(m.dof_frictionloss[dof]),
                     "spring_stiffness": linear_term(m.jnt_stiffness[joint]),
