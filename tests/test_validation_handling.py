@@ -127,6 +127,10 @@ def test_a_wheel_rolls_by_what_it_bears_and_not_by_its_own_weight() -> None:
         features, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS, carried=SupportKind.HANDHELD
     )["part"]
     assert held.range.least_n == 0.0, "in a hand it bears nothing"
+    heavy = bodies | {"box": Body(2000.0, np.array([0.0, 0.0, 0.2]), np.eye(3))}
+    car = handlings(features, clouds, (axle,), heavy, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
+    assert car.range.least_n == pytest.approx(1000.0 * made.range.least_n)
+    assert car.least_effort == pytest.approx(car.most_upward), "no hand turns the wheel of a car that stands on it"
 
 
 def test_a_part_takes_what_its_user_says() -> None:

@@ -126,9 +126,9 @@ def handling(
         # A spring that is stated for a part of no row of its own is as light as it is stated.
         own = row != part_effort("", features.category, motion, moved.length_m)
         least = row.least_n * min(factor, 1.0) if own else 0.0
-    stated = EffortRange(
-        kind=row.kind, least_n=least, most_n=factor * row.most_n, source=row.source + said, braced=row.braced
-    )
+    # The share of a load that no hand moves, as of a car on its wheels, is what moving it takes.
+    most = max(factor * row.most_n, FELT_MARGIN * least / SAFE_SHARE)
+    stated = EffortRange(kind=row.kind, least_n=least, most_n=most, source=row.source + said, braced=row.braced)
     usual = mechanism(named, features.category, MOTIONS.get(joint.type, "hinge"))
     kind = named_mechanism(usual.kind, proposal)
     lets_go = usual.lets_go_n if kind == usual.kind else None
