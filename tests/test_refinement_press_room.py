@@ -90,6 +90,7 @@ def test_what_is_drawn_and_what_is_no_key_leave_it() -> None:
     assert cut(box((-0.05, -0.05, -0.001), (0.05, 0.05, 0.0002)))[1] == [], "nothing would be left of it"
 
 
+@pytest.mark.system
 def test_the_step_that_lets_joints_move_cuts_such_a_lid_and_says_so(tmp_path: Path) -> None:
     walls = [shape("0.004 0.1 0.01", "visual", f"{x} 0 -0.005") for x in (-0.048, 0.048)]
     key = shape("0.018 0.018 0.006", "visual", f"0 0 {FRONT_M - 0.003}")
