@@ -10,14 +10,15 @@ from functools import partial
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
+import pandas as pd
 from distributed import as_completed
 
-from asset2sim.catalog.own_files import RECORDED_AT, OwnFile, latest_own
+from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.experiments.cluster import open_client
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import Ending, Outcome, accept_children, stop_children
 from asset2sim.experiments.isolation.supervise import Work, in_child
-from schemas.errors import StudyError
+from schemas.errors import Asset2SimError
 from schemas.settings import RunSettings
 from schemas.table import Row, Table
 
@@ -37,9 +38,15 @@ class StudyJob(Protocol):
 Job = TypeVar("Job", bound=StudyJob)
 FAILED = "failed"
 """Outcome of a job whose child did not come back with a row."""
+RECORDED_AT = "recorded_at"
+"""Column of the tables of experiments: when a row was made."""
 
 RunWork = Callable[[Work], Outcome]
 Told = Callable[[str, Row, int], None]
+
+
+class StudyError(Asset2SimError):
+    """A study of which nothing could be done."""
 
 
 @dataclass(frozen=True)
@@ -158,3 +165,11 @@ def require_one_done(
     """Raise StudyError where there are rows and every one is of a job that was not done."""
     if rows and all(map(undone, rows)):
         raise StudyError(f"none of {len(rows)} {what} could be done, the last: {rows[-1]['reason']}")
+
+
+def latest_own(outs: Sequence[Path | str], table: Table) -> pd.DataFrame:
+    """The latest row of every key of an experiment's table in these outputs, in the keys' order."""
+    frames = [read_own_files(out, table) for out in outs]
+    whole = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=table.schema.names)
+    key = list(table.key)
+    return whole.sort_values(RECORDED_AT).drop_duplicates(key, keep="last").sort_values(key, ignore_index=True)

@@ -83,10 +83,6 @@ class InvalidAnswerError(ModelError):
     """The model answered, and the answer does not fit the schema."""
 
 
-class StudyError(Asset2SimError):
-    """A study of which nothing could be done."""
-
-
 def shortened(text: str, length: int) -> str:
     """The text, cut to ``length`` characters for a message."""
     return text if len(text) <= length else text[:length] + "…"

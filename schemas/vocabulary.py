@@ -48,8 +48,6 @@ _PAPER_FAILURES = {
 PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}
 """Our failure mode → the paper's name for it, as used for its large set. The paper has none for limits of time and
 memory and a full disk, which say nothing of the object."""
-NO_PAPER_MODE = "none of the paper's"
-"""What a chart says of a failure mode that the paper has no name for."""
 
 RETRIED_MODES = (
     *(FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.OUT_OF_MEMORY, FailureMode.DISK_FULL),

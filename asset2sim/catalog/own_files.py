@@ -24,8 +24,6 @@ from schemas.table import Row, Table
 
 EMPTY = "none.parquet"
 """The file without rows, by which readers know the columns before anybody has written any."""
-RECORDED_AT = "recorded_at"
-"""Column of the tables of experiments: when a row was made."""
 
 
 def new_name() -> str:
@@ -96,11 +94,3 @@ def read_own_files(out: Path | str, table: Table) -> pd.DataFrame:
     whole = pa.concat_tables(found) if found else table.schema.empty_table()
     frame: pd.DataFrame = whole.to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)
     return frame
-
-
-def latest_own(outs: Sequence[Path | str], table: Table) -> pd.DataFrame:
-    """The latest row of every key of an experiment's table in these outputs, in the keys' order."""
-    frames = [read_own_files(out, table) for out in outs]
-    whole = pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=table.schema.names)
-    key = list(table.key)
-    return whole.sort_values(RECORDED_AT).drop_duplicates(key, keep="last").sort_values(key, ignore_index=True)

@@ -167,9 +167,6 @@ RULE_FIELDS = (
 OWN_FIELDS = ("mass_change", "effort_n", "effort_nm", "stiff")
 """Fields that only ``prior/household`` fills."""
 
-REASONED = ("appearance", "size_reason", "findings", "unclear")
-"""Fields that say what was seen, why, and what cannot be told: a model that calls tools has no place for them."""
-
 STATED = ("contact_friction", "restitution")
 """Fields that only the synthesis asks for: what the user states of contacts."""
 

@@ -15,6 +15,15 @@ from schemas.settings import ModelSettings
 from schemas.support import SupportKind
 from schemas.vocabulary import Correction, Engine, Export, UpAxis
 
+PACKAGE = Field((), description="a folder outside data that is read as package://NAME/…, repeatable")
+MACRO = Field(
+    "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
+)
+ALLOW_OUTSIDE = Field(False, description="read files outside data that an asset names or links to")
+SOME = Field((), description="only these assets, separated by commas")
+INTERACTION = Field(True, description="drops, nudges, sweeps and resets beside the paper's tests")
+AT_ONCE = Field(None, description="assets at work at once (default: all cores)")
+
 
 class FileOptions(Options):
     """The option for a settings file."""
@@ -37,20 +46,18 @@ class Chosen(Options):
     """Which assets of a dataset are taken."""
 
     subset: typed.NAME | None = Field(None, description="only the manifest's rows of this subset")
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    assets: typed.Chosen[typed.IDS] = SOME
     limit: typed.N | None = Field(None, description="only the first N of them")
 
 
 class Selection(Chosen):
     """Which assets of a dataset are taken, where they are verified, and how many at once."""
 
-    interaction: CliDualFlag[bool] = Field(
-        True, description="drops, nudges, sweeps and resets beside the paper's tests"
-    )
+    interaction: CliDualFlag[bool] = INTERACTION
     check: typed.Listed[typed.CHECKS] = Field(
         (), description=f"further checks, seconds an object: {', '.join(checks()) or 'none is installed'}"
     )
-    workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
+    workers: typed.N | None = AT_ONCE
 
 
 class AnswerOptions(Options):
@@ -115,9 +122,7 @@ class CheckOptions(FileOptions):
     engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
         None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
     )
-    interaction: CliDualFlag[bool] = Field(
-        True, description="drops, nudges, sweeps and resets beside the paper's tests"
-    )
+    interaction: CliDualFlag[bool] = INTERACTION
     support: typed.SUPPORT | None = Field(
         None, description=f"{', '.join(SupportKind)}: what carries them (default: their overlay.json, else found)"
     )
@@ -141,12 +146,8 @@ class ConvertOptions(FileOptions):
     out: typed.FILE = Field(description="the output folder: OUT/assets/<asset_id>")
     to: typed.Listed[typed.FORMATS] = Field((), description=f"formats beside the URDF: {', '.join(Export)}")
     up: typed.AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files")
-    package: typed.Listed[typed.PACKAGES] = Field(
-        (), description="a folder outside data that is read as package://NAME/…, repeatable"
-    )
-    macro: typed.NAME = Field(
-        "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
-    )
+    package: typed.Listed[typed.PACKAGES] = PACKAGE
+    macro: typed.NAME = MACRO
     workers: typed.N | None = Field(None, description="objects converted at once (default: all cores)")
 
 
@@ -161,7 +162,7 @@ class ExportOverlaysOptions(Options):
 
     run: CliPositionalArg[Path] = Field(description="a run's folder (OUT of asset2sim refine)")
     out: Path = Field(description="the overlay folder to write")
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    assets: typed.Chosen[typed.IDS] = SOME
 
 
 class ApplyOverlaysOptions(FileOptions):
@@ -170,14 +171,10 @@ class ApplyOverlaysOptions(FileOptions):
     overlays: CliPositionalArg[Path] = Field(description="a folder that asset2sim overlays export wrote")
     data: CliPositionalArg[Path] = Field(description="your copy of the dataset, as asset2sim refine takes it")
     out: Path = Field(description="the output folder")
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
-    workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
-    package: typed.Listed[typed.PACKAGES] = Field(
-        (), description="a folder outside data that is read as package://NAME/…, repeatable"
-    )
-    allow_outside: CliDualFlag[bool] = Field(
-        False, description="read files outside data that an asset names or links to"
-    )
+    assets: typed.Chosen[typed.IDS] = SOME
+    workers: typed.N | None = AT_ONCE
+    package: typed.Listed[typed.PACKAGES] = PACKAGE
+    allow_outside: CliDualFlag[bool] = ALLOW_OUTSIDE
 
 
 class PackOptions(Options):
@@ -188,7 +185,7 @@ class PackOptions(Options):
         alias="for", description="mujoco, gazebo, ros2, isaaclab, robosuite, maniskill, huggingface, lerobot"
     )
     out: Path = Field(description="the folder to write")
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    assets: typed.Chosen[typed.IDS] = SOME
     license: str = Field("not stated", description="of the dataset's geometry, as an SPDX name")
 
 

@@ -12,6 +12,10 @@ from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
 from asset2sim.runs.option_groups import (
+    ALLOW_OUTSIDE,
+    AT_ONCE,
+    MACRO,
+    PACKAGE,
     AnswerOptions,
     CatalogOptions,
     CheckOptions,
@@ -110,12 +114,8 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     up: typed.AXIS | None = Field(
         None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
     )
-    package: typed.Listed[typed.PACKAGES] = Field(
-        (), description="a folder outside data that is read as package://NAME/…, repeatable"
-    )
-    macro: typed.NAME = Field(
-        "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
-    )
+    package: typed.Listed[typed.PACKAGES] = PACKAGE
+    macro: typed.NAME = MACRO
     keep: typed.Listed[typed.KEEP] = Field(
         (Keep.PLAUSIBLE.value,),
         description=f"authored numbers that stay where no words ask otherwise: {', '.join(KEEP_WORDS)}",
@@ -123,9 +123,7 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     split: CliDualFlag[bool] = Field(
         False, description="cut files of several objects (a kitchen) into them, and put the whole together again"
     )
-    allow_outside: CliDualFlag[bool] = Field(
-        False, description="read files outside data that an asset names or links to"
-    )
+    allow_outside: CliDualFlag[bool] = ALLOW_OUTSIDE
     export: typed.Listed[typed.FORMATS] = Field(
         (), description=f"formats to write beside the URDF: {', '.join(Export)}"
     )
@@ -239,7 +237,7 @@ class AskOptions(FileOptions, Chosen):
     data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
     method: typed.METHOD = Field(Method.ASSET2SIM, description="whose questions")
-    workers: typed.N | None = Field(None, description="assets at work at once (default: all cores)")
+    workers: typed.N | None = AT_ONCE
 
 
 class Command(Options):

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
 from lab.flows.in_flow import in_flow
 from lab.judged.published import published_learning
@@ -17,7 +16,7 @@ from lab.learning.show_learning import described, draw_curves, learning_block
 from lab.learning.study import Training, TrainingChoice, check_libraries, learning_study, trainings_left, trainings_of
 from lab.options.trial_options import LearnOptions
 from lab.pages.blocks import check_page, write_block
-from lab.runner import require_one_done, run_study, telling
+from lab.runner import latest_own, require_one_done, run_study, telling
 from lab.schemas.ppo_settings import warp_settings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError

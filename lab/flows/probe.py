@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import output
 from asset2sim.gym.arm.gripper import ROBOTIQ, robotiq_file
 from lab.flows.in_flow import in_flow
@@ -18,10 +17,10 @@ from lab.pages.blocks import Pages
 from lab.probes.cloning import FIRST_SEED
 from lab.probes.policies import CLONED, check_installed, policy_spec
 from lab.probes.probe_study import ProbeChoice, chosen_tasks, jobs_of, probe_study, run_probes
-from lab.runner import left_to_do, require_one_done, telling
+from lab.runner import StudyError, latest_own, left_to_do, require_one_done, telling
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
-from schemas.errors import StudyError, UsageError
+from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.table import Row
 

@@ -6,14 +6,13 @@ from pathlib import Path
 import pandas as pd
 from rich.console import RenderableType
 
-from asset2sim.catalog.own_files import latest_own
 from asset2sim.catalog.text import markdown_table, number_table, output, titled_table
 from asset2sim.gym.arm.gripper import ROBOTIQ, robotiq_file
 from lab.flows.in_flow import in_flow
 from lab.judged.variant_folders import variant_folders
 from lab.options.trial_options import RecordMotionOptions
 from lab.pages.blocks import Pages
-from lab.runner import require_one_done, run_study, telling
+from lab.runner import latest_own, require_one_done, run_study, telling
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.figures import FAULTS, MethodTrials, method_figures, task_rows
 from lab.trials.study import STUDY, jobs_of

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from asset2sim.catalog.own_files import latest_own
 from asset2sim.report.loops.film import INK, text
 from lab.judged.variant_folders import variant_folders
+from lab.runner import latest_own
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.figures import ORDER
 from lab.trials.study import motion_folder

@@ -11,7 +11,7 @@ from rich.console import RenderableType
 from rich.text import Text
 from scipy.stats import pearsonr
 
-from asset2sim.catalog.own_files import latest_own, read_own_files
+from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.text import NOTHING, number_table, significant
 from lab.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
@@ -20,6 +20,7 @@ from lab.judged.physical_scores import PHYSICAL_JUDGE
 from lab.judged.published import SUCCESS_FILE, published_rates, published_ratings, published_videos
 from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates
 from lab.judged.variant_folders import variant_folders
+from lab.runner import latest_own
 from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 from lab.schemas.tables_probes import PROBE_TRIALS
 from schemas.errors import UsageError

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from asset2sim.catalog.own_files import latest_own
 from lab.judged.published import NO_MODEL
 from lab.judged.variant_folders import variant_folders
+from lab.runner import latest_own
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.study import motion_folder
 from lab.trials.trial import FILM

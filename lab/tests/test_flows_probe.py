@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.catalog.own_files import latest_own
 from flows.command import refine, run_command, serve
 from lab.flows import probe as module
 from lab.probes.cameras import gl_works
+from lab.runner import latest_own
 from lab.schemas.tables_probes import PROBE_TRIALS
 from lab.tests.test_probes_probe_study import BOX, QUICK, out
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.catalog.own_files import latest_own, read_own_files
+from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.write import write_run
 from flows.command import refine, run_command, serve
-from lab.runner import run_study
+from lab.runner import latest_own, run_study
 from lab.schemas.tables_trials import TRIALS
 from lab.trials.study import STUDY, jobs_of
 from lab.trials.trial import TRACK

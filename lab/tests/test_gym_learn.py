@@ -20,7 +20,7 @@ import mujoco
 import torch
 from stable_baselines3 import PPO
 
-from asset2sim.catalog.own_files import OwnFile, latest_own, read_own_files
+from asset2sim.catalog.own_files import OwnFile, read_own_files
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query
 from asset2sim.catalog.write import write_run
@@ -45,7 +45,7 @@ from lab.learning.study import (
     trainings_of,
 )
 from lab.learning.training import train
-from lab.runner import do_job
+from lab.runner import do_job, latest_own
 from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError

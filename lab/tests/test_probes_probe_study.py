@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.own_files import latest_own, read_own_files
+from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.write import write_run
 from lab.probes.policies import PROBES, PolicySpec, policy_spec
 from lab.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, probe_study, run_probes
 from lab.probes.tasks import PAPER11
-from lab.runner import left_to_do
+from lab.runner import latest_own, left_to_do
 from lab.schemas.probe_settings import ProbeSettings
 from lab.schemas.tables_probes import PROBE_TRIALS
 from lab.tests import policy_servers as does

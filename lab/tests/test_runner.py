@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.own_files import latest_own, read_own_files
+from asset2sim.catalog.own_files import read_own_files
 from asset2sim.experiments.isolation.supervise import Work, in_child
-from lab.runner import Done, RunWork, Study, done_row, left_to_do, run_study
+from lab.runner import Done, RunWork, Study, done_row, latest_own, left_to_do, run_study
 from schemas.settings import RunSettings
 from schemas.table import COUNT, TEXT, TIME, Row, make_table
 

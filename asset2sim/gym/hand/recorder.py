@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from asset2sim.checks.mechanism import span_of
 from asset2sim.gym.arm.record import pressures
 from asset2sim.gym.guards import Guards, Rollout, guard
 from asset2sim.gym.hand.gripper import HandWorld
@@ -60,17 +61,10 @@ class Recorder:
         positions, touched, work, heights = (np.array(column) for column in zip(*self.rows, strict=True))
         centers, ups = (np.array(column) for column in zip(*self.roots, strict=True))
         joint = self.joint
-        lower, upper = span(joint)
+        lower, upper = span_of(joint)
         spring = joint.stiffness, joint.spring_reference
         rollout = Rollout(positions, touched, work, heights, centers, ups, lower, upper, target, *spring)
         return guard(rollout, GUARDS)
-
-
-def span(joint: JointPhysics) -> tuple[float, float]:
-    """The joint's range, or for what has no limits a turn either way, rad or m."""
-    if joint.lower is None or joint.upper is None:
-        return joint.initial_position - math.pi, joint.initial_position + math.pi
-    return joint.lower, joint.upper
 
 
 def is_displaced(recorder: Recorder) -> bool:

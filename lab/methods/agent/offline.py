@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from asset2sim.guidance.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
-from asset2sim.models.answers import OWN_FIELDS, REASONED, RULE_FIELDS, STATED
+from asset2sim.models.answers import OWN_FIELDS, RULE_FIELDS, STATED
 from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answer
 
@@ -143,6 +143,8 @@ MAX_REFUSED = 2
 """Refused estimates after which this agent answers with its estimate as text."""
 MAX_CORRECTIONS = 4
 """Most changes after the first estimate: with it and the last step half of the steps that an agent has."""
+REASONED = ("appearance", "size_reason", "findings", "unclear")
+"""Fields that say what was seen, why, and what cannot be told: a model that calls tools has no place for them."""
 FIELDS_ABOUT_NUMBERS = ("asked", "sigmas", "uncertainty", "notes", "support", *REASONED, *STATED)
 """Fields of an overlay that the agent's tools do not accept, as little as ``RULE_FIELDS``."""
 _PURPOSE = re.compile(r'"purpose"\s*:\s*"(agent|synthesis)"')
