@@ -53,6 +53,8 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result", bound=StageResult)
 
 
+LEFT = ("features", "guidance", "overlay", "reports", "overlaps", "alignment", "expected")
+"""Fields of a stage's result that stand in the asset's record as the last stage left them."""
 READING = (Stage.EXTRACT, Stage.VALIDATE, Stage.APPLY)
 """Stages that work on the asset's own files and numbers alone: what they raise would come again every night."""
 READING_ERRORS = (
@@ -122,7 +124,7 @@ class Progress:
         self.calls.extend(result.calls)
         self.trace.extend(result.trace)
         self.further.update(result.further)
-        for name in ("features", "guidance", "overlay", "reports", "overlaps", "alignment", "expected"):
+        for name in LEFT:
             if getattr(result, name) is not None:
                 setattr(self, name, getattr(result, name))
         return result
@@ -153,14 +155,7 @@ class Progress:
             status=Status.OK if verdict.mode is FailureMode.NONE else Status.FAILED,
             failure_mode=verdict.mode,
             reason=verdict.reason,
-            features=self.features,
-            guidance=self.guidance,
-            overlay=self.overlay,
             measurement=next((r.measurement for r in self.reports if r.measurement is not None), None),
-            reports=self.reports,
-            overlaps=self.overlaps,
-            alignment=self.alignment,
-            expected=self.expected,
             further=self.further,
             calls=tuple(self.calls),
             trace=tuple(step.model_copy(update={"step": index}) for index, step in enumerate(self.trace)),
@@ -168,6 +163,7 @@ class Progress:
             seconds=dict(self.seconds),
             processor_s=dict(self.processor_s),
             written=self.written,
+            **{name: getattr(self, name) for name in LEFT},
         )
 
 

@@ -180,18 +180,10 @@ def run_row(run: RunRow, refined: Sequence[AssetSummary], unchanged: Sequence[Un
     every: list[AssetSummary | Unchanged] = [*refined, *unchanged]
     ok = sum(item.status is Status.OK for item in every)
     return {
-        "run_id": run.run_id,
-        "started_at": run.started_at,
-        "finished_at": run.finished_at,
-        "outcome": run.outcome,
-        "dataset": run.dataset,
-        "subset": run.subset,
-        "selection": run.selection,
+        **run.model_dump(exclude={"settings", "versions"}),
         "method": run.settings.method.value,
         "model": run.settings.model.model,
         "settings_json": without_credentials(run.settings.model_dump_json(exclude=UNRECORDED_SETTINGS)),
-        "git_commit": run.git_commit,
-        "git_dirty": run.git_dirty,
         "versions_json": json.dumps(run.versions, sort_keys=True),
         "assets": len(every),
         "ok": ok,

@@ -5,7 +5,6 @@ import json
 import logging
 import shutil
 from collections.abc import Collection, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from glob import escape
@@ -17,7 +16,7 @@ from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.catalog.index import ASSETS_FOLDER, local_files
 from asset2sim.catalog.read import FrameRow, rows
 from asset2sim.catalog.read_remote import PARTS, repair_history
-from asset2sim.experiments.isolation import stop_children
+from asset2sim.experiments.isolation.supervise import each_in_threads
 from asset2sim.intake.dataset import root_of
 from asset2sim.report.index_page import index_page
 from asset2sim.report.object_page import Beside, object_page
@@ -172,14 +171,7 @@ def _draw(
             log = out / "logs" / f"{name}.report.log"
             write_pictures(refined, raw, reaches[asset["run_id"]], folder, log, str(out), moving[name])
 
-    pool = ThreadPoolExecutor(max(1, workers))
-    try:
-        list(pool.map(draw, todo))
-    except KeyboardInterrupt:
-        stop_children(str(out))
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+    each_in_threads(draw, todo, str(out), max(1, workers))
     return keys | kept
 
 

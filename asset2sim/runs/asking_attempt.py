@@ -2,13 +2,11 @@
 
 import uuid
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from asset2sim.experiments.isolation import stop_children
 from asset2sim.experiments.isolation.children import warm_up
-from asset2sim.experiments.isolation.supervise import is_stopped
+from asset2sim.experiments.isolation.supervise import each_in_threads, is_stopped
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
 from asset2sim.runs.asset_attempt import AssetAttempt, attempt_in_child
@@ -78,22 +76,6 @@ NEEDS_PIPELINE = ("model.run_calls", "model.run_tokens", "model.run_usd", "run.g
 """Settings that only a run over a dataset follows."""
 
 
-def each_here(
-    attempt: Callable[[AssetRef], AssetRecord], refs: Sequence[AssetRef], owner: str, pipeline: str, workers: int
-) -> list[AssetRecord]:
-    """The record of each asset, in their order, so many ``workers`` at a time. Ctrl-C stops the children that belong to
-    ``owner``."""
-    warm_up(pipeline)
-    pool = ThreadPoolExecutor(workers)
-    try:
-        return list(pool.map(attempt, refs))
-    except KeyboardInterrupt:
-        stop_children(owner)
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
 def refine_here(refs: Sequence[AssetRef], out: Path, settings: Settings, pipeline: str) -> list[AssetRecord]:
     """The record of each asset refined into ``out/assets`` by ``pipeline`` (``module:function``), in their order.
     Raises UsageError for settings that only a run follows."""
@@ -106,4 +88,5 @@ def refine_here(refs: Sequence[AssetRef], out: Path, settings: Settings, pipelin
     def attempt(ref: AssetRef) -> AssetRecord:
         return attempt_asset(ref, out, settings, pipeline, run_id, lambda calls: None, fresh=False).record
 
-    return each_here(attempt, refs, str(out), pipeline, settings.run.workers)
+    warm_up(pipeline)
+    return each_in_threads(attempt, refs, str(out), settings.run.workers)

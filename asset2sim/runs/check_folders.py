@@ -12,9 +12,10 @@ from asset2sim.assets.urdf.base import WORLD
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.checks.verdict import failures_of
 from asset2sim.engines.registry import require
+from asset2sim.experiments.isolation.children import warm_up
+from asset2sim.experiments.isolation.supervise import each_in_threads
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.locate import find_source
-from asset2sim.runs.asking_attempt import each_here
 from asset2sim.runs.asset_attempt import attempt_in_child
 from asset2sim.storage.regular_files import read_regular
 from schemas.asset import AssetRecord, AssetRef
@@ -53,7 +54,8 @@ def check_folders(folders: Sequence[Path | str], settings: Settings, pipeline: s
             places[ref.path].mkdir()
             return attempt_in_child(pipeline, ref, places[ref.path], own, _never, owner=place).record
 
-        return each_here(attempt, list(refs.values()), place, pipeline, settings.run.workers)
+        warm_up(pipeline)
+        return each_in_threads(attempt, refs.values(), place, settings.run.workers)
 
 
 def check_as_json(record: AssetRecord, settings: Settings) -> dict[str, Any]:

@@ -6,12 +6,14 @@ import signal
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import connection
 from multiprocessing.context import ForkServerProcess
 from pathlib import Path
+from typing import TypeVar
 
 from asset2sim.assets.child_process import dump_traceback
 from asset2sim.experiments.isolation.children import PROCESS_LOCK, Child, return_to_pool, start_work
@@ -27,6 +29,8 @@ from asset2sim.experiments.isolation.pipe_messages import (
 )
 from schemas.settings import RunSettings
 
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 _lock = threading.Lock()
 _running: dict[int, str] = {}
 _refused: set[str] = set()
@@ -224,3 +228,16 @@ def in_child(work: Work, owner: str = "", log_path: Path | None = None) -> Outco
             work.function, work.args, time_limit_s=work.time_limit_s, memory_limit_mb=work.memory_limit_mb,
             services=work.services, log_path=log_path or Path(place, "work.log"), owner=owner, fresh=work.fresh,
         )  # fmt: skip
+
+
+def each_in_threads(work: Callable[[Item], Result], items: Iterable[Item], owner: str, workers: int) -> list[Result]:
+    """The result of each item, in their order, so many ``workers`` at a time, each of which waits for a child of
+    ``owner``'s; Ctrl-C stops these."""
+    pool = ThreadPoolExecutor(workers)
+    try:
+        return list(pool.map(work, items))
+    except KeyboardInterrupt:
+        stop_children(owner)
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
