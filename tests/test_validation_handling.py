@@ -127,6 +127,10 @@ def test_a_wheel_rolls_by_what_it_bears_and_not_by_its_own_weight() -> None:
         features, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS, carried=SupportKind.HANDHELD
     )["part"]
     assert held.range.least_n == 0.0, "in a hand it bears nothing"
+    limited = own.model_copy(update={"type": "revolute", "lower": 0.0, "upper": 1.0})
+    door = features.model_copy(update={"joints": (limited,)})
+    hung = handlings(door, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
+    assert hung.range.least_n == 0.0, "what touches the floor, and does not roll, is not borne by it"
     heavy = bodies | {"box": Body(2000.0, np.array([0.0, 0.0, 0.2]), np.eye(3))}
     car = handlings(features, clouds, (axle,), heavy, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
     assert car.range.least_n == pytest.approx(1000.0 * made.range.least_n)

@@ -216,7 +216,9 @@ def handlings(
         axis, origin = frame[:3, :3] @ hinge.axis, frame[:3, 3]
         length = float(np.ptp(cloud, axis=0).max()) if len(cloud) else 0.0
         weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in links)
-        part = MovedPart(length, max(weight, sum(pushes.get(link, 0.0) for link in moved_links(tree, name))))
+        # What rolls bears the object on its axle; a door or drawer that touches the floor hangs as ever.
+        borne = sum(pushes.get(link, 0.0) for link in moved_links(tree, name)) if joint.type == "continuous" else 0.0
+        part = MovedPart(length, max(weight, borne))
         if len(cloud) and not joint.prismatic:
             flat = np.ptp(cloud - np.outer(cloud @ axis, axis), axis=0).max()
             extent = float(np.ptp(cloud @ axis) / max(flat, 1e-9))
