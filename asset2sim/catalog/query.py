@@ -32,9 +32,9 @@ _NO_TABLE = re.compile(r"Table with name (\S+) does not exist")
 
 
 def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
-    """A connection with a view per table of OUT, its history and those of extensions among them; times are in UTC. The
-    views read the files at each query; for a URL they read copies made now. Close the connection after use. Raises
-    UsageError where OUT has no catalog."""
+    """A connection with a view per table of OUT, its history and those of extensions among them, with comments on all
+    columns; times are in UTC. The views read the files at each query; for a URL they read copies made now. Close the
+    connection after use. Raises UsageError where OUT has no catalog."""
     import duckdb  # late: writing the catalog does not need it
 
     place = local_tables(out)
@@ -43,6 +43,8 @@ def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
         raise no_catalog_error(place)
     connection = duckdb.connect(":memory:")
     make_views(connection, place, folder)
+    for table in (PUBLISHED | further_tables()).values():
+        _comment(connection, table)
     return connection
 
 
@@ -58,11 +60,10 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path,
     Without ``files``, for a connection that may open none, Arrow reads them. Raises CatalogError for one that cannot be
     read."""
     connection.execute("SET TimeZone = 'UTC'")
-    added = further_tables()
     places = (
         *((table, folder / table.file, [folder / table.file]) for table in TABLES.values()),
         (HISTORY, out / PATTERN, history_files(out)),
-        *((table, out / own_pattern(table), own_files(out, table)) for table in (REVIEWS, *added.values())),
+        *((table, out / own_pattern(table), own_files(out, table)) for table in (REVIEWS, *further_tables().values())),
     )
     for table, pattern, paths in places:
         schemas = []
@@ -79,8 +80,6 @@ def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path,
             connection.execute(f"CREATE VIEW {table.name} AS SELECT * FROM {source}")
         else:
             connection.register(table.name, dataset.dataset(paths, schema=whole))
-    for table in (PUBLISHED | added).values():
-        _comment(connection, table)
 
 
 def _comment(connection: "duckdb.DuckDBPyConnection", table: Table) -> None:
