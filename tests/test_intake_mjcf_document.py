@@ -326,6 +326,7 @@ def test_a_material_keeps_its_name_and_that_of_its_picture_whose_mean_tints_it(t
         '<material name="black_metal" rgba="0.1 0.1 0.1 1"/></asset>'
     )
     solid = SOLID.replace("/>", ' material="front"/>') + SOLID.replace("/>", ' material="black_metal"/>')
+    solid += SOLID.replace("/>", ' material="black_metal" rgba="1 0 0 1"/>')
     file = written(tmp_path, BODY.format(more=LID.format(more=solid)), paints)
     work = tmp_path / "work"
     work.mkdir()
@@ -337,6 +338,7 @@ def test_a_material_keeps_its_name_and_that_of_its_picture_whose_mean_tints_it(t
     assert found == {
         "front oak": [0.6, 0.4, 0.2, 0.5],
         "black_metal": [0.1, 0.1, 0.1, 1.0],
+        "black_metal 3": [1.0, 0.0, 0.0, 1.0],
         "color_0": [0.5, 0.5, 0.5, 1.0],
     }
 

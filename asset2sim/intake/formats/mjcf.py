@@ -40,6 +40,8 @@ from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
+COLOR_OF_ALL = (0.5, 0.5, 0.5, 1.0)
+"""Colour of geoms that state none."""
 MUJOCO_FRICTION = 1.0
 """Coefficient of geoms that state none."""
 SHOWN_GROUPS = (0, 1, 2)
@@ -348,10 +350,13 @@ class _Model:
                 add_child(add_child(element, "material", name=name), "color", rgba=short_numbers(color))
 
     def paint(self, geom: int) -> tuple[str, Array]:
-        """The name of a geom's material, with that of its picture, and its colour, times the picture's mean."""
+        """The name of a geom's material, with that of its picture, and its colour, times the picture's mean. As in
+        MuJoCo's viewer a colour of the geom's own comes first, but for the one that it gives to all."""
         m, material = self.model, int(self.model.geom_matid[geom])
-        if material < 0:
-            return f"color_{geom}", m.geom_rgba[geom]
+        own = m.geom_rgba[geom]
+        if material < 0 or not np.allclose(own, COLOR_OF_ALL):
+            name = f"color_{geom}" if material < 0 else f"{self.name('material', material)} {geom}"
+            return name, own
         name, color = self.name("material", material), np.array(m.mat_rgba[material])
         texture = int(m.mat_texid[material][int(self.mj.mjtTextureRole.mjTEXROLE_RGB)])
         if texture >= 0:
