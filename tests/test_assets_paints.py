@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from asset2sim.assets.meshes.paints import color_words, part_words
+from asset2sim.assets.meshes.paints import color_words, dae_paints, part_words
 from tests.assets import box_obj, link, mesh, read, robot, shape, written
 
 MTL = "newmtl material_0_0\nKd 0.1 0.1 0.1\nd 1\n\nnewmtl oak\nKd 0.55 0.35 0.15\nmap_Kd images/wood.png\n" \
@@ -69,3 +69,23 @@ def test_a_urdf_s_colour_counts_where_there_is_no_mtl(tmp_path: Path) -> None:
     )
     found = read(written(tmp_path, robot(link("body", painted)))).features.link("body").materials
     assert found == ("light grey (Chrome)",)
+
+
+DAE = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<library_effects><effect id="oak-fx"><profile_COMMON><technique sid="common"><lambert><diffuse>
+<color sid="diffuse">0.4 0.2 0.1 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="oak-material" name="oak"><instance_effect url="#oak-fx"/></material>
+<material id="chrome"><instance_effect url="#gone"/></material></library_materials>
+<library_geometries><geometry id="g"><mesh><triangles material="slot" count="30"/><polylist material="chrome" count="10"/>
+<triangles material="nothing" count="5"/></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="slot" target="#oak-material"/></technique_common></bind_material></instance_geometry></node>
+</visual_scene></library_visual_scenes></COLLADA>"""
+
+
+def test_a_collada_file_says_what_covers_it(tmp_path: Path) -> None:
+    (tmp_path / "door.dae").write_text(DAE, encoding="utf-8")
+    found = {paint.words(): share for paint, share in dae_paints(tmp_path / "door.dae").items()}
+    assert found == {"brown (oak)": 0.75, "light grey (chrome)": 0.25}
+    (tmp_path / "door.dae").write_text("no XML", encoding="utf-8")
+    assert dae_paints(tmp_path / "door.dae") == dae_paints(tmp_path / "gone.dae") == {}

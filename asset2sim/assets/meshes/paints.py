@@ -1,4 +1,4 @@
-"""A link's covering in words: the materials of its OBJ files (MTL) and of its URDF, by the area they cover."""
+"""A link's covering in words: the materials of its OBJ and COLLADA files and of its URDF, by the area they cover."""
 
 import colorsys
 import re
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import yourdfpy
+from lxml import etree
 from PIL import Image
 
 from asset2sim.assets.urdf.mesh_files import libraries_of, library_problem
@@ -103,6 +104,28 @@ def obj_paints(obj: Path) -> dict[MtlPaint, float]:
     return {paint: count / total for paint, count in faces.items() if count}
 
 
+def dae_paints(dae: Path) -> dict[MtlPaint, float]:
+    """Material of a COLLADA file → the share of its faces that it covers; empty where none can be read."""
+    try:
+        root = etree.parse(str(dae), etree.XMLParser(resolve_entities=False, no_network=True)).getroot()
+    except (OSError, etree.XMLSyntaxError):
+        return {}
+    bound = {item.get("symbol"): str(item.get("target"))[1:] for item in root.iter("{*}instance_material")}
+    materials = {item.get("id"): item for item in root.iter("{*}material")}
+    effects = {item.get("id"): item for item in root.iter("{*}effect")}
+    faces: dict[MtlPaint, int] = {}
+    for item in root.iter("{*}triangles", "{*}polylist", "{*}polygons"):
+        material = materials.get(bound.get(item.get("material"), str(item.get("material"))))
+        if material is not None and str(item.get("count")).isdigit():
+            effect = effects.get(str(next((i.get("url") for i in material.iter("{*}instance_effect")), ""))[1:])
+            colors = [] if effect is None else [c.text for d in effect.iter("{*}diffuse") for c in d.iter("{*}color")]
+            name = str(material.get("name") or material.get("id"))
+            paint = paint_of({"name": name, "kd": " ".join(str(next(iter(colors), "")).split())}, dae.parent)
+            faces[paint] = faces.get(paint, 0) + int(str(item.get("count")))
+    total = sum(faces.values())
+    return {paint: count / total for paint, count in faces.items() if count}
+
+
 def library_paints(library: Path) -> tuple[MtlPaint, ...]:
     """The materials of an MTL file; none where it cannot be read."""
     if library_problem(library) is not None:
@@ -154,7 +177,8 @@ def link_paints(painted: Iterable[tuple[yourdfpy.Visual, Path | None, float]]) -
     areas: dict[str, float] = {}
     for visual, file, area in painted:
         part = part_words(visual.name)
-        found = obj_paints(file) if file is not None and file.suffix.lower() == ".obj" else {}
+        read = None if file is None else {".obj": obj_paints, ".dae": dae_paints}.get(file.suffix.lower())
+        found = read(file) if read is not None and file is not None else {}
         own = [(paint.words(), share) for paint, share in found.items()]
         for words, share in own or [(urdf_paint(visual.material), 1.0)]:
             said = f"{part}: {words}" if part and words else part or words
