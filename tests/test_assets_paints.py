@@ -76,7 +76,8 @@ DAE = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COL
 <color sid="diffuse">0.4 0.2 0.1 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
 <library_materials><material id="oak-material" name="oak"><instance_effect url="#oak-fx"/></material>
 <material id="chrome"><instance_effect url="#gone"/></material></library_materials>
-<library_geometries><geometry id="g"><mesh><triangles material="slot" count="30"/><polylist material="chrome" count="10"/>
+<library_geometries><geometry id="g"><mesh><triangles material="slot" count="30"/>
+<polylist material="chrome" count="10"/>
 <triangles material="nothing" count="5"/></mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"><bind_material><technique_common>
 <instance_material symbol="slot" target="#oak-material"/></technique_common></bind_material></instance_geometry></node>
