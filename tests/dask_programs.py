@@ -49,13 +49,10 @@ def _start(with_: Programs, *words: str) -> Program:
         )  # fmt: skip
 
 
-def answering(address: str, workers: int) -> bool:
-    """Whether a scheduler with so many workers is there."""
-    try:
-        with Client(address, timeout=2.0) as client:
-            return len(client.nthreads()) == workers
-    except (OSError, TimeoutError):
-        return False
+def await_workers(address: str, workers: int, limit_s: float) -> None:
+    """Wait until a scheduler with so many workers is there, as one client: a new one each time costs a busy machine."""
+    with Client(address, timeout=limit_s) as client:
+        client.wait_for_workers(workers, timeout=limit_s)
 
 
 def worker_of(child: int) -> int:

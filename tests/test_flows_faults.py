@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from tests.assets import ROOT
-from tests.dask_programs import answering, programs, start_scheduler, start_workers, worker_of
+from tests.dask_programs import await_workers, programs, start_scheduler, start_workers, worker_of
 from tests.fault_runs import LIMIT_S, PLAIN, Place, assert_met, assert_nobody_left, dataset, findings, rows, start
 from tests.faulty import noted, processes
-from tests.processes import kill_marked, wait_until
+from tests.processes import kill_marked
 
 pytestmark = [
     pytest.mark.system,
@@ -203,7 +203,7 @@ def test_a_killed_worker_and_a_restarted_scheduler_cost_nothing_but_time(place: 
     local = start(alone, "--workers", "2")
     cluster = programs(place.environment(), tmp_path)
     scheduler, workers = start_scheduler(cluster), start_workers(cluster, 2)
-    assert wait_until(lambda: answering(cluster.address, 2), LIMIT_S)
+    await_workers(cluster.address, 2, LIMIT_S)
     finished(local)
     run = start(place, "--scheduler", cluster.address)
     assert_met(run, place, "once-sleepy")

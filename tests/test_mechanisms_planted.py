@@ -16,9 +16,7 @@ from tests.factories import make_joint
 from tests.hand import felt
 from tests.planted_mechanisms import ABSENT, FRESH, HELD, PLANTED, SELDOM, faults, made
 
-ONE_ENGINE = NO_VIEWS.model_copy(
-    update={"engine": NO_VIEWS.engine.model_copy(update={"verify": (Engine.MUJOCO,), "interaction": False})}
-)
+ONE_ENGINE = NO_VIEWS.model_copy(update={"engine": NO_VIEWS.engine.model_copy(update={"verify": (Engine.MUJOCO,)})})
 BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD, *SELDOM, *ABSENT)}
 
 

@@ -18,7 +18,7 @@ from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
 from schemas.vocabulary import FailureMode, Status
-from tests.dask_programs import answering, process_cluster, programs, start_scheduler, start_workers
+from tests.dask_programs import await_workers, process_cluster, programs, start_scheduler, start_workers
 from tests.faulty import processes
 from tests.processes import alive, kill_marked, wait_until
 
@@ -87,7 +87,7 @@ def test_a_scheduler_that_does_not_come_back_ends_the_run_with_what_had_finished
     cluster = programs({**os.environ, "A_TEST": mark}, tmp_path)
     try:
         scheduler, workers = start_scheduler(cluster), start_workers(cluster, 1)
-        assert wait_until(lambda: answering(cluster.address, 1), 120.0)
+        await_workers(cluster.address, 1, 120.0)
         out = tmp_path / "out"
         out.mkdir()
 
