@@ -21,7 +21,7 @@ CHECK = '''
 
 from schemas.verdict import CheckVerdict
 from asset2sim.checks.declared_check import DeclaredCheck
-from asset2sim.checks.remedy import Remedy
+from asset2sim.checks.declared_check import Remedy
 from schemas.base import Frozen
 from schemas.verdict import Guide
 from schemas.thresholds import Bound

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.remedy import Case
+from asset2sim.checks.declared_check import Case
 from asset2sim.refinement.dynamics.remedies import lie_broad
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRecord, AssetRef

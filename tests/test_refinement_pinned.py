@@ -6,7 +6,7 @@ import pytest
 
 from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.physics.kinematics import tree_of
-from asset2sim.refinement.collision.pinned import pinned_pairs
+from asset2sim.refinement.collision.let_joints_move import pinned_pairs
 from tests.assets import joint, link, read, robot, shape, written
 
 RAIL = link("rail", shape("2 0.05 0.05"))

@@ -8,7 +8,7 @@ from lxml import etree
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
-from asset2sim.checks.remedy import Case
+from asset2sim.checks.declared_check import Case
 from asset2sim.physics.kinematics import link_to_root
 from asset2sim.refinement.dynamics.remedies import lie_down
 from asset2sim.validation.validate import validate

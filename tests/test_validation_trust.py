@@ -11,7 +11,7 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.origin import extract
 from asset2sim.models.object_facts import object_facts
 from asset2sim.refinement.context import Log, RefinementContext
-from asset2sim.refinement.dynamics.supply import with_supplied_terms
+from asset2sim.refinement.dynamics.mend import with_supplied_terms
 from asset2sim.report.object_page import kept_rows
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef

@@ -1,4 +1,4 @@
-"""Declaration of a check, in the module that measures it: ``CHECK``.
+"""Declaration of a check and of what may mend it, in the module that measures it: ``CHECK``.
 
 Everything that is to be known of a check goes over these: the run in each engine, verdicts, tables, the report, what
 is mended, the documentation and the bench of planted defects.
@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from asset2sim.checks.remedy import Remedy
 from schemas.interaction import Interaction
 from schemas.overlay import JointPhysics
 from schemas.thresholds import Bound, Thresholds
@@ -17,6 +16,38 @@ from schemas.vocabulary import FailureMode
 
 if TYPE_CHECKING:  # worlds take a second to import, and who reads a verdict needs none
     from asset2sim.checks.rig import Rig
+
+from schemas.base import Vector3
+from schemas.features import Features
+from schemas.overlay import PhysicsOverlay
+from schemas.settings import Settings
+
+
+@dataclass(frozen=True)
+class Case:
+    """Inputs of a remedy: the asset, the settings, the joints that the failing check concerns (empty: all)."""
+
+    features: Features
+    settings: Settings
+    joints: tuple[str, ...]
+    rest_turn_rad: Vector3 = (0.0, 0.0, 0.0)
+    """How the object turned until it rested in the engine of the failing check."""
+
+    def about(self, joint: JointPhysics) -> bool:
+        """Whether the failing check concerns this joint."""
+        return not self.joints or joint.name in self.joints
+
+
+Change = Callable[[Case, PhysicsOverlay], PhysicsOverlay | None]
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """One way to change an overlay, and its name in the trace."""
+
+    name: str
+    change: Change
+
 
 Measure = Callable[["Rig"], Mapping[str, object]]
 """Measures an object; the records, by field of ``Interaction``. Those of a check from outside the package stand in

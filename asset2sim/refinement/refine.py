@@ -17,9 +17,8 @@ from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.context import Log, RefinementContext, as_refused, warning
-from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend_failures
+from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend_failures, with_supplied_terms
 from asset2sim.refinement.dynamics.remedies import has_remedies
-from asset2sim.refinement.dynamics.supply import with_supplied_terms
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
 from asset2sim.refinement.notes import changed_numbers, move_findings
 from asset2sim.refinement.position_bands import moved_joints, reachable_bands

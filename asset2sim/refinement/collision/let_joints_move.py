@@ -1,20 +1,21 @@
 """Let joints move: cut hulls over every joint's range and where they stop a finger, and narrow limits where authored
-meshes stop a joint."""
+meshes stop a joint; pairs that meet as drawn in every state stay."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 
 import numpy as np
 
-from asset2sim.assets.authored_overlap import authored_shapes
+from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, authored_shapes, intersect
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
+from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of, written_joints
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
-from asset2sim.refinement.collision.pinned import pinned_pairs
+from asset2sim.refinement.collision.jams import LARGEST_AUTHORED_M
 from asset2sim.refinement.collision.press_room import room_for_presses
-from asset2sim.refinement.collision.travel import clamped
+from asset2sim.refinement.collision.travel import Limits, clamped, joints_to_root, range_of
 from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.notes import note_cuts
@@ -22,6 +23,48 @@ from schemas.finding import Finding
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import SupportKind
 from schemas.vocabulary import OverlapCause, Source
+
+MOST_JOINTS, SAMPLES = 2, 7
+"""Most joints between two links that one pin holds, and positions of each, ends and middle among them, in which they
+must overlap."""
+
+
+def pinned_pairs(
+    tree: Sequence[TreeJoint],
+    root: str,
+    limits: Limits,
+    start: Mapping[str, float],
+    pairs: Iterable[tuple[str, str]],
+    authored: AuthoredShapes,
+    hulls: Hulls,
+) -> list[tuple[str, str]]:
+    """Of the ``pairs`` of links that engines let collide those that meet wherever the few joints between them are: a
+    pole pinned to a cart within the rail on which that slides, an arm that lies on the base below its turntable. Only
+    those that cutting does not part: boxes, balls and cylinders, which have no ``hulls`` and which engines' margins
+    press apart where they touch, and what overlaps deeply as drawn. ``start`` is joint → rad or m."""
+    poses, found = link_to_root(tree, root, start), list[tuple[str, str]]()
+    for a, b in pairs:
+        depth = authored_depth(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
+        if depth <= (LARGEST_AUTHORED_M if hulls.get(a) and hulls.get(b) else 0.0):
+            continue
+        between = set(joints_to_root(tree, a)) ^ set(joints_to_root(tree, b))
+        spans = {joint.name: range_of(joint, limits) for joint in tree if joint.name in between}
+        known = {name: np.linspace(*span, SAMPLES).tolist() for name, span in spans.items() if span is not None}
+        if 0 < len(known) <= MOST_JOINTS and all(
+            links_meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
+            for at in product(*known.values())
+        ):
+            found.append((a, b))
+    return found
+
+
+def links_meet(
+    tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float], a: str, b: str, authored: AuthoredShapes
+) -> bool:
+    """Whether two links meet as drawn with joints at these positions."""
+    poses = link_to_root(tree, root, positions)
+    return intersect(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
+
 
 FLOOR_GAP_M = 4e-3
 """Gap left between the floor and a part that slides over it, m: doors and drawers of furniture clear theirs by 3 to
