@@ -12,8 +12,7 @@ from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.nudge import nudge_records, nudge_verdict
 from asset2sim.checks.release import release_records, release_verdict
 from asset2sim.checks.reset import perturbed_starts, reset_from, reset_verdict
-from asset2sim.checks.set_down import set_down
-from asset2sim.checks.support_polygon import point_clouds
+from asset2sim.checks.set_down import point_clouds, set_down
 from asset2sim.engines.world import World
 from schemas.interaction import Interaction
 from schemas.verdict import CheckVerdict

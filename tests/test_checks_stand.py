@@ -8,9 +8,8 @@ import pytest
 from asset2sim.checks.effort import efforts
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.opening import openings
-from asset2sim.checks.set_down import set_down
+from asset2sim.checks.set_down import point_clouds, set_down
 from asset2sim.checks.state import settled_positions
-from asset2sim.checks.support_polygon import point_clouds
 from schemas.interaction import Effort
 from schemas.mechanism import EffortRange
 from schemas.vocabulary import Engine, FailureMode

@@ -9,7 +9,7 @@ from asset2sim.checks.joint_groups import by_joint
 from asset2sim.checks.mechanism import Mechanism, poses_at
 from asset2sim.checks.opening import openings as measured_openings
 from asset2sim.checks.rig import Rig
-from asset2sim.checks.support_polygon import Clouds
+from asset2sim.checks.set_down import Clouds
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.grip import Grip, grip_on
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon

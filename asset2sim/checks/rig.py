@@ -10,8 +10,7 @@ import numpy as np
 
 from asset2sim.checks.mechanism import Mechanism
 from asset2sim.checks.rest import RestMotion, record
-from asset2sim.checks.set_down import Resting, rest_held, set_down
-from asset2sim.checks.support_polygon import Clouds
+from asset2sim.checks.set_down import Clouds, Resting, rest_held, set_down
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.world import Opener, World
 from asset2sim.physics.on_floor import StandingParts

@@ -15,7 +15,7 @@ from asset2sim.checks.known_checks import run_for
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import contacts_of, measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
-from asset2sim.checks.support_polygon import Clouds, point_clouds
+from asset2sim.checks.set_down import Clouds, point_clouds
 from asset2sim.checks.verdict import verdicts_of
 from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from asset2sim.engines.registry import engine_version, installed, require

@@ -7,8 +7,7 @@ bounded by them.
 
 import math
 
-from asset2sim.physics.felt import FeltSpring, felt_spring
-from asset2sim.physics.terms import JointLoad, JointTerms, Term, UnmetWish
+from asset2sim.physics.terms import FeltSpring, JointLoad, JointTerms, Term, UnmetWish, felt_spring
 from asset2sim.physics.timed import (
     closing_brake,
     gliding_brake,

@@ -21,7 +21,7 @@ from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import read_dynamics, read_urdf
-from asset2sim.checks.support_polygon import point_clouds
+from asset2sim.checks.set_down import point_clouds
 from asset2sim.engines import lowest, pybullet_object, sapien_object
 from asset2sim.engines.mujoco_world import MuJoCoWorld
 from asset2sim.engines.pybullet_world import PyBulletWorld

@@ -32,9 +32,8 @@ from asset2sim.intake.formats.format import (
     world_name,
     write_obj,
 )
-from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
+from asset2sim.intake.formats.mjcf_contacts import ground_of, let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, is_mjcf, mended_document, models_of
-from asset2sim.intake.formats.mjcf_ground import ground_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
