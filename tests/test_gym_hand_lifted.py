@@ -43,7 +43,7 @@ def trap(folder: Path, friction: float) -> Path:
 
 
 def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(tmp_path: Path) -> None:
-    assert lifted(block(tmp_path / "block", 0.06, 0.5)) == Lifted(True, 1.0, "gripper", "")
+    assert lifted(block(tmp_path / "block", 0.06, 0.5)) == Lifted(True, 1.0, "gripper")
     assert lifted(block(tmp_path / "heavy", 0.3, 20.0)) == Lifted(False)
     assert lifted(block(tmp_path / "large", 0.7, 2.0)) == Lifted(False)
 
@@ -51,7 +51,7 @@ def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(t
 def test_a_board_that_lies_flat_is_lifted_from_an_edge_and_a_heavy_one_is_not(tmp_path: Path) -> None:
     board = robot(link("body", shape("0.2 0.15 0.012", xyz="0 0 0.006") + inertial(0.3, 0.1)))
     flat = refined(tmp_path / "flat", board, [], {"body": 0.3}, fixed=False)
-    assert lifted(flat) == Lifted(True, 1.0, "gripper at an edge", "")
+    assert lifted(flat) == Lifted(True, 1.0, "gripper at an edge")
     # Held by its edge it pulls with 2.9 kg · g · 0.2 m = 5.7 N·m; pads of 5 cm that press with 70 N bear a third of it.
     board = robot(link("body", shape("0.45 0.4 0.012", xyz="0 0 0.006") + inertial(2.9, 0.3)))
     heavy = lifted(refined(tmp_path / "heavy", board, [], {"body": 2.9}, fixed=False))

@@ -25,14 +25,27 @@ STAND_SHARE = 0.3
 
 
 @dataclass(frozen=True)
+class Miss:
+    """Why an object was not lifted: whose fault it is, "hand" or "object", and what happened."""
+
+    fault: str
+    text: str
+
+
+@dataclass(frozen=True)
 class Lifted:
     """Whether an object is one that a hand carries, the share of the yaws at which it was lifted and set down, by what,
-    and whose fault it is and why where it failed."""
+    and why not where it failed."""
 
     carried: bool
     share: float | None = None
     by: str = ""
-    reason: str = ""
+    miss: Miss | None = None
+
+    @property
+    def reason(self) -> str:
+        """The miss in words, empty without one."""
+        return f"{self.miss.fault}: {self.miss.text}" if self.miss is not None else ""
 
 
 @dataclass(eq=False)
@@ -60,7 +73,7 @@ def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: Li
     ValueError where MuJoCo refuses the model."""
     if overlay.support.fixed:
         return Lifted(False)
-    reason, stand_m = "", 0.0
+    miss, stand_m = None, 0.0
     for where, (scale, tool) in product(("", " at an edge"), ((1.0, "gripper"), (hand.tip_scale, "fingertips"))):
         world = open_world(folder, hand, scale, stand_m=stand_m if where else 0.0)
         set_turned(world)
@@ -73,32 +86,34 @@ def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: Li
             return Lifted(False)
         wide = float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
         stand_m = STAND_SHARE * wide
-        share, said = at_yaws(world, overlay, grasps_of(world, root, settings), settings)
+        share, missed = at_yaws(world, overlay, grasps_of(world, root, settings), settings)
         if share:
-            return Lifted(True, share, tool + where, said)
-        reason = reason or said
-        if scale < 1.0 and (wide <= hand.opening_m or not reason.startswith("hand")):
+            return Lifted(True, share, tool + where, missed)
+        miss = miss or missed
+        if scale < 1.0 and (wide <= hand.opening_m or (miss is not None and miss.fault == "object")):
             break  # an edge is for what fingers do not get about, not for what opens, or slips out of them
-    return Lifted(True, 0.0, "", reason)
+    return Lifted(True, 0.0, "", miss)
 
 
-def at_yaws(world: HandWorld, overlay: PhysicsOverlay, grasps: list[Hold], settings: LiftSettings) -> tuple[float, str]:
+def at_yaws(
+    world: HandWorld, overlay: PhysicsOverlay, grasps: list[Hold], settings: LiftSettings
+) -> tuple[float, Miss | None]:
     """The share of the yaws at which one of the grasps did, the one that did at the last first, and why the best did
     not where none did; the first yaw that fails ends it."""
     if not grasps:
         wide = world.settings.opening_m * world.scale * 100.0
-        return 0.0, f"hand: no grasp of at most {wide:.1f} cm was found at which a hand has room"
+        return 0.0, Miss("hand", f"no grasp of at most {wide:.1f} cm was found at which a hand has room")
     for number in range(settings.yaws):
-        reasons = []
+        misses = []
         for grasp in grasps:
             yaw = 2.0 * math.pi * number / settings.yaws
-            reasons.append(why_not_lifted(world, overlay, grasp, yaw, settings))
-            if not reasons[-1]:
+            misses.append(why_not_lifted(world, overlay, grasp, yaw, settings))
+            if misses[-1] is None:
                 grasps = [grasp, *(other for other in grasps if other is not grasp)]
                 break
         else:
-            return number / settings.yaws, reasons[0]
-    return 1.0, ""
+            return number / settings.yaws, misses[0]
+    return 1.0, None
 
 
 def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]:
@@ -132,8 +147,10 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
     return kept
 
 
-def why_not_lifted(world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings) -> str:
-    """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; empty where it
+def why_not_lifted(
+    world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings
+) -> Miss | None:
+    """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; None where it
     was."""
     set_turned(world, yaw)
     root = int(world.model.body(world.prefix + world.about.root).id)
@@ -167,32 +184,33 @@ def why_not_lifted(world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: 
     move_hand(watch, pose, before, world.settings.speed_m_s)
     world.target[2, 3] += 1.0
     wait(watch, REST_S)
-    return reason_of(world, overlay, root, (risen, tilted, object_tilt(world, root, up)), watch, center, settings)
+    return miss_of(world, overlay, root, (risen, tilted, object_tilt(world, root, up)), watch, center, settings)
 
 
-def reason_of(
+def miss_of(
     world: HandWorld, overlay: PhysicsOverlay, root: int, seen: tuple[float, float, float], watch: Watch,
     center: Array, settings: LiftSettings,
-) -> str:  # fmt: skip
-    """Whose fault it is and what was not as it should be, empty where nothing: ``seen`` are the rise, m, and the tilt,
+) -> Miss | None:  # fmt: skip
+    """What was not as it should be, None where nothing: ``seen`` are the rise, m, and the tilt,
     rad, when lifted, and the tilt when set down."""
     risen, tilted, rested = seen
     weight = 9.81 * overlay.mass_kg
     moved = max(watch.moved, key=lambda name: watch.moved[name], default="")
     left = float(np.linalg.norm(world.data.subtree_com[root] - center))
     if not np.isfinite(world.data.qpos).all():
-        return "object: it flies away"
+        return Miss("object", "it flies away")
     if risen < settings.risen_share * settings.high_m:
         if weight > world.most_n:
-            return f"object: it weighs {weight:.0f} N, and the hand lifts {world.most_n:g} N"
-        return f"hand: it slips or hangs; it rises by {max(risen, 0.0) * 100.0:.0f} of {settings.high_m * 100.0:.0f} cm"
+            return Miss("object", f"it weighs {weight:.0f} N, and the hand lifts {world.most_n:g} N")
+        rise = f"{max(risen, 0.0) * 100.0:.0f} of {settings.high_m * 100.0:.0f} cm"
+        return Miss("hand", f"it slips or hangs; it rises by {rise}")
     if tilted > settings.tilt_rad:
-        return f"hand: it turns by {math.degrees(tilted):.0f}° in the hand"
+        return Miss("hand", f"it turns by {math.degrees(tilted):.0f}° in the hand")
     if moved and watch.moved[moved] > world.settings.closed_share:
-        return f"object: '{moved}' goes {watch.moved[moved]:.0%} of its range"
+        return Miss("object", f"'{moved}' goes {watch.moved[moved]:.0%} of its range")
     if rested > GuardSettings().tilt_rad or left > GuardSettings().travel_m:
-        return f"object: set down it lies {left * 100.0:.0f} cm away, turned by {math.degrees(rested):.0f}°"
-    return ""
+        return Miss("object", f"set down it lies {left * 100.0:.0f} cm away, turned by {math.degrees(rested):.0f}°")
+    return None
 
 
 def set_turned(world: HandWorld, yaw: float = 0.0) -> None:
