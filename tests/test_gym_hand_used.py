@@ -10,12 +10,12 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.arm.record import pressures
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.holds import CLEAR_M, Hold, body_pose, room_of, solid_of, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, HandHold, body_pose, room_of, solid_of, way_of
 from asset2sim.gym.hand.operate import Led, share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
 from asset2sim.gym.hand.recorder import Recorder
 from asset2sim.gym.hand.surfaces import is_flush, share_between_pads, share_of_rubbing, surface_places
-from asset2sim.gym.hand.used import UsedJoint, Worlds, fault_of, joints_to_try, no_task, use_joint, use_records
+from asset2sim.gym.hand.used import HandWorlds, UsedJoint, fault_of, joints_to_try, no_task, use_joint, use_records
 from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.hand_settings import HandSettings
@@ -174,7 +174,7 @@ def test_a_grasp_has_something_between_its_pads_or_is_missed(tmp_path: Path) -> 
     root = int(world.model.body(world.prefix + world.about.root).id)
     recorder = Recorder(world, joint_, way.bodies, root)
     recorder.sample()
-    hold = Hold("grasp", min(way.bodies), local, 0.02, 1.0, 1.0, np.zeros(3))
+    hold = HandHold("grasp", min(way.bodies), local, 0.02, 1.0, 1.0, np.zeros(3))
     share, takes, stopped = share_by_hold(recorder, way, hold, 0.2)
     assert recorder.missed == 1 and not stopped and share == pytest.approx(0.0, abs=1e-3)
     assert takes == pytest.approx(3.0, rel=0.02)  # its friction
@@ -248,7 +248,7 @@ def test_another_joint_that_moves_meanwhile_is_told(tmp_path: Path) -> None:
     )
     falls = make_joint("falls", "prismatic", 0.1).model_copy(update={"upper": 0.1, "open": 0.1})
     folder = refined(tmp_path / "two", urdf, [slide, falls], {"body": 20.0, "front": 0.5, "weight": 0.2}, fixed=True)
-    found = use_joint(Worlds(folder, HandSettings()), slide, overlay_of(folder))
+    found = use_joint(HandWorlds(folder, HandSettings()), slide, overlay_of(folder))
     assert found.done and found.reason == "meanwhile 'falls' goes 100% of its range", found
 
 
@@ -284,7 +284,7 @@ def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
         return UsedJoint(joint.name, by == "fingertips", by, "object", "", (deep,))
 
     monkeypatch.setattr("asset2sim.gym.hand.used.both_ways", pressed)
-    assert use_joint(Worlds(folder, HandSettings()), overlay.joints[0], overlay).done
+    assert use_joint(HandWorlds(folder, HandSettings()), overlay.joints[0], overlay).done
     assert tools == ["gripper", "fingertips"]
 
 
@@ -310,7 +310,7 @@ def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path, count
     slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.15, "open": 0.15, **known})
     folder = refined(tmp_path / "cupboard", urdf, [hinge, slide], {"body": 20.0, "door": 1.0, "shelf": 0.5}, fixed=True)
     overlay = overlay_of(folder)
-    found = use_joint(Worlds(folder, HandSettings()), overlay.joints[1], overlay)
+    found = use_joint(HandWorlds(folder, HandSettings()), overlay.joints[1], overlay)
     assert found.done and found.by.endswith("other parts open"), found
 
 
@@ -339,7 +339,7 @@ def test_what_hangs_on_a_sprung_part_is_used_while_the_other_hand_keeps_that_ope
     overlay = overlay_of(folder)
     body, lid = use_records(folder, overlay, HandSettings())
     assert lid.done and body.done and body.by.endswith("'lid' kept open"), (body, lid)
-    assert not use_joint(Worlds(folder, HandSettings()), overlay.joints[0], overlay).done
+    assert not use_joint(HandWorlds(folder, HandSettings()), overlay.joints[0], overlay).done
 
 
 def test_a_joint_is_kept_with_no_more_than_a_hand_has_until_the_world_is_reset(tmp_path: Path) -> None:

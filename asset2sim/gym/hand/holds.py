@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.gym.hand.gripper import HandWorld
-from asset2sim.gym.hand.poses import TURNS, Kind, Solid, at_places
+from asset2sim.gym.hand.poses import TURNS, Kind, Obstacle, at_places
 from asset2sim.gym.hand.surfaces import (
     REACH_M,
     ROOM_M,
@@ -56,7 +56,7 @@ APART_M, SMALL = 0.02, 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Hold:
+class HandHold:
     """One hold: the hand's (4, 4) pose in the frame of a ``body``, half the opening with which it comes, m, its score,
     the share of the way on which the hand has room, and the way, m, in which it presses on what it rubs."""
 
@@ -135,7 +135,7 @@ def body_subtree(model: mujoco.MjModel, body: int) -> frozenset[int]:
 
 def best_holds(
     world: HandWorld, way: Way, near: Array | None, avoid: Sequence[Array], slipped: Sequence[Kind] = ()
-) -> list[Hold]:
+) -> list[HandHold]:
     """The best holds, each at another place, of which none is at a place (in its body's frame) to avoid; kinds that
     ``slipped`` come after others. ``near`` is where people take hold of the part, in the frame of the joint's own
     body."""
@@ -162,12 +162,12 @@ def best_holds(
         "rub": (along, worth[along]),
     }
     apart = apart_m(world, points)
-    rng, fits, found_at = np.random.default_rng(0), list[Hold](), (points, normals, bodies, width)
+    rng, fits, found_at = np.random.default_rng(0), list[HandHold](), (points, normals, bodies, width)
     solid = solid_of(world, way.bodies, points)
     for kind in LOOKED_AT:
         if kind != "rub" or avoid or not fits:
             fits += holds_with_room(world, way, kind, found_at, scores[kind], avoid, solid, rng)
-    kept: list[Hold] = []
+    kept: list[HandHold] = []
     for hold in sorted(fits, key=lambda hold: SLIPPED * slipped.count(hold.kind) - hold.score):
         places = [one.pose[:3, 3] - hold.pose[:3, 3] for one in kept]
         if len(kept) < KEPT and all(off @ off >= apart**2 for off in places):
@@ -183,11 +183,11 @@ def apart_m(world: HandWorld, points: Array) -> float:
 def holds_with_room(
     world: HandWorld, way: Way, kind: Kind, found_at: tuple[Array, Array, NDArray[np.int64], Array],
     scores: tuple[NDArray[Any], Array],
-    avoid: Sequence[Array], solid: Solid, rng: np.random.Generator,
-) -> list[Hold]:  # fmt: skip
+    avoid: Sequence[Array], solid: Obstacle, rng: np.random.Generator,
+) -> list[HandHold]:  # fmt: skip
     """Some holds of a kind for which the hand has room, of the best by ``scores`` (the numbers of the places, and how
     good each is); ``found_at`` are all places, normals, bodies, and how thick it is there, m."""
-    (points, normals, bodies, width), (chosen, score), found = found_at, scores, list[Hold]()
+    (points, normals, bodies, width), (chosen, score), found = found_at, scores, list[HandHold]()
     turns = 1 if kind == "press" else 2 * TURNS  # with the middle of its pads there, and with their tips
     chosen, score = np.repeat(chosen, turns), np.repeat(score, turns)
     best = np.argsort(-score - SPREAD * rng.random(len(score)))[: LOOKED_AT[kind]]
@@ -207,20 +207,20 @@ def holds_with_room(
             worth = float(score[best[index]]) + 0.8 * room
             if kind == "grasp":
                 worth -= BARELY * max(0.0, 1.0 - share_between_pads(world, pose, half, way.bodies) / HELD)
-            found.append(Hold(kind, body, local, half, worth, room, into))
+            found.append(HandHold(kind, body, local, half, worth, room, into))
         if len(found) >= ENOUGH:
             break
     return found
 
 
-def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> Solid:
+def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> Obstacle:
     """Places of the object at which no hand may be that holds the part of these ``bodies``, of whose (n, 3) places
     some are taken."""
     others = frozenset(range(world.model.nbody)) - body_subtree(world.model, world.body) - bodies
     some = [points[:OF_PART], places_inside(world, others, points, HAND_M * world.scale)]
     floors = (world.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (world.probe.geom_conaffinity != 0)
     floor_m = float(world.data.geom_xpos[floors, 2].max()) - BESIDE_M if floors.any() else -math.inf
-    return Solid(np.concatenate(some), np.repeat([0.4 * INTO_M, BESIDE_M], [len(part) for part in some]), floor_m)
+    return Obstacle(np.concatenate(some), np.repeat([0.4 * INTO_M, BESIDE_M], [len(part) for part in some]), floor_m)
 
 
 def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> float | None:

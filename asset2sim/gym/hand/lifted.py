@@ -10,7 +10,7 @@ import numpy as np
 
 from asset2sim.gym.arm.scene import yaw_tilt
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.holds import APART_M, CLEAR_M, Hold, Way, body_pose, body_subtree, holds_with_room, solid_of
+from asset2sim.gym.hand.holds import APART_M, CLEAR_M, HandHold, Way, body_pose, body_subtree, holds_with_room, solid_of
 from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, move_hand, wait
 from asset2sim.gym.hand.surfaces import ROOM_M, places_before_back, surface_places
 from asset2sim.physics.arrays import Array
@@ -96,7 +96,7 @@ def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: Li
 
 
 def at_yaws(
-    world: HandWorld, overlay: PhysicsOverlay, grasps: list[Hold], settings: LiftSettings
+    world: HandWorld, overlay: PhysicsOverlay, grasps: list[HandHold], settings: LiftSettings
 ) -> tuple[float, Miss | None]:
     """The share of the yaws at which one of the grasps did, the one that did at the last first, and why the best did
     not where none did; the first yaw that fails ends it."""
@@ -116,7 +116,7 @@ def at_yaws(
     return 1.0, None
 
 
-def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]:
+def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[HandHold]:
     """The best grasps of the whole object, near its centre of mass or over it, each at another place."""
     bodies = body_subtree(world.model, root)
     mujoco.mj_forward(world.model, world.data)
@@ -136,10 +136,10 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
     up = Way(name, True, np.array([0.0, 0.0, 1.0]), np.zeros(3), start, start + settings.high_m, bodies)
     loose = world.model.body_weldid[owners[chosen]] != world.model.body_weldid[root]
     solid = solid_of(world, bodies, points)
-    places, rng, found = (points, normals, owners, width), np.random.default_rng(0), list[Hold]()
+    places, rng, found = (points, normals, owners, width), np.random.default_rng(0), list[HandHold]()
     for part in (~loose, loose):  # by a part that a joint moves where the body has no such place
         found = found or holds_with_room(world, up, "grasp", places, (chosen[part], score[part]), [], solid, rng)
-    kept: list[Hold] = []
+    kept: list[HandHold] = []
     for hold in sorted(found, key=lambda hold: -hold.score):
         apart = [np.linalg.norm(one.pose[:3, 3] - hold.pose[:3, 3]) >= APART_M * world.scale for one in kept]
         if len(kept) < settings.grasps and all(apart):
@@ -148,7 +148,7 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[Hold]
 
 
 def why_not_lifted(
-    world: HandWorld, overlay: PhysicsOverlay, grasp: Hold, yaw: float, settings: LiftSettings
+    world: HandWorld, overlay: PhysicsOverlay, grasp: HandHold, yaw: float, settings: LiftSettings
 ) -> Miss | None:
     """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; None where it
     was."""

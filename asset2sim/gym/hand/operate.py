@@ -9,7 +9,7 @@ import numpy as np
 
 from asset2sim.gym.guards import Guards
 from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
-from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, Hold, Way, axis_motion, best_holds, body_pose, cross, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, HandHold, Way, axis_motion, best_holds, body_pose, cross, way_of
 from asset2sim.gym.hand.poses import Kind
 from asset2sim.gym.hand.recorder import Recorder, is_displaced, presses_elsewhere
 from asset2sim.gym.hand.surfaces import is_covered, is_flush, stands_out, surface_places
@@ -126,7 +126,7 @@ def lead_joint(world: HandWorld, joint: JointPhysics, target: float, near: Array
     return Led(reached, rested, kind, takes, tried, guards, recorder.most_n, up, covered, in_the_way, deeper_m, flush)
 
 
-def share_by_hold(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tuple[float, float, bool]:
+def share_by_hold(recorder: Recorder, way: Way, hold: HandHold, whole: float) -> tuple[float, float, bool]:
     """Share of the ``whole`` way that is gone while the hand has the part by this hold, what the joint itself took,
     N·m or N, and whether other parts stopped it. The hand is out of the way afterwards."""
     world, settings = recorder.world, recorder.world.settings
@@ -181,7 +181,7 @@ def share_by_hold(recorder: Recorder, way: Way, hold: Hold, whole: float) -> tup
 
 
 def lead_along(
-    recorder: Recorder, way: Way, hold: Hold, local: Array, gone: Callable[[float], float]
+    recorder: Recorder, way: Way, hold: HandHold, local: Array, gone: Callable[[float], float]
 ) -> tuple[float, float, bool]:
     """Lead the part along its measured motion until it is there or stalls: the share gone, what the joint itself took
     where it stood still, N·m or N, and whether other parts stopped the hand."""

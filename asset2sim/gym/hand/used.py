@@ -41,8 +41,8 @@ class UsedJoint:
 
 
 @dataclass(eq=False)
-class Worlds:
-    """Worlds of one object, opened as they are needed: by the hand's scale, and whether the other hand holds it."""
+class HandWorlds:
+    """HandWorlds of one object, opened as they are needed: by the hand's scale, and whether the other hand holds it."""
 
     folder: Path
     settings: HandSettings
@@ -77,7 +77,7 @@ def joints_to_try(joints: Sequence[JointPhysics], most: int) -> list[JointPhysic
 
 def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -> list[UsedJoint]:
     """Every joint that a hand operates, used from the object's initial state, and each other with the task's fault."""
-    worlds, reasons = Worlds(folder, settings), {joint.name: no_task(joint) for joint in overlay.joints}
+    worlds, reasons = HandWorlds(folder, settings), {joint.name: no_task(joint) for joint in overlay.joints}
     operated = [joint for joint in overlay.joints if not reasons[joint.name]]
     tried = joints_to_try(operated, settings.most_joints)
     found = {joint.name: use_joint(worlds, joint, overlay) for joint in tried}
@@ -90,7 +90,7 @@ def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -
     ]
 
 
-def use_joint(worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay) -> UsedJoint:
+def use_joint(worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay) -> UsedJoint:
     """One joint used: by the hand or, for small parts or where that fails, the finger tips; and where the object moves
     along and is light, with the other hand on it."""
     settings = worlds.settings
@@ -133,7 +133,7 @@ def other_hand(joint: JointPhysics, overlay: PhysicsOverlay, settings: HandSetti
 
 
 def use_kept_open(
-    worlds: Worlds, joint: JointPhysics, overlay: PhysicsOverlay, sprung: Sequence[JointPhysics]
+    worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay, sprung: Sequence[JointPhysics]
 ) -> UsedJoint | None:
     """One joint used while the other hand keeps the last of these ``sprung`` parts on which its part hangs open, with a
     hand's force at that part's edge, as a stapler's cover to draw the magazine out; None where that does not do it."""
