@@ -191,7 +191,7 @@ def miss_of(
     world: HandWorld, overlay: PhysicsOverlay, root: int, seen: tuple[float, float, float], watch: Watch,
     center: Array, settings: LiftSettings,
 ) -> Miss | None:  # fmt: skip
-    """What was not as it should be, None where nothing: ``seen`` are the rise, m, and the tilt,
+    """The miss of a lift, None where all was as it should be: ``seen`` are the rise, m, and the tilt,
     rad, when lifted, and the tilt when set down."""
     risen, tilted, rested = seen
     weight = 9.81 * overlay.mass_kg
