@@ -11,7 +11,7 @@ from tasks.pipeline import refine_asset
 from tests.assets import prior
 from tests.factories import make_call
 
-LOOKING = ModelSettings(model="openai/scripted")
+LOOKING = ModelSettings(model="openai/scripted", image_side_px=64)
 """A model that accepts images, so that views are rendered for it."""
 
 

@@ -215,7 +215,7 @@ def test_a_refused_key_ends_the_asking_and_every_asset_has_a_row(
     refs = [AssetRef(asset_id=f"box-{number}", path=folder, category="Box") for number in range(9)]
     with serve([Reply("Incorrect API key provided", status=401)]) as server:
         settings = Settings(
-            model=ModelSettings(model="openai/scripted", api_base=server.api_base),
+            model=ModelSettings(model="openai/scripted", api_base=server.api_base, image_side_px=64),
             engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
             run=RunSettings(workers=1, max_model_errors=3),
         )

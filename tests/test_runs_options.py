@@ -206,7 +206,9 @@ def test_a_spent_run_budget_ends_each_remaining_asset_with_its_reason(
     refs = load_dataset(ROOT / "data" / "raw", None, ("box_wooden", "stapler_desk", "toilet_white"), None)
     with serve([Reply("down", status=500, headers={"Retry-After": "0"})]) as server:
         settings = Settings(
-            model=ModelSettings(model="openai/scripted", api_base=server.api_base, max_attempts=2, run_calls=3),
+            model=ModelSettings(
+                model="openai/scripted", api_base=server.api_base, max_attempts=2, run_calls=3, image_side_px=64
+            ),
             engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
             run=RunSettings(workers=1),
         )

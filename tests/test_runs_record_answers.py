@@ -84,7 +84,9 @@ def test_a_recorded_run_comes_out_as_the_run_did(tmp_path: Path, monkeypatch: py
     monkeypatch.chdir(tmp_path)
     chosen = ("box_wooden", "laptop_silver")
     with scripted(judging(competent)) as server:
-        asked = ModelSettings(model="openai/scripted", judge_model="openai/judge", api_base=server.api_base)
+        # Neither looks at its pictures: small ones are made sooner.
+        models = {"model": "openai/scripted", "judge_model": "openai/judge", "image_side_px": 64}
+        asked = ModelSettings.model_validate({**models, "api_base": server.api_base})
         refined(tmp_path / "asked", asking(asked), chosen)
         questions = len(server.asked)
     assert main(["record", "kept", "--out", "asked"]) == 0
@@ -98,7 +100,7 @@ def test_a_recorded_run_comes_out_as_the_run_did(tmp_path: Path, monkeypatch: py
     assert origin.model == "openai/scripted" and origin.prompt is not None and "version" in origin.prompt
     assert recording.recorded_at is not None and origin.answered_at is not None and (origin.prompt_tokens or 0) > 1000
 
-    again = asking(ModelSettings(model="recorded/kept", judge_model="recorded/kept"))
+    again = asking(ModelSettings(model="recorded/kept", judge_model="recorded/kept", image_side_px=64))
     refined(tmp_path / "again", again, chosen)
     assert overlays(tmp_path / "again") == overlays(tmp_path / "asked") and len(overlays(tmp_path / "again")) == 2
     first, second = (read_table(tmp_path / name, "model_calls") for name in ("asked", "again"))
