@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.guidance.unread import LANGUAGES, normal_text, phrases
+from asset2sim.guidance.languages import LANGUAGES, normal_text, phrases
 from asset2sim.validation.overrides import prompt_findings
 from tests.assets import ROOT, SHARED
 from tests.factories import guidance_of, make_features

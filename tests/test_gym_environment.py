@@ -25,7 +25,7 @@ from asset2sim.gym.environment import OBSERVATION
 from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
 from schemas.errors import UsageError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 from tests.assets import ROOT, shape
 from tests.doc_blocks import blocks
 from tests.refined_things import BODY, FRONT, OPEN_M, Solid, block, drawer, two

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra learn")
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.guards import Rollout, guard, solved_at_start
-from schemas.hand_settings import GuardSettings
+from schemas.learning_settings import GuardSettings
 
 N = 1000
 TIMES = np.arange(N) * 0.004

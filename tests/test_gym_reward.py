@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="gymnasium is not installed: it comes with the extra learn")
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.gym.guards import Terms, reward_terms, success
-from schemas.hand_settings import RewardSettings
+from asset2sim.gym.reward import Terms, reward_terms, success
+from schemas.learning_settings import RewardSettings
 
 SETTINGS = RewardSettings(
     reach_weight=2.0, reach_m=0.5, reach_xy_weight=3.0, reach_xy_m=0.1, joint_weight=7.0, joint_decay=2.0, gate_m=0.25,

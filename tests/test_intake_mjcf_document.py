@@ -8,7 +8,7 @@ import pytest
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.formats.mjcf import urdf_of_mjcf
 from asset2sim.intake.formats.mjcf_document import schema
-from asset2sim.intake.origin import without_robots
+from asset2sim.intake.robots import without_robots
 from schemas.errors import AssetError
 from schemas.settings import PhysicsSettings
 from tasks.extract import validate_authored

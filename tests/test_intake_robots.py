@@ -6,7 +6,7 @@ import pytest
 from lxml import etree
 
 from asset2sim.intake.formats.format import Converted
-from asset2sim.intake.origin import without_robots
+from asset2sim.intake.robots import without_robots
 from tests.assets import joint, link, read, robot, shape, written
 
 CABINET = link("cabinet", shape("0.4 0.4 0.4")) + link("door", shape("0.02 0.4 0.4"))

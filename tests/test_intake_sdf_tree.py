@@ -9,7 +9,7 @@ import pytest
 from asset2sim.assets.urdf.read import element_joint
 from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake.formats.sdf import urdf_of_sdf
-from asset2sim.intake.origin import without_robots
+from asset2sim.intake.robots import without_robots
 from asset2sim.intake.split import parts_of
 from asset2sim.physics.kinematics import link_to_root, parents_first
 from schemas.errors import AssetError

@@ -16,7 +16,7 @@ from asset2sim.report.loops.figure import LoopFigure, link_poses, read_alike, re
 from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
 from asset2sim.report.loops.record import LoopMotion
-from asset2sim.report.loops.sizes import (
+from asset2sim.report.loops.stills import (
     BOTTOM,
     HEIGHT,
     TOP,

@@ -24,7 +24,7 @@ from asset2sim.report.loops.figure import read_alike, read_figure
 from asset2sim.report.loops.film import MOST_BYTES, SIDE
 from asset2sim.report.loops.make import SWEEP_FRAMES, Before, draw_before, make_loops
 from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, as_hulls, let_fall, points_of
-from asset2sim.report.loops.sizes import HEIGHT, WIDTH
+from asset2sim.report.loops.stills import HEIGHT, WIDTH
 from asset2sim.report.pictures import is_current, loops_key, write_loops
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings

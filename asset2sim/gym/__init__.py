@@ -15,7 +15,7 @@ from asset2sim.gym.environment import Action, ObjectEnv
 from asset2sim.load.description import State
 from asset2sim.physics.arrays import Array
 from schemas.errors import UsageError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 
 __all__ = ["ENVIRONMENT", "ObjectEnv", "make_env", "planned_action", "replay"]
 

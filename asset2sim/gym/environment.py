@@ -17,21 +17,13 @@ from asset2sim.gym.arm.franka import waiting
 from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, ToolContacts
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
-from asset2sim.gym.guards import (
-    TERMS,
-    Rollout,
-    displacement,
-    guard,
-    is_displaced,
-    reward_terms,
-    solved_at_start,
-    success,
-)
+from asset2sim.gym.guards import Rollout, displacement, guard, is_displaced, solved_at_start
+from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.load.description import State
 from asset2sim.physics.arrays import Array
 from schemas.errors import UnknownChoiceError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 
 OBSERVATION = MappingProxyType(
     {

@@ -21,7 +21,7 @@ from asset2sim.load.description import height_at
 from asset2sim.physics.arrays import Array
 from schemas.base import Vector3
 from schemas.errors import UsageError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import EngineSettings
 

@@ -14,7 +14,7 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from asset2sim.gym.environment import SIZE, Action, ObjectEnv
 from asset2sim.gym.guards import displacement
 from asset2sim.physics.arrays import Array
-from schemas.hand_settings import GuardSettings
+from schemas.learning_settings import GuardSettings
 
 Seen = NDArray[np.float32]
 OBJECT = 9

@@ -6,7 +6,7 @@ from pathlib import Path
 from asset2sim.gym.arm.tasks import Task
 from lab.learning.progress import TrainingProgress, key_of
 from lab.schemas.ppo_settings import PpoSettings
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pydantic import Field
 from asset2sim.gym.arm.tasks import Task
 from lab.schemas.ppo_settings import PpoSettings
 from schemas.base import Frozen
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 
 PROGRESS = "progress.json"
 DECIDING = ("overlay.json", "mobility.urdf")

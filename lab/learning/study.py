@@ -22,7 +22,7 @@ from lab.runner import FAILED, Done, RunWork, Study, left_to_do
 from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.table import Row
 

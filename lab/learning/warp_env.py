@@ -16,11 +16,12 @@ from asset2sim.gym.arm.franka import waiting
 from asset2sim.gym.arm.record import LOST_M
 from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
-from asset2sim.gym.guards import TERMS, displacement, is_displaced, reward_terms, success
+from asset2sim.gym.guards import displacement, is_displaced
+from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.physics.arrays import Array
 from lab.learning.critic import OBJECT, of_object
 from lab.learning.warp_worlds import WarpWorlds
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 
 Arrays = NDArray[np.float32]
 

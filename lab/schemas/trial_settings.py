@@ -3,7 +3,7 @@
 from typing import Literal
 
 from schemas.base import Frozen, Positive
-from schemas.hand_settings import GuardSettings
+from schemas.learning_settings import GuardSettings
 
 
 class TrialSettings(Frozen):

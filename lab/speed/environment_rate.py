@@ -21,7 +21,7 @@ from asset2sim.runs.command_line import Options, parse
 from asset2sim.runs.option_types import Listed
 from lab.speed import robosuite_door
 from schemas.errors import DONE, UsageError, exit_code_of
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 
 PROGRAM = "python -m lab.speed.environment_rate"
 WARM = 20

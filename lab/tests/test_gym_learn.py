@@ -49,7 +49,7 @@ from lab.runner import do_job, latest_own
 from lab.schemas.ppo_settings import PpoSettings
 from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 from tests.factories import make_record
 from tests.prefect_server import in_use
 from tests.refined_things import block, drawer

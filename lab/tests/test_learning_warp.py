@@ -18,7 +18,7 @@ from lab.learning.warp_env import WarpEnv, make_warp_env
 from lab.learning.warp_worlds import part_surfaces, surface
 from lab.schemas.ppo_settings import PpoSettings, warp_settings
 from schemas.errors import UsageError
-from schemas.hand_settings import LearningSettings
+from schemas.learning_settings import LearningSettings
 from schemas.support import SupportKind
 from tests.refined_things import drawer
 

@@ -21,7 +21,7 @@ from asset2sim.physics.arrays import Array
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import film, write_mp4
 from lab.trials.physical_judge import judge, score
-from schemas.hand_settings import GuardSettings
+from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.table import Row
 

@@ -14,7 +14,8 @@ from asset2sim.gym.hand.holds import APART_M, CLEAR_M, HandHold, Way, body_pose,
 from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, move_hand, wait
 from asset2sim.gym.hand.surfaces import ROOM_M, places_before_back, surface_places
 from asset2sim.physics.arrays import Array
-from schemas.hand_settings import GuardSettings, HandSettings, LiftSettings
+from schemas.hand_settings import HandSettings, LiftSettings
+from schemas.learning_settings import GuardSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.support import SupportKind
 

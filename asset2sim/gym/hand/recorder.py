@@ -10,7 +10,7 @@ from asset2sim.gym.arm.record import pressures
 from asset2sim.gym.guards import Guards, Rollout, guard
 from asset2sim.gym.hand.gripper import HandWorld
 from asset2sim.physics.arrays import Array
-from schemas.hand_settings import GuardSettings
+from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
 
 SAMPLE_STEPS = 3

@@ -11,7 +11,8 @@ import numpy as np
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import way_of
 from asset2sim.gym.hand.operate import Led, hand_limit, lead_joint
-from schemas.hand_settings import GuardSettings, HandSettings
+from schemas.hand_settings import HandSettings
+from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import SupportKind
 

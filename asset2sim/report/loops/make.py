@@ -32,7 +32,7 @@ from asset2sim.report.loops.record import (
     let_fall,
     let_go,
 )
-from asset2sim.report.loops.sizes import axes_picture, cube, in_a_row, size_picture, standing_item
+from asset2sim.report.loops.stills import axes_picture, cube, in_a_row, size_picture, standing_item
 from asset2sim.storage.regular_files import write_whole
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay

@@ -1,0 +1,102 @@
+"""Robots that stand in a scene's file beside its objects: found by their joints, motors and names, and left out."""
+
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from lxml import etree
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.read import element_joint
+from asset2sim.intake.formats.format import Converted
+from asset2sim.physics.kinematics import TreeJoint, parents_first, rigid_links
+
+WORDS = re.compile(
+    r"(?<![a-z])(robots?|arm|gripper|finger|wrist|panda|franka|emika|ur(3|5|10|16|20)e?|iiwa|sawyer|baxter|jaco|kinova|gen3|"
+    r"[fmrl]fj\d+|thj\d+|wrj\d+|xarm\d?|lite6|fetch|widowx|viperx|vx300s?|wx250s?|aloha|yumi|robotiq|allegro|shadow|tiago|pr2|spot|go[12]|g1|h1)(?![a-z])",
+    re.IGNORECASE,
+)
+"""Words in the names of robots' links and joints."""
+LONG, LONGEST = 6, 12
+"""Joints in a row from which a chain of widely turning hinges is an arm, and above which it is a hose or a chain; a
+desk lamp has five."""
+SHORT = 4
+"""Joints in a row from which it is one where motors move it, or its names say so: small arms have four."""
+FINGER, HAND = 3, 6
+"""Joints in a row, and in all, from which it is a hand of several fingers where motors move it, or its names say so."""
+WIDE_RAD = math.radians(120.0)
+"""Median range of an arm's joints, at least: those of a panda are between 166° and 332°."""
+DRIVEN_SHARE = 0.8
+"""Share of a robot's joints that have motors; a gripper's second finger has none."""
+
+
+def without_robots(converted: Converted) -> Converted:
+    """The file as read, without the robots that hang on its world, or on its root where that has no shape, beside
+    something else; a note on each. An object that is then alone and free hangs on nothing."""
+    robot = converted.robot
+    links = {str(link.get("name")): link for link in robot.findall("link")}
+    try:
+        tree = parents_first([element_joint(joint) for joint in robot.findall("joint")])
+        spans = {str(joint.get("name")): span_of(joint) for joint in robot.findall("joint")}
+    except ValueError:
+        return converted  # reading it says what is wrong
+    roots = [name for name in links if name not in {joint.child for joint in tree}]
+    if len(roots) != 1 or len(tree) < SHORT or roots[0] not in (converted.world, *(n for n in roots if bare(links[n]))):
+        return converted
+    hung = [joint for joint in tree if joint.parent == roots[0]]
+    held = {joint.child: rigid_links(tree, joint.name) for joint in hung}
+    robots = [top for top in held if is_robot(tree, {*held[top]}, spans, converted.driven)]
+    gone = {link for top in robots for link in held[top]}
+    if not robots or all(bare(link) for name, link in links.items() if name not in gone):
+        return converted
+    names = {joint.name for joint in tree if joint.child in gone}
+    rest, free = [top for top in held if top not in robots], tuple(set(converted.free) - gone)
+    world, told = converted.world, list(converted.notes)
+    if len(rest) == 1 and rest[0] in free and bare(links[roots[0]]):
+        gone.add(roots[0])
+        names |= {joint.name for joint in hung}
+        told = [note for note in told if not note.startswith(f"{', '.join(converted.free)}: free in it")]
+        world, free = "", ()
+    for item in list(robot.iterchildren(etree.Element)):
+        stated = {str(item.get(key)) for key in ("name", "reference", "link1", "link2")}
+        stated |= {str(end.get("name")) for end in item.findall("joint")}
+        if stated & (names if item.tag in ("joint", "transmission") else gone):
+            robot.remove(item)
+    for joint in robot.findall("joint"):
+        for mimic in [item for item in joint.findall("mimic") if item.get("joint") in names]:
+            joint.remove(mimic)
+    told += [f"robot '{top}' with its {len(held[top])} links is left out" for top in robots]
+    return replace(converted, notes=tuple(told), free=free, world=world)
+
+
+def is_robot(
+    tree: Sequence[TreeJoint], held: Collection[str], spans: Mapping[str, float], driven: Collection[str]
+) -> bool:
+    """Whether the links that hang together by these joints, of ranges in rad, are a robot."""
+    # By a joint with a motor a gantry or a floating gripper hangs on the world; an arm's base stands there.
+    moving = [joint for joint in tree if joint.child in held and joint.type != "fixed"
+              and (joint.parent in held or joint.name in driven)]  # fmt: skip
+    below = {joint.child: [*rigid_links(tree, joint.name)] for joint in moving}
+    longest = max((sum(joint.child in links for links in below.values()) for joint in moving), default=0)
+    with_motor = sum(joint.name in driven for joint in moving) >= DRIVEN_SHARE * len(moving)
+    named = any(WORDS.search(text) for text in (*held, *(joint.name for joint in moving)))
+    if longest < SHORT:
+        return (with_motor or named) and longest >= FINGER and len(moving) >= HAND
+    hinges = [spans[joint.name] for joint in moving if joint.type in ("revolute", "continuous")]
+    wide = len(hinges) >= LONG <= longest and float(np.median(hinges)) >= WIDE_RAD
+    return with_motor or ((named or wide) and longest <= LONGEST)
+
+
+def span_of(joint: Element) -> float:
+    """The range of a joint as it is written; one without limits turns for ever. Raises ValueError."""
+    limit = joint.find("limit")
+    if limit is None or joint.get("type") == "continuous":
+        return math.inf
+    return float(limit.get("upper", "0")) - float(limit.get("lower", "0"))
+
+
+def bare(link: Element) -> bool:
+    """Whether a link is neither seen nor collides."""
+    return link.find("visual") is None and link.find("collision") is None
