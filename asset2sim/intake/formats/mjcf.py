@@ -5,14 +5,13 @@ document. Meshes are written anew, as they stand in their link.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 from lxml import etree
 from lxml.etree import _Element as Element
 
@@ -25,26 +24,21 @@ from asset2sim.intake.formats.format import (
     add_contact,
     add_inertial,
     add_joint,
-    add_origin,
     pose_of,
     settle_free,
     unconvertible_error,
     world_name,
-    write_obj,
 )
 from asset2sim.intake.formats.mjcf_contacts import ground_of, let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, is_mjcf, mended_document, models_of
+from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
-COLOR_OF_ALL = (0.5, 0.5, 0.5, 1.0)
-"""Colour of geoms that state none."""
 MUJOCO_FRICTION = 1.0
 """Coefficient of geoms that state none."""
-SHOWN_GROUPS = (0, 1, 2)
-"""Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
 
 LEAST_MASS_KG, LEAST_INERTIA_KG_M2 = 1e-6, 1e-9
 """Given to bodies of a mended file that state none, for MuJoCo's compiler alone: they are not read from it."""
@@ -114,10 +108,9 @@ class _Model:
         self.file, self.work = file, work
         self.mj, self.spec, self.model = mujoco, spec, model
         self.notes = list(notes)
-        self.meshes: dict[int, str] = {}
         self.base = world_name({self.name("body", body) for body in range(1, model.nbody)})
         self.ground = ground_of(mujoco, model)
-        self.unseen = unseen_geoms(spec, model)
+        self.shapes = MjcfGeoms(mujoco, spec, model, work)
 
     def converted(self) -> Converted:
         """The model as a URDF."""
@@ -140,8 +133,7 @@ class _Model:
         else:
             world, base = self.base, add_child(robot, "link", name=self.base)
             free = tuple(self.name("body", body) for body in loose)
-            for geom in solid:
-                self.add_geom(base, geom, np.eye(4))
+            self.add_geoms(base, solid, np.eye(4))
             for body in tops:
                 self.add_body(robot, body, self.base, np.eye(4))
             self.notes += settle_free(robot, self.base, free)
@@ -175,9 +167,8 @@ class _Model:
         return unconvertible_error(self.file, code, problem)
 
     def name(self, kind: str, index: int) -> str:
-        """The name of a body, joint, geom, mesh, material or texture, or one that is made for it."""
-        object_type = getattr(self.mj.mjtObj, f"mjOBJ_{kind.upper()}")
-        return str(self.mj.mj_id2name(self.model, object_type, index) or f"{kind}_{index}")
+        """The name of an item; see ``name_of``."""
+        return name_of(self.mj, self.model, kind, index)
 
     def joints(self, body: int) -> list[int]:
         """The joints that move a body in its parent, the first outermost."""
@@ -241,12 +232,15 @@ class _Model:
         body_to_link[:3, 3] = -anchor
         if self.weighed(body):
             self.add_mass(link, body, body_to_link)
-        for geom in self.geoms(body):
-            self.add_geom(link, geom, body_to_link)
+        self.add_geoms(link, [geom for geom in self.geoms(body) if geom not in self.ground], body_to_link)
         solid = [geom for geom in self.geoms(body) if m.geom_contype[geom] or m.geom_conaffinity[geom]]
         add_contact(link, [float(m.geom_friction[geom][0]) for geom in solid], default=MUJOCO_FRICTION)
         for other in self.parts(body):
             self.add_body(robot, other, name, body_to_link)
+
+    def add_geoms(self, link: Element, geoms: Iterable[int], body_to_link: Array) -> None:
+        """The geoms of a body, at its pose in its link."""
+        self.notes += filter(None, [self.shapes.add(link, geom, body_to_link) for geom in geoms])
 
     def parts(self, body: int) -> list[int]:
         """The bodies that hang from one, without those that only mark a place: they and all below them have no geom,
@@ -310,83 +304,6 @@ class _Model:
         if m.nkey:
             dynamics["start"] = float(m.key_qpos[self.key()][at]) - zero
         add_child(element, "dynamics", **{key: short_numbers([value]) for key, value in dynamics.items()})
-
-    def add_geom(self, link: Element, geom: int, body_to_link: Array) -> None:
-        """A geom as visual, collision or both. Its pose is in its body."""
-        m = self.model
-        kinds, kind = self.mj.mjtGeom, int(m.geom_type[geom])
-        if geom in self.ground:
-            return
-        pose = body_to_link @ pose_of(m.geom_pos[geom], m.geom_quat[geom])
-        a, b, c = (float(value) for value in m.geom_size[geom])
-        shape, values = "mesh", {}
-        if kind == kinds.mjGEOM_BOX:
-            shape, values = "box", {"size": short_numbers([2.0 * a, 2.0 * b, 2.0 * c])}
-        elif kind == kinds.mjGEOM_SPHERE:
-            shape, values = "sphere", {"radius": short_numbers([a])}
-        elif kind == kinds.mjGEOM_CYLINDER:
-            shape, values = "cylinder", {"radius": short_numbers([a]), "length": short_numbers([2.0 * b])}
-        elif kind == kinds.mjGEOM_MESH:
-            values = {"filename": self.mesh_file(int(m.geom_dataid[geom]))}
-        elif kind == kinds.mjGEOM_CAPSULE:
-            solid = trimesh.creation.capsule(2.0 * b, a)
-            values = {"filename": write_obj(self.work, f"geom_{geom}", solid.vertices, solid.faces)}
-        elif kind == kinds.mjGEOM_ELLIPSOID:
-            solid = trimesh.creation.icosphere(3).apply_scale([a, b, c])
-            values = {"filename": write_obj(self.work, f"geom_{geom}", solid.vertices, solid.faces)}
-        else:
-            self.notes.append(f"geom '{self.name('geom', geom)}' is left out: a URDF has no such shape")
-            return
-        collides = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
-        seen = not collides or (m.geom_group[geom] in SHOWN_GROUPS and geom not in self.unseen)
-        roles = ["visual"] * seen + ["collision"] * collides
-        for role in roles:
-            element = add_child(link, role)
-            add_origin(element, pose)
-            add_child(add_child(element, "geometry"), shape, **values)
-            if role == "visual":
-                name, color = self.paint(geom)
-                add_child(add_child(element, "material", name=name), "color", rgba=short_numbers(color))
-
-    def paint(self, geom: int) -> tuple[str, Array]:
-        """The name of a geom's material, with that of its picture, and its colour, times the picture's mean. As in
-        MuJoCo's viewer a colour of the geom's own comes first, but for the one that it gives to all."""
-        m, material = self.model, int(self.model.geom_matid[geom])
-        own = m.geom_rgba[geom]
-        if material < 0 or not np.allclose(own, COLOR_OF_ALL):
-            name = f"color_{geom}" if material < 0 else f"{self.name('material', material)} {geom}"
-            return name, own
-        name, color = self.name("material", material), np.array(m.mat_rgba[material])
-        texture = int(m.mat_texid[material][int(self.mj.mjtTextureRole.mjTEXROLE_RGB)])
-        if texture >= 0:
-            name += f" {self.name('texture', texture)}"
-            start, channels = int(m.tex_adr[texture]), int(m.tex_nchannel[texture])
-            count = int(m.tex_height[texture]) * int(m.tex_width[texture]) * channels
-            color[:3] *= m.tex_data[start : start + count].reshape(-1, channels)[:, :3].mean(axis=0) / 255.0
-        return name, color
-
-    def mesh_file(self, mesh: int) -> str:
-        """The file of a compiled mesh, in which its pose is that of its geoms; written once."""
-        m = self.model
-        if mesh not in self.meshes:
-            corners = slice(m.mesh_vertadr[mesh], m.mesh_vertadr[mesh] + m.mesh_vertnum[mesh])
-            faces = slice(m.mesh_faceadr[mesh], m.mesh_faceadr[mesh] + m.mesh_facenum[mesh])
-            self.meshes[mesh] = write_obj(self.work, f"mesh_{mesh}", m.mesh_vert[corners], m.mesh_face[faces])
-        return self.meshes[mesh]
-
-
-def unseen_geoms(spec: Any, model: Any) -> frozenset[int]:
-    """Geoms of a class named after collision on bodies that have looks of their own: MuJoCo shows them as boxes around
-    these, and the benchmarks that write so hide their group."""
-    looked = {
-        int(model.geom_bodyid[g])
-        for g in range(model.ngeom)
-        if not (model.geom_contype[g] or model.geom_conaffinity[g])
-    }
-    named = {
-        geom.id for geom in spec.geoms if geom.classname is not None and "collision" in geom.classname.name.lower()
-    }
-    return frozenset(geom for geom in named if int(model.geom_bodyid[geom]) in looked)
 
 
 def is_of_material(density_kg_m3: float) -> bool:

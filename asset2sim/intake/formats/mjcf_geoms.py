@@ -1,0 +1,108 @@
+"""Geoms of a compiled MJCF as visual and collision shapes of a URDF's links, with their materials."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from lxml.etree import _Element as Element
+
+from asset2sim.assets.urdf.edit import short_numbers
+from asset2sim.intake.formats.format import add_child, add_origin, pose_of, write_obj
+from asset2sim.physics.arrays import Array
+
+COLOR_OF_ALL = (0.5, 0.5, 0.5, 1.0)
+"""Colour of geoms that state none."""
+SHOWN_GROUPS = (0, 1, 2)
+"""Groups of geoms that MuJoCo's viewer shows; by custom 3 and above are collision shapes."""
+
+
+class MjcfGeoms:
+    """The geoms of one model; meshes are written into ``work``, each once."""
+
+    def __init__(self, mujoco: Any, spec: Any, model: Any, work: Path) -> None:
+        self.mj, self.model, self.work = mujoco, model, work
+        self.meshes: dict[int, str] = {}
+        self.unseen = unseen_geoms(spec, model)
+
+    def add(self, link: Element, geom: int, body_to_link: Array) -> str | None:
+        """Write a geom into its link as visual, collision or both; a note where it cannot be. Its pose is in its body,
+        whose (4, 4) pose in the link is ``body_to_link``."""
+        m = self.model
+        kinds, kind = self.mj.mjtGeom, int(m.geom_type[geom])
+        pose = body_to_link @ pose_of(m.geom_pos[geom], m.geom_quat[geom])
+        a, b, c = (float(value) for value in m.geom_size[geom])
+        shape, values = "mesh", {}
+        if kind == kinds.mjGEOM_BOX:
+            shape, values = "box", {"size": short_numbers([2.0 * a, 2.0 * b, 2.0 * c])}
+        elif kind == kinds.mjGEOM_SPHERE:
+            shape, values = "sphere", {"radius": short_numbers([a])}
+        elif kind == kinds.mjGEOM_CYLINDER:
+            shape, values = "cylinder", {"radius": short_numbers([a]), "length": short_numbers([2.0 * b])}
+        elif kind == kinds.mjGEOM_MESH:
+            values = {"filename": self.mesh_file(int(m.geom_dataid[geom]))}
+        elif kind == kinds.mjGEOM_CAPSULE:
+            solid = trimesh.creation.capsule(2.0 * b, a)
+            values = {"filename": write_obj(self.work, f"geom_{geom}", solid.vertices, solid.faces)}
+        elif kind == kinds.mjGEOM_ELLIPSOID:
+            solid = trimesh.creation.icosphere(3).apply_scale([a, b, c])
+            values = {"filename": write_obj(self.work, f"geom_{geom}", solid.vertices, solid.faces)}
+        else:
+            return f"geom '{name_of(self.mj, m, 'geom', geom)}' is left out: a URDF has no such shape"
+        collides = bool(m.geom_contype[geom] or m.geom_conaffinity[geom])
+        seen = not collides or (m.geom_group[geom] in SHOWN_GROUPS and geom not in self.unseen)
+        roles = ["visual"] * seen + ["collision"] * collides
+        for role in roles:
+            element = add_child(link, role)
+            add_origin(element, pose)
+            add_child(add_child(element, "geometry"), shape, **values)
+            if role == "visual":
+                name, color = self.paint(geom)
+                add_child(add_child(element, "material", name=name), "color", rgba=short_numbers(color))
+        return None
+
+    def paint(self, geom: int) -> tuple[str, Array]:
+        """The name of a geom's material, with that of its picture, and its colour, times the picture's mean. As in
+        MuJoCo's viewer a colour of the geom's own comes first, but for the one that it gives to all."""
+        m, material = self.model, int(self.model.geom_matid[geom])
+        own = m.geom_rgba[geom]
+        if material < 0 or not np.allclose(own, COLOR_OF_ALL):
+            name = f"color_{geom}" if material < 0 else f"{name_of(self.mj, m, 'material', material)} {geom}"
+            return name, own
+        name, color = name_of(self.mj, m, "material", material), np.array(m.mat_rgba[material])
+        texture = int(m.mat_texid[material][int(self.mj.mjtTextureRole.mjTEXROLE_RGB)])
+        if texture >= 0:
+            name += f" {name_of(self.mj, m, 'texture', texture)}"
+            start, channels = int(m.tex_adr[texture]), int(m.tex_nchannel[texture])
+            count = int(m.tex_height[texture]) * int(m.tex_width[texture]) * channels
+            color[:3] *= m.tex_data[start : start + count].reshape(-1, channels)[:, :3].mean(axis=0) / 255.0
+        return name, color
+
+    def mesh_file(self, mesh: int) -> str:
+        """The file of a compiled mesh, in which its pose is that of its geoms; written once."""
+        m = self.model
+        if mesh not in self.meshes:
+            corners = slice(m.mesh_vertadr[mesh], m.mesh_vertadr[mesh] + m.mesh_vertnum[mesh])
+            faces = slice(m.mesh_faceadr[mesh], m.mesh_faceadr[mesh] + m.mesh_facenum[mesh])
+            self.meshes[mesh] = write_obj(self.work, f"mesh_{mesh}", m.mesh_vert[corners], m.mesh_face[faces])
+        return self.meshes[mesh]
+
+
+def name_of(mujoco: Any, model: Any, kind: str, index: int) -> str:
+    """The name of a body, joint, geom, mesh, material or texture, or one that is made for it."""
+    object_type = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
+    return str(mujoco.mj_id2name(model, object_type, index) or f"{kind}_{index}")
+
+
+def unseen_geoms(spec: Any, model: Any) -> frozenset[int]:
+    """Geoms of a class named after collision on bodies that have looks of their own: MuJoCo shows them as boxes around
+    these, and the benchmarks that write so hide their group."""
+    looked = {
+        int(model.geom_bodyid[g])
+        for g in range(model.ngeom)
+        if not (model.geom_contype[g] or model.geom_conaffinity[g])
+    }
+    named = {
+        geom.id for geom in spec.geoms if geom.classname is not None and "collision" in geom.classname.name.lower()
+    }
+    return frozenset(geom for geom in named if int(model.geom_bodyid[geom]) in looked)
