@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Tree:
+class SpanningTree:
     """The ``roots``, one of each group of bodies that hang together; ``ways``, the numbers of the joints from them on,
     parents first, each with whether it is turned round: its second end is the parent; and ``loops``, the numbers of
     the joints that would close a loop."""
@@ -15,7 +15,7 @@ class Tree:
     loops: tuple[int, ...]
 
 
-def spanning(bodies: Sequence[str], ends: Sequence[tuple[str, str]]) -> Tree:
+def spanning(bodies: Sequence[str], ends: Sequence[tuple[str, str]]) -> SpanningTree:
     """The tree of ``bodies``, of which those to be roots come first; ``ends`` are the joints', of which those that are
     to be left out where they close a loop come last."""
     group = {body: body for body in bodies}
@@ -48,7 +48,7 @@ def spanning(bodies: Sequence[str], ends: Sequence[tuple[str, str]]) -> Tree:
                     reached.add(below)
                     waiting.append(below)
                     ways.append((number, turned))
-    return Tree(tuple(roots), tuple(ways), tuple(loops))
+    return SpanningTree(tuple(roots), tuple(ways), tuple(loops))
 
 
 def unused(name: str, taken: set[str]) -> str:

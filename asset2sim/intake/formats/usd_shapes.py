@@ -47,7 +47,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Paint:
+class UsdPaint:
     """A colour (red, green, blue, opacity; 0 to 1), and the path of a picture in its place, empty without."""
 
     color: tuple[float, ...]
@@ -199,7 +199,7 @@ def uv_of(stage: UsdStage, prim: "Usd.Prim", corners: Faces) -> Array | None:
     return None
 
 
-def painted(stage: UsdStage, prim: "Usd.Prim", form: Form) -> Iterator[tuple[Form, Paint | None]]:
+def painted(stage: UsdStage, prim: "Usd.Prim", form: Form) -> Iterator[tuple[Form, UsdPaint | None]]:
     """The parts of a piece of geometry with their paints: one for each subset of a mesh's faces that has a material,
     and one of the rest."""
     from pxr import UsdShade
@@ -224,7 +224,7 @@ def part(form: Form, chosen: Faces) -> Form:
     )
 
 
-def paint_of(stage: UsdStage, prim: "Usd.Prim") -> Paint | None:
+def paint_of(stage: UsdStage, prim: "Usd.Prim") -> UsdPaint | None:
     """The colour or picture of a prim's material (a preview surface, or one of Omniverse's), else its display colour:
     of several their mean; None where it has none."""
     from pxr import UsdGeom, UsdShade
@@ -238,7 +238,7 @@ def paint_of(stage: UsdStage, prim: "Usd.Prim") -> Paint | None:
         opacity = shaded(stage, shader, ("opacity", "opacity_constant"))[0]
         if color is not None or picture:
             alpha = 1.0 if opacity is None else float(opacity[0])
-            return Paint((*(np.ones(3) if color is None else color)[:3].tolist(), alpha), picture)
+            return UsdPaint((*(np.ones(3) if color is None else color)[:3].tolist(), alpha), picture)
     found = UsdGeom.PrimvarsAPI(prim if prim.IsA(UsdGeom.Gprim) else prim.GetParent())  # a mesh's subset has its mesh's
     values, alphas = (
         primvar.Get(stage.time) if primvar else None
@@ -247,7 +247,7 @@ def paint_of(stage: UsdStage, prim: "Usd.Prim") -> Paint | None:
     if values is None or len(values) == 0:
         return None
     alpha = 1.0 if alphas is None or len(alphas) == 0 else float(np.mean(alphas))
-    return Paint((*np.mean(np.array(values, dtype=float), axis=0).tolist(), alpha))
+    return UsdPaint((*np.mean(np.array(values, dtype=float), axis=0).tolist(), alpha))
 
 
 def shaded(stage: UsdStage, shader: Any, names: tuple[str, ...]) -> tuple[Array | None, str]:
