@@ -58,8 +58,8 @@ def _hear(event: str, args: tuple[Any, ...]) -> None:
             _note("a Python program")
     elif event == "os.fork":
         _note("a fork of this process")
-    elif event == "socket.bind" and isinstance(args[1], tuple):
-        _note("a server")
+    elif event == "socket.bind" and isinstance(args[1], tuple) and args[1] != ("::1", 0):
+        _note("a server")  # urllib3 binds that once as it is imported, to learn whether there is IPv6
 
 
 sys.addaudithook(_hear)
