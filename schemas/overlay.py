@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from schemas.authored import Authored
 from schemas.base import Finite, Fraction, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.features import Mimic
-from schemas.inputs import Authored
 from schemas.mechanism import Bias, EffortRange, MechanismName
 from schemas.support import Support, SupportProposal
 from schemas.vocabulary import MassRule, Source, VolumeSource

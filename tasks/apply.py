@@ -8,7 +8,7 @@ from asset2sim.assets.folder import URDF_NAME, Folder, write_folder
 from asset2sim.assets.meshes.shape_cache import PIECE_CACHE
 from asset2sim.checks.known_reports import REPORT_CACHE, KnownReports
 from asset2sim.refinement.refine import RefinementJob, ShapedFolder, shape_folder
-from schemas.inputs import kept_share
+from schemas.authored import kept_share
 from schemas.overlay import Overlay, PhysicsOverlay
 from schemas.vocabulary import CollisionMode, Keep, Quantity
 from tasks.progress import AssetJob, StageResult

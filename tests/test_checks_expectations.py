@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.catalog.changes import expected_counts, run_figures
 from asset2sim.catalog.rows_engines import expectation_rows
+from asset2sim.catalog.run_figures import expected_counts, run_figures
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line, expected_line
 from asset2sim.checks.alignment.expectations import FILE, met_expectation, read_expectations, unknown_assets

@@ -7,8 +7,8 @@ import pytest
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.read import read_dynamics
+from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.physics.terms import Term
-from asset2sim.physics.timed import paper_terms
 from asset2sim.validation.validate import validate
 from schemas.overlay import JointProposal, Overlay
 from schemas.settings import PhysicsSettings

@@ -14,8 +14,9 @@ from asset2sim.intake.origin import extract
 from asset2sim.validation.size import with_sensible_size
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
+from schemas.authored import MASSES_FIT, UNLIKE_UNITS
 from schemas.finding import Finding, Notes
-from schemas.inputs import MASSES_FIT, UNLIKE_UNITS, InputSettings
+from schemas.inputs import InputSettings
 from schemas.overlay import LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source

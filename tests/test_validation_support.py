@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from asset2sim.physics.felt import effort_limit
 from asset2sim.physics.support_polygon import standing_on
-from asset2sim.physics.terms import effort_limit
 from asset2sim.validation.support import by_shape, has_flat_back
 from asset2sim.validation.validate import validate
 from schemas.overlay import Overlay, PhysicsOverlay

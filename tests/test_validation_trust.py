@@ -15,8 +15,9 @@ from asset2sim.refinement.dynamics.mend import with_supplied_terms
 from asset2sim.report.object_page import kept_rows
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
+from schemas.authored import keep_words
 from schemas.errors import UsageError
-from schemas.inputs import InputSettings, keep_words
+from schemas.inputs import InputSettings
 from schemas.mechanism import Bias
 from schemas.overlay import JointPhysics, JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import EngineSettings, PhysicsSettings, Settings

@@ -28,11 +28,12 @@ from asset2sim.physics.arrays import Array, floats_of
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
+from schemas.authored import kept_share
 from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
 from schemas.finding import Finding
-from schemas.inputs import InputSettings, kept_share
+from schemas.inputs import InputSettings
 from schemas.vocabulary import FailureMode, Keep, Quantity, Severity, Stage, UpAxis
 
 INPUTS = InputSettings()

@@ -9,8 +9,8 @@ from lxml.etree import _Element as Element
 
 from asset2sim.guidance.amounts import LARGEST_M
 from asset2sim.physics.inertia import tensor_of
+from schemas.authored import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.features import LinkFeatures
-from schemas.inputs import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.vocabulary import Keep, VolumeSource
 
 LEAST_DENSITY_KG_M3, MOST_DENSITY_KG_M3 = 5.0, 12_000.0

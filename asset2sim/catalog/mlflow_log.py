@@ -8,11 +8,12 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from asset2sim.catalog.changes import AssetChange, Changes, all_asset_figures, change_figures, run_figures
+from asset2sim.catalog.changes import AssetChange, Changes, change_figures
 from asset2sim.catalog.history import newest_runs
 from asset2sim.catalog.mlflow_store import open_mlflow
 from asset2sim.catalog.parts import Parts, merged_tables, write_merged
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
+from asset2sim.catalog.run_figures import all_asset_figures, run_figures
 from asset2sim.catalog.switch import find_catalog
 from schemas.asset import AssetSummary, Unchanged
 from schemas.settings import Settings

@@ -9,7 +9,7 @@ from asset2sim.catalog.rows_engines import prismatic_joints
 from asset2sim.checks.at_rest import oscillating_joints
 from asset2sim.checks.verdict import report_verdict
 from schemas.asset import AssetRecord, AssetSummary, MotionSummary
-from schemas.inputs import Authored
+from schemas.authored import Authored
 from schemas.interaction import Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds

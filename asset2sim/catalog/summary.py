@@ -8,15 +8,9 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from asset2sim.catalog.changes import (
-    AssetChange,
-    Changes,
-    expected_counts,
-    failure_counts,
-    joint_deviations,
-    run_figures,
-)
+from asset2sim.catalog.changes import AssetChange, Changes
 from asset2sim.catalog.run import RunRow
+from asset2sim.catalog.run_figures import expected_counts, failure_counts, joint_deviations, run_figures
 from asset2sim.catalog.text import NOTHING, markdown_table, significant
 from schemas.asset import AssetSummary, Unchanged
 from schemas.errors import shortened

@@ -8,19 +8,17 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from schemas.base import Vector3
+from schemas.features import Features
 from schemas.interaction import Interaction
-from schemas.overlay import JointPhysics
+from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.settings import Settings
 from schemas.thresholds import Bound, Thresholds
 from schemas.verdict import CheckVerdict, Guide
 from schemas.vocabulary import FailureMode
 
 if TYPE_CHECKING:  # worlds take a second to import, and who reads a verdict needs none
     from asset2sim.checks.rig import Rig
-
-from schemas.base import Vector3
-from schemas.features import Features
-from schemas.overlay import PhysicsOverlay
-from schemas.settings import Settings
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.parts import depth_width_height
 from asset2sim.guidance.tables import Size
+from schemas.authored import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.guidance import AskedLength, AskedScale, AskedSize, SizeWord
-from schemas.inputs import KEPT_AS_ASKED, MASSES_FIT, UNLIKE_UNITS
 from schemas.support import Mount, SupportProposal
 
 KEEP_WITHIN = 0.2

@@ -14,8 +14,8 @@ from asset2sim.intake.table_file import MAX_TABLE_BYTES, Columns, read_rows
 from asset2sim.storage.regular_files import NOT_THERE, folder_problem, is_file, path_problem, printable
 from asset2sim.storage.tree import Tree, local_tree, remote_tree
 from schemas.asset import AssetRef
+from schemas.authored import keep_words
 from schemas.errors import Mistakes, UnknownChoiceError, UsageError
-from schemas.inputs import keep_words
 from schemas.location import Location, nearest_existing
 from schemas.support import SupportKind
 from schemas.vocabulary import UpAxis

@@ -9,10 +9,11 @@ from pydantic_settings import NoDecode
 from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options
+from schemas.authored import KeepWords
 from schemas.base import Fraction, NonNegative, Positive
 from schemas.errors import UsageError
 from schemas.extensions import CheckName
-from schemas.inputs import KeepWords, Package
+from schemas.inputs import Package
 from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (

@@ -31,9 +31,9 @@ from asset2sim.runs.option_groups import (
     Selection,
     ViewOptions,
 )
+from schemas.authored import KEEP_WORDS
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, object_at
-from schemas.inputs import KEEP_WORDS
 from schemas.location import Location
 from schemas.support import SupportKind
 from schemas.vocabulary import (

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from schemas.authored import Belief
 from schemas.finding import Notes
-from schemas.inputs import Belief
 from schemas.overlay import Disagreement, JointProposal, LinkProposal, Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Keep, Quantity, Trust

@@ -10,11 +10,12 @@ import numpy as np
 from asset2sim.guidance.parts import by_shape, held_as, part_name, shape_name
 from asset2sim.guidance.tables import mechanism, part_effort, turns_as_its_kind
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import Grip, grip_on, round_about
 from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, moved_links, rigid_links
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, floor_pushes, leaning_on
-from asset2sim.physics.terms import JointLoad, JointTerms, press_forces
+from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
 from schemas.finding import Notes
 from schemas.mechanism import CAUGHT, STAYS, EffortRange, MechanismName

@@ -1,6 +1,7 @@
 """Findings on the physics that one joint was given: what a bound changed, what holds it, what its URDF leaves out."""
 
-from asset2sim.physics.terms import JointLoad, JointTerms, Term, effort_limit, plain_spring
+from asset2sim.physics.felt import effort_limit, plain_spring
+from asset2sim.physics.terms import JointLoad, JointTerms, Term
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import Holding
 from schemas.finding import Notes

@@ -16,9 +16,9 @@ from asset2sim.guidance.sizing import (
     usual_as_it_is,
 )
 from asset2sim.guidance.tables import Size
+from schemas.authored import KEPT_AS_ASKED
 from schemas.finding import Notes
 from schemas.guidance import AskedSize, Guidance
-from schemas.inputs import KEPT_AS_ASKED
 from schemas.overlay import Overlay
 
 HAND_M = 0.10

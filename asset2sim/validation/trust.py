@@ -16,9 +16,9 @@ from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.disputes import Disputes, Judge
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.holding import felt_friction
+from schemas.authored import Authored, Belief, kept_share
 from schemas.features import Features
 from schemas.finding import Finding
-from schemas.inputs import Authored, Belief, kept_share
 from schemas.overlay import JointPhysics, JointProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Keep, Quantity, Source, Trust

@@ -16,8 +16,8 @@ from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.validation.trust import Opinion, doubtful_belief, impossible_belief
+from schemas.authored import Belief
 from schemas.features import Features, LinkFeatures, LinkInertial
-from schemas.inputs import Belief
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Quantity, Trust
 

@@ -7,9 +7,9 @@ from statistics import median
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.positions import without_whole_turns
 from asset2sim.validation.trust import Opinion, doubtful_belief, impossible_belief
+from schemas.authored import Belief, kept_share
 from schemas.features import Features, JointFeatures, LinkFeatures
 from schemas.finding import Notes
-from schemas.inputs import Belief, kept_share
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Keep, Quantity, Source, Trust
 

@@ -41,10 +41,10 @@ from asset2sim.validation.trust import (
 )
 from asset2sim.validation.trust_links import judge_links
 from asset2sim.validation.trust_surroundings import judge_contact, judge_shapes, judge_starts
+from schemas.authored import KEPT_AS_ASKED
 from schemas.features import LinkFeatures
 from schemas.finding import Finding, Notes
 from schemas.guidance import NOTHING_ASKED, Guidance
-from schemas.inputs import KEPT_AS_ASKED
 from schemas.overlay import LinkPhysics, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.support import Support, SupportKind

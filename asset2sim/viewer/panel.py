@@ -13,18 +13,8 @@ from asset2sim.viewer.live import Commands
 from asset2sim.viewer.live_object import Readings
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.viewed_object import Movable
-from asset2sim.viewer.walk import (
-    LatestReview,
-    Show,
-    Stop,
-    asset_choice,
-    escaped,
-    labels,
-    range_ends,
-    shown_position,
-    table,
-    user_name,
-)
+from asset2sim.viewer.walk import LatestReview, Show, Stop
+from asset2sim.viewer.words import asset_choice, escaped, labels, range_ends, shown_position, table, user_name
 from schemas.vocabulary import Engine
 
 Given = ParamSpec("Given")

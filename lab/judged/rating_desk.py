@@ -14,7 +14,8 @@ from asset2sim.viewer.live_object import LiveObject
 from asset2sim.viewer.nodes import Overlays
 from asset2sim.viewer.session import REFINED, ViewerSession
 from asset2sim.viewer.viewed_object import ViewedObject
-from asset2sim.viewer.walk import escaped, refined_of
+from asset2sim.viewer.walk import refined_of
+from asset2sim.viewer.words import escaped
 from lab.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, RatingPage, where_of
 from lab.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, rating_row, unrated
 from lab.judged.rating_stages import STAGES, TOUCHED, UNTOUCHED, Durations

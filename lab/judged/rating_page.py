@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import viser
 
-from asset2sim.viewer.walk import escaped
+from asset2sim.viewer.words import escaped
 from lab.judged.rating_plan import Shown
 from lab.judged.rating_stages import SCORES, STAGES, RatingStage
 

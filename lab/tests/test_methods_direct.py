@@ -8,7 +8,7 @@ import pytest
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.prior.answer import prior_overlay
 from asset2sim.models.prompts import overlay_request
-from asset2sim.physics.timed import HINGE
+from asset2sim.physics.paper_ranges import HINGE
 from asset2sim.render import VIEW_NAMES
 from lab.methods.final_numbers import BARE_KG, final_overlay
 from schemas.overlay import Overlay, PhysicsOverlay

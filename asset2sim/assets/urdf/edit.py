@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.numbers import BIAS
+from asset2sim.physics.felt import effort_limit, plain_spring
 from asset2sim.physics.kinematics import locked_joint, rpy_of
-from asset2sim.physics.terms import effort_limit, plain_spring
 from schemas.features import Features, JointFeatures
 from schemas.overlay import JointPhysics, LinkPhysics, PhysicsOverlay
 from schemas.settings import PhysicsSettings
