@@ -152,6 +152,18 @@ def test_collision_meshes_that_fit_stay(tmp_path: Path) -> None:
     assert cabinet(tmp_path, fine) == "own_back.obj own_left.obj own_right.obj"
 
 
+def test_a_panel_that_the_collision_leaves_out_collides_and_what_lies_in_the_others_does_not(tmp_path: Path) -> None:
+    """Of a link that collides as its own looks: a screw within them needs no shape of its own, a panel does."""
+    inner = {"screw.obj": box_obj((-0.1, -0.015, -0.1), (0.1, -0.005, 0.1))}
+    looks = "".join(mesh(name, "visual") for name in (*PANELS, *inner))
+    text = robot(link("body", looks + mesh("back.obj", "collision") + mesh("left.obj", "collision")))
+    extraction = read(written(tmp_path, text, {**PANELS, **inner}))
+    assert {part.reference for part in extraction.geometry["body"].parts} == set(PANELS)
+    (said,) = (item.message for item in extraction.findings if item.code == "collision_unlike_looks")
+    assert "'right.obj' is seen apart" in said
+    assert extraction.features.links[0].shapes_doubt
+
+
 def furniture(folder: Path, axis: str, limit: str | None, kind: str = "revolute") -> Path:
     """The cabinet with a door on its front, hinged at the left: about -z it would go in, about +z out."""
     more = "" if limit else '<limit effort="1" velocity="1"/>'

@@ -24,7 +24,7 @@ from asset2sim.assets.meshes.volume import (
     joined_surfaces,
     shape_of,
 )
-from asset2sim.assets.solids import PlacedShape, collision_mismatch, shapes_with_mass
+from asset2sim.assets.solids import PlacedShape, collision_mismatch, left_out, shapes_with_mass
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, Refused, find_mesh, why_missing
 from asset2sim.physics.arrays import Array, floats_of, inertia_terms
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
@@ -119,6 +119,12 @@ class MeshReader:
         if key is not None:
             self.met[key] = found
         return found
+
+    def mesh(self, reference: str, scale: Array) -> trimesh.Trimesh:
+        """A mesh that was read before."""
+        path = self.files[reference]
+        assert path is not None
+        return self.triangles.mesh(path, scale)
 
     def find(self, reference: str) -> tuple[Path | None, str, str]:
         """The file of a reference; None where there is none to be read, with a finding's code and why."""
@@ -222,14 +228,7 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
         problem += f" ({'; '.join(causes[:3])}{', …' if len(causes) > 3 else ''})" if causes else ""
         raise AssetError(FailureMode.MISSING_MESH, "missing_mesh", f"link '{link.name}': {problem}", link=link.name)
     lost = wanted["collision"] - len(placed["collision"])
-    doubt = collision_mismatch(placed["collision"], placed["visual"], lost, reader.holed)
-    if doubt is not None:
-        message = f"link '{link.name}': {doubt}; collision shapes are made from its looks instead"
-        reader.note("collision_unlike_looks", message, link.name)
-    own = placed["visual"] if doubt is not None else placed["collision"] or placed["visual"]
-    hollow = any(not item.shape.exact for item in placed["collision"])
-    if doubt is None and hollow:
-        doubt = "a mesh of them is not closed and convex: engines would fill its hollow"
+    own, doubt = own_shapes(link.name, placed, lost, reader)
     inertial = read_inertial(link.inertial)
     if link.inertial is not None and inertial is None:
         problem = "its inertial lacks a mass or an inertia, or holds a number that is not finite; it counts as none"
@@ -267,6 +266,27 @@ def read_link(link: yourdfpy.Link, label: str, kind: str, reader: MeshReader) ->
     )
     parts = tuple(mesh_part(item, *item.mesh) for item in own if item.mesh is not None)
     return features, LinkGeometry(points, parts, drawn)
+
+
+def own_shapes(
+    link: str, placed: Mapping[str, list[PlacedShape]], lost: int, reader: MeshReader
+) -> tuple[list[PlacedShape], str | None]:
+    """The shapes that stand for a link: its collision's, with visuals that it leaves out, or its visuals; and why its
+    file's collision is not taken as it is, None where it is. ``lost`` of its collision references cannot be read."""
+    collision, looks = placed["collision"], placed["visual"]
+    doubt = collision_mismatch(collision, looks, lost, reader.holed)
+    if doubt is not None:
+        message = f"link '{link}': {doubt}; collision shapes are made from its looks instead"
+        reader.note("collision_unlike_looks", message, link)
+        return looks, doubt
+    forgotten = left_out(looks, collision, reader.mesh)
+    if forgotten:
+        names = ", ".join(f"'{item.mesh[0]}'" for item in forgotten if item.mesh is not None)
+        doubt = f"{names} is seen apart from its collision meshes"
+        reader.note("collision_unlike_looks", f"link '{link}': {doubt}, and collides, too", link)
+    elif any(not item.shape.exact for item in collision):
+        doubt = "a mesh of them is not closed and convex: engines would fill its hollow"
+    return [*(collision or looks), *forgotten], doubt
 
 
 def wall_surface(own: list[PlacedShape], solids: list[PlacedShape]) -> SheetSurface:

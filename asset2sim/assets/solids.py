@@ -1,9 +1,11 @@
 """Which of a link's shapes give its mass properties: its collision meshes, unless they do not match its visuals."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
+from scipy.spatial import ConvexHull
 
 from asset2sim.assets.meshes.hull import hull_volume
 from asset2sim.assets.meshes.volume import Shape
@@ -18,6 +20,9 @@ PANEL_SHARE = 0.25
 FILLED_FACTOR = 3.0
 """Volume of the collision meshes over that of the visuals' solids above which they fill the interior: a hull over
 panels that enclose a room has five times their volume and more."""
+
+APART_SHARE = 0.01
+"""Distance of a face from the collision hulls, as a share of their longest edge, from which it does not touch them."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,30 @@ def collision_mismatch(
     if filled > FILLED_FACTOR * solid:
         return f"its collision meshes hold {filled / solid:.3g} times the volume of what one sees: they fill its inside"
     return None
+
+
+def left_out(
+    looks: list[PlacedShape], collision: list[PlacedShape], mesh_of: Callable[[str, Array], trimesh.Trimesh]
+) -> list[PlacedShape]:
+    """Visual meshes that a link's collision leaves out: that consists of others of its visual meshes, and most of these
+    meshes' area lies outside of all its hulls. ``mesh_of`` reads a mesh by its reference and (3,) scale."""
+    seen = {item.mesh[0] for item in looks if item.mesh is not None}
+    colliding = {item.mesh[0] for item in collision if item.mesh is not None}
+    if not colliding & seen or not seen - colliding:
+        return []
+    low, high = box_of_shapes(collision)
+    planes = [ConvexHull(item.points(piece)).equations for item in collision for piece in item.shape.pieces]
+    found = []
+    for item in looks:
+        if item.mesh is None or item.mesh[0] in colliding or item.shape.flat:
+            continue
+        mesh = mesh_of(*item.mesh)
+        centers, outside = item.points(mesh.triangles_center), np.ones(len(mesh.faces), bool)
+        for plane in planes:
+            outside &= (centers @ plane[:, :3].T + plane[:, 3]).max(axis=1) > APART_SHARE * float((high - low).max())
+        if float(mesh.area_faces[outside].sum()) > 0.5 * float(mesh.area):
+            found.append(item)
+    return found
 
 
 def shapes_with_mass(items: list[PlacedShape]) -> list[PlacedShape]:

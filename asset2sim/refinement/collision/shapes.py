@@ -30,7 +30,7 @@ from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity, Stage
 
-FORMAT = "2"
+FORMAT = "3"
 """Part of every cache key: raise it when the same input gives other pieces."""
 
 
