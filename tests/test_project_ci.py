@@ -85,7 +85,7 @@ def test_the_image_copies_what_is_there_and_is_not_run_by_root() -> None:
     assert any(line.startswith("HEALTHCHECK") for line in lines)
 
 
-def test_the_hook_takes_files_of_every_format_but_mjcf_whose_suffix_is_anything() -> None:
+def test_the_hook_takes_files_of_every_format_but_xml_which_may_be_anything() -> None:
     suffixes = {*FORMATS} - {".xml"}
     (hook,) = read(FILES[0])
     assert all(re.search(hook["files"], f"a{suffix}") for suffix in suffixes) and not re.search(hook["files"], "a.xml")
