@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.gym.hand.gripper import HandWorld
-from asset2sim.gym.hand.poses import TURNS, Kind, Obstacle, at_places
+from asset2sim.gym.hand.poses import TURNS, Kind, SolidPlaces, at_places
 from asset2sim.gym.hand.surfaces import (
     REACH_M,
     ROOM_M,
@@ -183,7 +183,7 @@ def apart_m(world: HandWorld, points: Array) -> float:
 def holds_with_room(
     world: HandWorld, way: Way, kind: Kind, found_at: tuple[Array, Array, NDArray[np.int64], Array],
     scores: tuple[NDArray[Any], Array],
-    avoid: Sequence[Array], solid: Obstacle, rng: np.random.Generator,
+    avoid: Sequence[Array], solid: SolidPlaces, rng: np.random.Generator,
 ) -> list[HandHold]:  # fmt: skip
     """Some holds of a kind for which the hand has room, of the best by ``scores`` (the numbers of the places, and how
     good each is); ``found_at`` are all places, normals, bodies, and how thick it is there, m."""
@@ -213,14 +213,14 @@ def holds_with_room(
     return found
 
 
-def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> Obstacle:
+def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> SolidPlaces:
     """Places of the object at which no hand may be that holds the part of these ``bodies``, of whose (n, 3) places
     some are taken."""
     others = frozenset(range(world.model.nbody)) - body_subtree(world.model, world.body) - bodies
     some = [points[:OF_PART], places_inside(world, others, points, HAND_M * world.scale)]
     floors = (world.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (world.probe.geom_conaffinity != 0)
     floor_m = float(world.data.geom_xpos[floors, 2].max()) - BESIDE_M if floors.any() else -math.inf
-    return Obstacle(np.concatenate(some), np.repeat([0.4 * INTO_M, BESIDE_M], [len(part) for part in some]), floor_m)
+    return SolidPlaces(np.concatenate(some), np.repeat([0.4 * INTO_M, BESIDE_M], [len(part) for part in some]), floor_m)
 
 
 def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> float | None:

@@ -63,7 +63,7 @@ def directions_around(normals: Array, angles: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacle:
+class SolidPlaces:
     """(n, 3) places in an object's collision shapes, world, and (n,) how deep each may be in a hand's box, m; the
     lowest height at which a hand may be, m."""
 
