@@ -28,7 +28,7 @@ from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Severity, Status
 
-CHECK_PIPELINE, CONVERT_PIPELINE = "tasks.check:check_asset", "tasks.check:convert_asset"
+CHECK_PIPELINE, CONVERT_PIPELINE = "tasks.check:check_asset", "tasks.convert:convert_asset"
 SAID_BESIDE = ("changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
 """Codes of findings of a check that the terminal shows beside the verdict."""
 
