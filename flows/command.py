@@ -142,7 +142,7 @@ def _print(options: Options) -> int:
 
             serve_pages(options.out, options.host, options.report_port, options.prefect_port, options.mlflow_port)
         case groups.OverlaysOptions() | groups.PackOptions():
-            from flows.local import hand_on
+            from flows.hand_on import hand_on
 
             return DONE if hand_on(options) else FAILED
         case asked.DoctorOptions():

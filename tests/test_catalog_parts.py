@@ -10,10 +10,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from asset2sim.catalog import parts
+from asset2sim.catalog.enforce import CatalogError
 from asset2sim.catalog.parts import FOLDER, Parts, merged_tables, open_parts, whole_assets
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import CatalogError, ascends
+from asset2sim.catalog.stored_tables import ascends
 from asset2sim.catalog.write import write_parts, write_run
 from asset2sim.runs.plan.records import KeptRecord, keep_record, record_file
 from asset2sim.runs.spread.harvest import Harvest, take_result

@@ -22,12 +22,13 @@ from rich.console import Console
 from asset2sim.catalog import switch
 from asset2sim.catalog import write as store
 from asset2sim.catalog.changes import find_changes, read_previous
+from asset2sim.catalog.enforce import CatalogError, to_arrow
 from asset2sim.catalog.failures import compare_runs, failure_breakdown, failures_by
 from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.rows import asset_row, asset_rows, joint_rows, run_row, trace_rows
 from asset2sim.catalog.run import RunRow, finish_run, start_run, without_credentials
 from asset2sim.catalog.show import describe_asset
-from asset2sim.catalog.stored_tables import CatalogError, check_catalog, to_arrow
+from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.write import write_run
 from asset2sim.storage.lock import lock_output

@@ -18,7 +18,7 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.overlays import BROUGHT, INDEX, apply_overlays, export_overlays
 from flows.command import main
-from flows.local import REMAKE
+from flows.hand_on import REMAKE
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings

@@ -15,9 +15,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from asset2sim.catalog.enforce import CatalogError, check_key, conform
 from asset2sim.catalog.parts import ROW_GROUP
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import CatalogError, check_key, conform, recorded_run_ids, stored_columns
+from asset2sim.catalog.stored_tables import recorded_run_ids, stored_columns
 from asset2sim.catalog.switch import replace_file, replace_folder, sync
 from schemas.table import ASSET_KEY, TIME
 from schemas.tables import COST_COLUMNS, HISTORY, TABLES

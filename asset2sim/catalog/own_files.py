@@ -14,7 +14,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.stored_tables import conform, to_arrow
+from asset2sim.catalog.enforce import conform, to_arrow
 from asset2sim.catalog.switch import replace_file
 from asset2sim.storage.mirror import local_parts
 from asset2sim.storage.objects import StoreError, send_objects, store_usage_error

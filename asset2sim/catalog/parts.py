@@ -15,9 +15,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from asset2sim.catalog.enforce import CatalogError, check_key, to_arrow
 from asset2sim.catalog.rows import asset_rows
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import CatalogError, check_key, to_arrow
 from asset2sim.catalog.summarize import summarize
 from schemas.asset import AssetRecord, AssetSummary
 from schemas.table import ASSET_KEY, Row, Table

@@ -12,11 +12,12 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from asset2sim.catalog.enforce import CatalogError, conform
 from asset2sim.catalog.history import history_files
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.query import make_views, own_tables, query_error
 from asset2sim.catalog.read_remote import local_tables
-from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, CatalogError, conform, reading
+from asset2sim.catalog.stored_tables import ROWS_AT_ONCE, reading
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.table import ASSET_KEY, Table

@@ -7,20 +7,13 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
 from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
 from asset2sim.catalog.own_files import make_own_files
 from asset2sim.catalog.parts import Parts, merged_tables, open_parts, write_merged
 from asset2sim.catalog.rows import run_row
 from asset2sim.catalog.run import RunRow
-from asset2sim.catalog.stored_tables import (
-    check_key,
-    row_keys,
-    stored_by_asset,
-    stored_columns,
-    stored_table,
-    table_path,
-    to_arrow,
-)
+from asset2sim.catalog.stored_tables import stored_by_asset, stored_columns, stored_table, table_path
 from asset2sim.catalog.switch import recover, replace_catalog
 from schemas.asset import AssetRecord, AssetSummary, Unchanged
 from schemas.table import ASSET_KEY, Table

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.stored_tables import to_arrow
+from asset2sim.catalog.enforce import to_arrow
 from lab.comparisons.charts import failure_chart, growth_chart
 from lab.comparisons.comparison_rows import failure_rows, figure_rows, growth_rows
 from lab.comparisons.figure_specs import COST, LARGE_SUBSET, STABILITY, SUCCESS

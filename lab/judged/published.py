@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pyarrow as pa
 
-from asset2sim.catalog.stored_tables import to_arrow
+from asset2sim.catalog.enforce import to_arrow
 from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.table import Row, Table
