@@ -126,7 +126,7 @@ def sample(asset_id: str, base: Path = RAW) -> AssetRef:
 
 
 def validated(ref: AssetRef, out: Path, settings: Settings = NO_VIEWS) -> Validated:
-    """What the rules make of an asset by the offline model, before any engine has seen it."""
+    """The overlay that the rules make of an asset with the offline model; no engine has seen it."""
     job, method = AssetJob(ref, out, settings, prior), known_methods()[settings.method]
     extracted = extract_asset(job, correct_joints=method.rules)
     ask, known = method.given(job.ask, extracted.extraction)

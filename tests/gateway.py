@@ -1,4 +1,4 @@
-"""What tests of the gateway share: keys that are set or not, a question, and how it is asked of a server here."""
+"""Helpers of the gateway's tests: keys that are set or not, a question, and how it is asked of a server here."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ REQUEST = ModelRequest(purpose="synthesis", system="Answer in JSON.", text="What
 
 @pytest.fixture
 def no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever runs the tests may have keys set: no test may use them."""
+    """Unset the keys of model providers: those of the user who runs the tests must not be used."""
     for name in (*(f"{key}_API_KEY" for key in KEYS), "OPENAI_API_BASE"):
         monkeypatch.delenv(name, raising=False)
     forget_refusals()

@@ -382,6 +382,19 @@ def test_where_no_line_meets_a_loops_way_all_but_its_leading_joint_is_held(tmp_p
     assert apart == {frozenset(("door", "arm")), frozenset(("door", "rod"))}, "the door opens through what is held"
 
 
+def test_a_loop_is_closed_over_the_range_of_its_door_also_where_that_counts_from_another_angle(tmp_path: Path) -> None:
+    """Over 5° a straight line meets the way that it misses over 150°, whatever the hinge's drawn position is called."""
+    connect = CONNECT.format(pivot=0.3).replace('anchor="0', 'anchor="-0.3')
+    found = []
+    for number, limits in enumerate(('range="0 5"', 'range="120 125" ref="120"')):
+        folder = tmp_path / str(number)
+        (folder / "work").mkdir(parents=True)
+        file = written(folder, ARM.format(pivot=0.3, half=0.15).replace('range="0 60"', limits), connect)
+        made = urdf_of_mjcf(file, folder / "work")
+        found.append([float(str(item.get("multiplier"))) for item in made.robot.iter("mimic")])
+    assert len(found[0]) == 2 and found[1] == pytest.approx(found[0])
+
+
 def test_bodies_that_only_mark_a_place_are_no_links(tmp_path: Path) -> None:
     mark = '<body name="goal" pos="0 0 1"><body name="tip"><site name="s"/></body></body>'
     other = mark.replace("goal", "grip").replace("tip", "end").replace('"s"', '"t"')

@@ -83,6 +83,7 @@ def left_out(
     if not colliding & seen or not seen - colliding:
         return []
     low, high = box_of_shapes(collision)
+    apart = APART_SHARE * float((high - low).max())
     planes = [ConvexHull(item.points(piece)).equations for item in collision for piece in item.shape.pieces]
     found = []
     for item in looks:
@@ -91,7 +92,7 @@ def left_out(
         mesh = mesh_of(*item.mesh)
         centers, outside = item.points(mesh.triangles_center), np.ones(len(mesh.faces), bool)
         for plane in planes:
-            outside &= (centers @ plane[:, :3].T + plane[:, 3]).max(axis=1) > APART_SHARE * float((high - low).max())
+            outside &= (centers @ plane[:, :3].T + plane[:, 3]).max(axis=1) > apart
         if float(mesh.area_faces[outside].sum()) > 0.5 * float(mesh.area):
             found.append(item)
     return found

@@ -113,7 +113,7 @@ FILLED = 0.85
 WATER_KG_M3 = 1000.0
 ALIKE = ("opens", "gravity")
 SHAPE = ("box_m", "center_m", "volume_m3", "hull_volume_m3", "volume_source", "area_m2", "outer_m2")
-"""What is told of a link's shape, if it has one."""
+"""Facts on a link's shape, told where it has one."""
 
 
 def synthesis_facts(features: Features, overlaps: Sequence[RestOverlap] = ()) -> dict[str, object]:

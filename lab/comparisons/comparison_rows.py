@@ -18,7 +18,7 @@ from schemas.vocabulary import PAPER_FAILURE_MODES, Method
 OURS = Method.ASSET2SIM
 OK = "ok"
 NO_PAPER_MODE = "none of the paper's"
-"""What a chart says of a failure mode that the paper has no name for."""
+"""Word of a chart for a failure mode that the paper has no name for."""
 OUTCOMES = (OK, *dict.fromkeys(PAPER_FAILURE_MODES.values()), NO_PAPER_MODE)
 """Outcomes of an asset: ok, one of the paper's failure modes, or one that it has no name for."""
 RTOL = 1e-9

@@ -104,8 +104,9 @@ def bodies_below(model: Any, joint: int) -> list[int]:
 def followers(
     mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints: Sequence[int], size: float
 ) -> tuple[int, Array] | None:
-    """The joint that leads a loop, which moves most, and how far (k, n) all of its joints are from where they are
-    drawn at k positions of that one; None where the loop is open as drawn, stiff, or of several freedoms."""
+    """The joint that leads a loop (one with limits first, then that which carries most), and how far (k, n) all of its
+    joints are from where they are drawn at k positions of that one; None where the loop is open as drawn, stiff, or of
+    several freedoms."""
     drawn = np.zeros(len(joints))
     first = gaps(mujoco, model, data, equalities, joints, drawn)
     if np.abs(first).max() > CLOSED * size:
@@ -119,7 +120,8 @@ def followers(
     place, found = joints.index(leader), [drawn]
     slide = model.jnt_type[leader] == mujoco.mjtJoint.mjJNT_SLIDE
     most = TURN_RAD * (size if slide else 1.0)
-    lower, upper = model.jnt_range[leader] if model.jnt_limited[leader] else (-most, most)
+    zero = float(model.qpos0[model.jnt_qposadr[leader]])
+    lower, upper = model.jnt_range[leader] - zero if model.jnt_limited[leader] else (-most, most)
     free = [index for index in range(len(joints)) if index != place]
     for end in (float(lower), float(upper)):
         at = drawn

@@ -112,7 +112,7 @@ SET_ASIDE = "set_aside"
 """Folder of OUT with the last refinement of each asset that has failed since, and code of the finding that says so."""
 
 Stamp = tuple[int, int]
-"""What tells one folder of a name from another: its inode, and when its list of files last changed, ns."""
+"""Stamp by which two folders of one name differ: its inode, and when its list of files last changed, ns."""
 
 
 def stamp_of_folder(folder: Path) -> Stamp | None:
