@@ -174,3 +174,16 @@ def test_real_bodies_are_hollow_within_few_pieces(path: str, scale: float, body:
     assert volume[1] < 0.7 * volume[0]
     assert len(hulls[body]) <= 24
     assert not [note for note in notes if note.code == "collision_fallback"]
+
+
+def test_convex_pieces_that_stand_over_a_floor_are_cut_at_it_where_no_piece_is_hollow(tmp_path: Path) -> None:
+    """An oven whose file states a board and two walls, the board 6 mm thicker than the floor that is seen."""
+    board, walls = (-0.2, -0.15, -0.02), [((x, -0.15, 0.0), (x + 0.01, 0.15, 0.2)) for x in (-0.2, 0.19)]
+    files = {
+        "floor.obj": box_obj(board, (0.2, 0.15, 0.0)), "thick.obj": box_obj(board, (0.2, 0.15, 0.006)),
+        **{f"wall{number}.obj": box_obj(*corners) for number, corners in enumerate(walls)},
+    }  # fmt: skip
+    shown = mesh("floor.obj", "visual") + mesh("thick.obj", "collision") + mesh("wall0.obj") + mesh("wall1.obj")
+    hulls, _ = collision_shapes(read(written(tmp_path, robot(link("body", shown)), files)), 1.0, SETTINGS)
+    tops = sorted(float(piece[:, 2].max()) for piece in hulls["body"])
+    assert tops == pytest.approx([0.0, 0.2, 0.2], abs=1e-6)

@@ -11,7 +11,7 @@ from scipy import ndimage
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import without_enclosed
 from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
-from asset2sim.assets.meshes.hollow import Hollow, grid_over, hollow_of, samples
+from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, Hollow, grid_over, hollow_of, samples
 from asset2sim.assets.meshes.hull import distinct_faces, shells
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, join_pieces, piece_of, pieces_around_hollow
 from asset2sim.physics.arrays import Array
@@ -192,9 +192,9 @@ def with_at_most(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:
 def on_floors(link: LinkPieces, looks: Array | None, up: Array, sizes: Sizes) -> LinkPieces:
     """The same link, its pieces cut at the flat floors of its ``looks``, (k, 3, 3) triangles; ``up`` is the (3,) upward
     direction in its frame at rest."""
-    if link.hollow is None or looks is None:
+    if looks is None:
         return link
-    cell_m = link.hollow.cell_m
+    cell_m = sizes.ball_radius / CELLS_A_RADIUS if link.hollow is None else link.hollow.cell_m
     return replace(link, pieces=cut_at_floors(link.pieces, looks, up, sizes.ball_radius, cell_m, sizes.thickness))
 
 

@@ -109,7 +109,7 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
     }
     most = piece_limit([len(item.pieces) for item in found.values()], settings.max_asset_hulls)
     found = {link: with_at_most(item, sizes, most) for link, item in found.items()}
-    looks = visual_triangles(extraction, [link for link, item in found.items() if item.hollow is not None])
+    looks = visual_triangles(extraction, [link for link, item in found.items() if len(item.pieces) > 1])
     found = {link: on_floors(item, looks.get(link), poses[0][link][2, :3], sizes) for link, item in found.items()}
     hulls = {link: tuple(simplified(piece.points) * scale for piece in item.pieces) for link, item in found.items()}
     return hulls, tuple(note for link, item in found.items() for note in findings_of(link, item, scale))
