@@ -48,7 +48,7 @@ class GuardSettings(Frozen):
     untouched_share: Fraction = 0.5
     """Share of the way to the target that the part may go untouched: one that is flicked coasts, but more than half of
     the way without the hand is not the hand's doing. A lid that falls shut once it was touched is left out; one that
-    was struck and coasts shut is not."""
+    was struck and coasts shut, or whose friction bears it, is not."""
     steady_share: Fraction = 0.99
     """Share of its speed 4 ms before from which a part that goes down falls: one that slows down coasts from a blow."""
     away_samples: int = Field(10, ge=1)

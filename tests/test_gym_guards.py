@@ -53,6 +53,10 @@ def test_a_lid_that_falls_shut_once_it_was_pushed_over_is_used_and_one_that_fall
     touched_first = pushed(1.0, 2.0, (0.9, 1.1))
     found = guard(replace(touched_first, heights=0.2 + touched_first.positions), SETTINGS)
     assert found.fallen_share == pytest.approx(0.9, abs=0.01) and found.untouched_share == 0.0 and not found.degenerate
+    held = guard(replace(touched_first, heights=0.2 + touched_first.positions, holds=True), SETTINGS)
+    assert held.moved_untouched and held.fallen_share == 0.0, (
+        "what its friction bears swings on as the object is shoved"
+    )
     touched_late = pushed(1.0, 2.0, (1.9, 2.2))
     found = guard(replace(touched_late, heights=0.2 + touched_late.positions), SETTINGS)
     assert found.drift_share == pytest.approx(0.9, abs=0.01) and found.drifted

@@ -20,11 +20,11 @@ pytestmark = pytest.mark.system
 BOTH = "visual collision"
 
 
-def tray(floor: str = BOTH, walls: str = BOTH, lean: str = "0 0 0") -> str:
+def tray(floor: str = BOTH, walls: str = BOTH) -> str:
     """A tray of 30 x 24 x 10 cm inside, open above, 5 mm thick; what is seen of it and what collides can differ."""
     sides = [shape("0.3 0.005 0.1", walls, f"0 {y} 0.05") for y in (-0.12, 0.12)]
     sides += [shape("0.005 0.24 0.1", walls, f"{x} 0 0.05") for x in (-0.15, 0.15)]
-    return shape("0.3 0.24 0.005", floor).replace('rpy="0 0 0"', f'rpy="{lean}"') + "".join(sides)
+    return shape("0.3 0.24 0.005", floor) + "".join(sides)
 
 
 def chest(folder: Path, inside: str, **terms: Any) -> Path:
@@ -36,10 +36,11 @@ def chest(folder: Path, inside: str, **terms: Any) -> Path:
                names=("drawer", "slide"), **known)  # fmt: skip
 
 
-def box(folder: Path, below: str = "") -> Path:
-    """A box on the floor with a lid on a hinge along y at its back, under which ``below`` is fixed."""
+def box(folder: Path, below: str = "", sides: str = "") -> Path:
+    """A box on the floor with a lid on a hinge along y at its back, under which ``below`` is fixed; its shapes are the
+    tray's or these."""
     lid = Solid(shape("0.3 0.24 0.005", xyz="0.15 0 0") + below, 0.2, 0.2)
-    return two(folder, Solid(tray(), 1.0, 0.2), lid, "revolute", "-0.15 0 0.106", "0 -1 0", 1.9, names=("lid", "hinge"),
+    return two(folder, Solid(sides or tray(), 1.0, 0.2), lid, "revolute", "-0.15 0 0.106", "0 -1 0", 1.9, names=("lid", "hinge"),
                friction=0.4, damping=0.05, holds=True, effective_inertia=0.006)  # fmt: skip
 
 
@@ -53,6 +54,17 @@ def test_what_lies_in_a_drawer_and_in_a_box_stays(tmp_path: Path) -> None:
     # Balls of 2 cm lie from 1.5 cm off each face: the mesh leaves 26.5 x 20.5 x 8.75 cm to their middles, to a cell.
     assert drawer.room_m3 == pytest.approx(0.265 * 0.205 * 0.0875, rel=0.15) and 0.03 < drawer.size_m <= 0.06
     (inside,) = kept(box(tmp_path / "box"))
+    assert (inside.link, inside.reason, inside.joints) == ("body", "", ("hinge",))
+
+
+def test_what_is_put_down_on_a_floor_that_leans_lies_there_and_rolls_to_its_edge(tmp_path: Path) -> None:
+    """A trough with sides that lean by 35°, as a jewellery box's wells have: balls roll to its middle and stay."""
+    sides = "".join(
+        shape("0.3 0.2 0.005", BOTH, f"0 {y} 0.05").replace("<origin", f'<origin rpy="{lean} 0 0"')
+        for y, lean in ((-0.08, -0.61), (0.08, 0.61))
+    )
+    ends = "".join(shape("0.005 0.34 0.12", BOTH, f"{x} 0 0.06") for x in (-0.15, 0.15))
+    (inside,) = kept(box(tmp_path / "trough", sides=sides + ends))
     assert (inside.link, inside.reason, inside.joints) == ("body", "", ("hinge",))
 
 

@@ -291,7 +291,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         return Rollout(
             np.array(self.positions), np.array(self.touched), np.array(self.works), np.array(self.heights),
             np.array(self.centers), np.array(self.ups), self.subject.lower, self.subject.upper, self.subject.target,
-            joint.stiffness, joint.spring_reference,
+            joint.stiffness, joint.spring_reference, joint.holds,
         )  # fmt: skip
 
     def lost(self) -> bool:

@@ -14,8 +14,8 @@ class Rollout:
     """Recording of an episode, (n,) samples, the start first: ``positions`` of the part's joint, rad or m; whether the
     arm ``touched`` the part; ``tool_work_j``, its work on the object since the sample before; ``heights`` of the
     part's centre of mass, m; (n, 3) ``centers`` of the root link's mass, m, world, and ``ups``, the world's up axis in
-    the root link's frame. Beside them the joint's limits as loaded, its target, and its spring (N·m/rad or N/m; rad
-    or m)."""
+    the root link's frame. Beside them the joint's limits as loaded, its target, its spring (N·m/rad or N/m; rad
+    or m), and whether it ``holds``: its friction bears its part, which never falls."""
 
     positions: Array
     touched: NDArray[np.bool_]
@@ -28,6 +28,7 @@ class Rollout:
     target: float
     stiffness: float = 0.0
     spring_reference: float = 0.0
+    holds: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
     gone = max(float(forward.sum()), 0.0)
     whole, after = max(abs(way), gone, 1e-9), np.arange(len(free)) >= first
     steady = forward >= settings.steady_share * np.concatenate([[0.0], forward[:-1]])
-    falls = after & (np.diff(rollout.heights) < 0.0) & (steady | at_hand(touched, settings.away_samples)[1:])
+    of_itself = (steady & (not rollout.holds)) | at_hand(touched, settings.away_samples)[1:]
+    falls = after & (np.diff(rollout.heights) < 0.0) & of_itself
     untouched, fallen, drift = (
         max(float(forward[which].sum()), 0.0) / whole for which in (free & ~falls, free & falls, free & ~after)
     )

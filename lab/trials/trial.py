@@ -102,7 +102,7 @@ def rollout_of(track: Track, stage: CompiledScene, joint: JointPhysics, target: 
         track.positions[:, track.joints.index(joint.name)], track.touched.astype(np.bool_), track.work_j,
         middles(track.poses[:, part], stage.model.body_ipos[body])[:, 2],
         middles(track.poses[:, 0], stage.model.body_ipos[root]), track.poses[:, 0, 2, :3],
-        float(lower or 0.0), float(upper or 0.0), target, joint.stiffness, joint.spring_reference,
+        float(lower or 0.0), float(upper or 0.0), target, joint.stiffness, joint.spring_reference, joint.holds,
     )  # fmt: skip
 
 

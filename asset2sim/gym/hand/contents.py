@@ -36,6 +36,8 @@ LOOKED_AT, SEEN_FROM = 64, 24
 """Places at which it is looked whether a body may lie there, and from which it is looked what is around."""
 SUNK = 0.3
 """How far a body may lie below the floor that is seen, over its radius."""
+LEANS = 0.7
+"""Least upright part of a contact's normal, of a floor on which something lies: it leans by at most 45°."""
 MOST_POINTS = 1500
 """Places of an interior at which it is looked whether a collision shape is there."""
 
@@ -155,7 +157,7 @@ def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[st
         said = "leave no place for three bodies" if places is None else "fill it"
         return [replace(kept, reason=f"collision shapes {said}: {kept.free:.0%} of its room is free of them")]
     for name, at in zip(BODIES, places, strict=True):
-        world.put(name, on_floor(world, name, at, radius))
+        put_down(world, name, at, radius)
     mujoco.mj_forward(world.model, world.data)
     turned, origin = world.data.xmat[body].reshape(3, 3), world.data.xpos[body]
     low = inside.height_m <= inside.radius_m + (FLOOR_CELLS + 1.0) * inside.cell_m
@@ -223,18 +225,31 @@ def on_floor(world: ContentWorld, name: str, at: Array, radius: float) -> Array:
     return found
 
 
+def put_down(world: ContentWorld, name: str, at: Array, radius: float) -> float:
+    """Put a body down at a place, so high that it touches a floor that leans below it and is not in it: how deep it is
+    in what it meets there, m."""
+    model, data = world.model, world.data
+    geom, place = int(model.geom(CONTENT + name).id), on_floor(world, name, at, radius)
+    for raised in (True, False):
+        world.put(name, place)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        met = (data.contact.geom[: data.ncon] == geom).any(axis=1)
+        depth = -data.contact.dist[: data.ncon][met]
+        upward = np.abs(data.contact.frame[: data.ncon][met, 2])
+        if raised:
+            low = (upward > LEANS) & (depth < radius / 2.0)  # more is no floor that leans, but a body that fills it
+            place = place + [0.0, 0.0, float((depth[low] / upward[low]).max(initial=0.0))]
+    return float(depth.max(initial=0.0))
+
+
 def is_free(world: ContentWorld, at: Array, radius: float) -> bool:
     """Whether the ball that is put down there is no deeper in a collision shape than is allowed. It is away again
     afterwards."""
-    model, data, ball = world.model, world.data, next(iter(BODIES))
-    world.put(ball, on_floor(world, ball, at, radius))
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_collision(model, data)
-    geom = int(model.geom(CONTENT + ball).id)
-    mine = (data.contact.geom[: data.ncon] == geom).any(axis=1)
-    free = not (data.contact.dist[: data.ncon][mine] < -world.settings.deep_share * radius).any()
+    ball = next(iter(BODIES))
+    free = put_down(world, ball, at, radius) <= world.settings.deep_share * radius
     world.put(ball, np.array([PARKED_M, 0.0, radius]))
-    mujoco.mj_kinematics(model, data)
+    mujoco.mj_kinematics(world.model, world.data)
     return free
 
 

@@ -62,8 +62,8 @@ class Recorder:
         centers, ups = (np.array(column) for column in zip(*self.roots, strict=True))
         joint = self.joint
         lower, upper = span_of(joint)
-        spring = joint.stiffness, joint.spring_reference
-        rollout = Rollout(positions, touched, work, heights, centers, ups, lower, upper, target, *spring)
+        terms = joint.stiffness, joint.spring_reference, joint.holds
+        rollout = Rollout(positions, touched, work, heights, centers, ups, lower, upper, target, *terms)
         return guard(rollout, GUARDS)
 
 
