@@ -40,8 +40,8 @@ def box(folder: Path, below: str = "", sides: str = "") -> Path:
     """A box on the floor with a lid on a hinge along y at its back, under which ``below`` is fixed; its shapes are the
     tray's or these."""
     lid = Solid(shape("0.3 0.24 0.005", xyz="0.15 0 0") + below, 0.2, 0.2)
-    return two(folder, Solid(sides or tray(), 1.0, 0.2), lid, "revolute", "-0.15 0 0.106", "0 -1 0", 1.9, names=("lid", "hinge"),
-               friction=0.4, damping=0.05, holds=True, effective_inertia=0.006)  # fmt: skip
+    return two(folder, Solid(sides or tray(), 1.0, 0.2), lid, "revolute", "-0.15 0 0.106", "0 -1 0", 1.9,
+               names=("lid", "hinge"), friction=0.4, damping=0.05, holds=True, effective_inertia=0.006)  # fmt: skip
 
 
 def kept(folder: Path) -> list[Kept]:

@@ -239,7 +239,7 @@ def put_down(world: ContentWorld, name: str, at: Array, radius: float) -> float:
         upward = np.abs(data.contact.frame[: data.ncon][met, 2])
         if raised:
             low = (upward > LEANS) & (depth < radius / 2.0)  # more is no floor that leans, but a body that fills it
-            place = place + [0.0, 0.0, float((depth[low] / upward[low]).max(initial=0.0))]
+            place = place + np.array([0.0, 0.0, float((depth[low] / upward[low]).max(initial=0.0))])
     return float(depth.max(initial=0.0))
 
 
