@@ -70,7 +70,8 @@ def deepest(folder: Path, hulls: Hulls, poses: Mapping[str, np.ndarray]) -> floa
     """The deepest overlap in PyBullet of links glued at these poses, loaded from what is written; margins count."""
     files = write_hulls({name: tuple(apply(poses[name], p) for p in own) for name, own in hulls.items()}, folder)
     links = [UrdfLink("root")] + [
-        UrdfLink(name, shapes=tuple((mesh_geometry(f), (0.0, 0.0, 0.0)) for f in own)) for name, own in files.items()
+        UrdfLink(name, shapes=tuple((mesh_geometry(str(f)), (0.0, 0.0, 0.0)) for f in own))
+        for name, own in files.items()
     ]
     urdf = write_urdf(folder, links, [UrdfJoint(f"to_{name}", "continuous", "root", name) for name in files])
     return max((p.depth_m for p in by_pair(contacts_at(urdf, {}, EngineSettings()))), default=0.0)

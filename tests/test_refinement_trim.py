@@ -63,7 +63,7 @@ def phi(folder: Path, hulls: Hulls, poses: dict[str, Array]) -> float:
     """Φ in PyBullet of links glued beside each other on one root, loaded from the OBJ files that are written."""
     files = write_hulls(hulls, folder)
     links = [UrdfLink("root")] + [
-        UrdfLink(name, shapes=tuple((mesh(f), ORIGIN) for f in files[name])) for name in hulls
+        UrdfLink(name, shapes=tuple((mesh(str(f)), ORIGIN) for f in files[name])) for name in hulls
     ]
     joints = [UrdfJoint(f"to_{name}", "continuous", "root", name, xyz=tuple(poses[name][:3, 3])) for name in hulls]
     turned = {f"to_{name}": math.atan2(poses[name][1, 0], poses[name][0, 0]) for name in hulls}
@@ -284,7 +284,7 @@ def test_what_is_written_under_names_that_differ_only_in_a_slash_is_what_was_giv
     files = write_hulls({"a/b": (UNIT, sheet), "a_b": (LEFT,), "none": ()}, tmp_path)
     assert [len(names) for names in files.values()] == [1, 1, 0]  # the sheet has no volume
     assert len({name for names in files.values() for name in names}) == 2
-    text = (tmp_path / files["a/b"][0]).read_text()
+    text = (tmp_path / str(files["a/b"][0])).read_text()
     vertices = np.array([line.split()[1:] for line in text.splitlines() if line.startswith("v ")], dtype=float)
     assert len(vertices) == 8 and volume(vertices) == pytest.approx(1.0)
     write_hulls({"a": (UNIT,)}, tmp_path)

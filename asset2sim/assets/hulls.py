@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.links import LinkGeometry
+from asset2sim.assets.meshes.cylinder import Cylinder, cylinder_of
 from asset2sim.assets.meshes.hull import hull_of, spread_directions
 from asset2sim.physics.arrays import Array, corners_of_box
 
@@ -88,13 +89,13 @@ def box_corners(points: Array) -> Array:
 
 FOLDER = "collision"
 
-CollisionFiles = dict[str, tuple[str, ...]]
-"""Link → paths of its hulls' files, relative to the asset's folder."""
+CollisionFiles = dict[str, tuple[str | Cylinder, ...]]
+"""Link → its hulls: the path of each one's file, relative to the asset's folder, or the cylinder that it is."""
 
 
 def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
-    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; link → relative paths. Hulls
-    without volume, which no engine takes, are left out."""
+    """Write one OBJ per hull under ``collision/``, replacing the folder's contents; cylinders, which a URDF can state,
+    have no file. Hulls without volume, which no engine takes, are left out."""
     folder = target / FOLDER
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
@@ -102,9 +103,12 @@ def write_hulls(hulls: Hulls, target: Path) -> CollisionFiles:
     for number, (link, pieces) in enumerate(hulls.items()):
         # The number keeps names apart that differ only in characters that file names cannot hold.
         stem = f"{re.sub(r'[^A-Za-z0-9_-]', '_', link)[:60]}_{number}"
-        names = []
+        names = list[str | Cylinder]()
         for index, points in enumerate(pieces):
-            text = obj_text(points)
+            cylinder = cylinder_of(points)
+            text = None if cylinder is not None else obj_text(points)
+            if cylinder is not None:
+                names.append(cylinder)
             if text is not None:
                 name = f"{FOLDER}/{stem}_{index}.obj"
                 (target / name).write_text(text, encoding="ascii")

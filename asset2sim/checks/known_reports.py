@@ -96,7 +96,7 @@ def digest(folder: Folder, overlay: PhysicsOverlay, extraction: Extraction, sett
     whole = hashlib.sha256(overlay.model_dump_json().encode())
     whole.update(folder.urdf.read_bytes())
     for files in folder.collision.values():
-        for file in files:
+        for file in (item for item in files if isinstance(item, str)):
             whole.update(hashlib.sha256((folder.path / file).read_bytes()).digest())
     stated = settings.engine.model_dump_json(exclude={"verify", "decide", "time_limit_s"})
     for text in (extraction.features.content_hash, stated, settings.thresholds.model_dump_json(), sources()):

@@ -28,8 +28,14 @@ from schemas.errors import AssetError
 from schemas.features import Mimic
 from schemas.vocabulary import FailureMode
 
-FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_IGNORE_VISUAL_SHAPES
-"""Authored inertia, and self-collision with PyBullet's default filter (no contacts of a link with its parent)."""
+FLAGS = (
+    pybullet.URDF_USE_INERTIA_FROM_FILE
+    | pybullet.URDF_USE_SELF_COLLISION
+    | pybullet.URDF_IGNORE_VISUAL_SHAPES
+    | pybullet.URDF_USE_IMPLICIT_CYLINDER
+)
+"""Authored inertia, self-collision with PyBullet's default filter (no contacts of a link with its parent), and
+cylinders that are round: else they have 32 corners, over which a wheel does not roll."""
 MOST_SPEED = 1e6
 """Joint speed at which PyBullet cuts off, rad/s or m/s, instead of its own 100: it cuts before it solves for friction,
 which at 100 stops whatever moves less inertia than friction · Δt / 100, under any torque: a camera's knob."""

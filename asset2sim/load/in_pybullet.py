@@ -48,7 +48,9 @@ class PyBulletObject(Loaded):
             bullet.setPhysicsEngineParameter(**solver, **at)
             floor = bullet.createMultiBody(0.0, bullet.createCollisionShape(bullet.GEOM_PLANE, **at), **at)
             bullet.changeDynamics(floor, -1, lateralFriction=1.0, **at)
-        flags, xyzw = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_SELF_COLLISION, (*root.wxyz[1:], root.wxyz[0])
+        # Else cylinders have 32 corners, over which a wheel does not roll.
+        flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_SELF_COLLISION | bullet.URDF_USE_IMPLICIT_CYLINDER
+        xyzw = (*root.wxyz[1:], root.wxyz[0])
         there = [bullet.getBodyInfo(bullet.getBodyUniqueId(i, **at), **at) for i in range(bullet.getNumBodies(**at))]
         self.name = free_name(root, about, {info[1].decode() for info in there}.__contains__)
         about.urdf.set("name", self.name)

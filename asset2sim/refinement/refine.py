@@ -16,6 +16,7 @@ from asset2sim.physics.support_polygon import LEANING_RAD
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
 from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
 from asset2sim.refinement.collision.shapes import collision_shapes
+from asset2sim.refinement.collision.wheels import ROUNDED
 from asset2sim.refinement.context import Log, RefinementContext, as_refused, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend_failures, with_supplied_terms
 from asset2sim.refinement.dynamics.remedies import has_remedies
@@ -35,7 +36,7 @@ FATAL = "fatal_shape_boxed"
 """Code of the finding for a collision shape of which an engine died."""
 DECOMPOSED = "collision_decomposed"
 """Code of the finding for a link decomposed into convex pieces."""
-RESHAPED = frozenset(("collision_cut", FATAL))
+RESHAPED = frozenset(("collision_cut", FATAL, ROUNDED))
 """Codes of findings for a link whose collision shapes were changed after they were made."""
 
 PULLED_OVER = (FailureMode.STANDS, FailureMode.EFFORT, FailureMode.RESET)

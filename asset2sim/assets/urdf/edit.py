@@ -1,6 +1,7 @@
 """Editing a URDF: scale, inertials, joints, mesh references. Everything else of the document stays as it was."""
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
+from asset2sim.assets.meshes.cylinder import Cylinder
 from asset2sim.assets.urdf.capsule import split_capsules
 from asset2sim.assets.urdf.document import read_document, textures_of
 from asset2sim.assets.urdf.numbers import BIAS
@@ -31,7 +33,7 @@ def refined_urdf(
     features: Features,
     overlay: PhysicsOverlay,
     mesh_places: Mapping[str, str],
-    collision_files: Mapping[str, Sequence[str]],
+    collision_files: Mapping[str, Sequence[str | Cylinder]],
     settings: PhysicsSettings,
     mode: CollisionMode = CollisionMode.REPAIR,
 ) -> bytes:
@@ -137,11 +139,21 @@ def add_primitive_collisions(link: Element) -> None:
             collision.extend([copy.deepcopy(node) for node in visual if node.tag in ("origin", "geometry")])
 
 
-def write_collision(link: Element, files: Sequence[str]) -> None:
-    """Add a link's hulls as collision elements."""
-    for file in files:
-        geometry = etree.SubElement(etree.SubElement(link, "collision"), "geometry")
-        etree.SubElement(geometry, "mesh", filename=file)
+def write_collision(link: Element, shapes: Sequence[str | Cylinder]) -> None:
+    """Add a link's hulls, by their files, and its cylinders as collision elements."""
+    for shape in shapes:
+        collision = etree.SubElement(link, "collision")
+        if isinstance(shape, Cylinder):
+            x, y, z = shape.axis
+            turned = (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x))  # z comes to lie on the axis
+            place = {"xyz": short_numbers(shape.middle), "rpy": short_numbers(turned)}
+            etree.SubElement(collision, "origin", place)
+        geometry = etree.SubElement(collision, "geometry")
+        if isinstance(shape, Cylinder):
+            size = {"radius": short_number(shape.radius), "length": short_number(shape.length)}
+            etree.SubElement(geometry, "cylinder", size)
+        else:
+            etree.SubElement(geometry, "mesh", filename=shape)
 
 
 def scale_origin(element: Element, scale: float) -> None:

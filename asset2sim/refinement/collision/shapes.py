@@ -26,6 +26,7 @@ from asset2sim.refinement.collision.link_pieces import (
     on_floors,
     with_at_most,
 )
+from asset2sim.refinement.collision.wheels import with_round_wheels
 from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity, Stage
@@ -80,6 +81,15 @@ def collision_shapes(
     """
     if settings.mode is CollisionMode.KEEP:
         return {}, ()
+    made, told = pieces_of(extraction, scale, settings, cache)
+    hulls, rounded = with_round_wheels(made, extraction)
+    return hulls, (*told, *rounded)
+
+
+def pieces_of(
+    extraction: Extraction, scale: float, settings: CollisionSettings, cache: Path | None
+) -> tuple[Hulls, tuple[Finding, ...]]:
+    """The pieces of each link as it is drawn, and findings for what was changed."""
     if settings.mode is CollisionMode.REPAIR:
         return collision_hulls(extraction, scale), sheet_findings(extraction)
     path = None if cache is None else cache / f"{content_key(extraction, scale, settings)}.npz"

@@ -1,0 +1,101 @@
+"""Cylinders among convex hulls, which engines and exports take without corners, so that a wheel rolls."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from asset2sim.physics.arrays import Array
+
+SIDES = 64
+"""Corners of a rim by which a cylinder takes part where hulls are cut apart; 0.12 % of its radius lie between them."""
+ROUND_SHARE = 0.98
+"""Least distance of a facetted wheel's corners from its axis, over the largest: what is drawn for a circle has all of
+them on it, however few there are."""
+WIDEST_GAP_RAD = np.pi / 4.0 + 0.01
+"""Widest angle between two neighbouring corners of a facetted wheel: no table with eight edges is a wheel, but what
+rolls on eight is."""
+FINEST_GAP_RAD = 0.12
+"""Angle between neighbouring corners below which a wheel stays as it is drawn: it rolls over them under 6 % of what it
+bears, and what is drawn so finely is drawn close to what it turns in."""
+HUB_SHARE = 0.9
+"""Largest reach of what a wheel has beside its tread, over the tread's radius."""
+LEAST_LENGTH_M = 2e-3
+"""Least length of a cylinder, m: the tread of a tyre that is drawn with a single outermost circle."""
+SAME = 1e-6
+"""Share of its size by which the corners of a cylinder may be off through rounding."""
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder with its (3,) ``middle`` on its (3,) unit ``axis``, m."""
+
+    middle: Array
+    axis: Array
+    radius: float
+    length: float
+
+    @property
+    def corners(self) -> Array:
+        """(2 · ``SIDES``, 3) corners of both rims, one after the other."""
+        across = np.linalg.svd(self.axis[None, :])[2][1:]
+        turns = np.arange(SIDES) * 2.0 * np.pi / SIDES
+        rim = self.middle + self.radius * np.column_stack([np.cos(turns), np.sin(turns)]) @ across
+        return np.vstack([rim - self.axis * self.length / 2.0, rim + self.axis * self.length / 2.0])
+
+
+def cylinder_of(points: Array) -> Cylinder | None:
+    """The cylinder whose ``corners`` these (n, 3) points are; None where they are others, as those of a cut one."""
+    if len(points) != 2 * SIDES:
+        return None
+    low, high = points[:SIDES], points[SIDES:]
+    along = high.mean(axis=0) - low.mean(axis=0)
+    length = float(np.linalg.norm(along))
+    arms = low - low.mean(axis=0)
+    reach = np.linalg.norm(arms, axis=1)
+    radius = float(reach.mean())
+    edge = 2.0 * radius * np.sin(np.pi / SIDES)
+    off = max(
+        float(np.abs(high - low - along).max()),
+        float(np.abs(reach - radius).max()),
+        float(np.abs(np.linalg.norm(np.roll(arms, 1, axis=0) - arms, axis=1) - edge).max()),
+        float(np.abs(arms @ along).max()) / max(length, radius),
+    )
+    if min(length, radius) <= 0.0 or off > SAME * max(length, radius):
+        return None
+    return Cylinder(points.mean(axis=0), along / length, radius, length)
+
+
+def tread(points: Array, axis: Array) -> Cylinder | None:
+    """The cylinder about the (3,) unit ``axis`` through the frame's origin on which (n, 3) points roll, as wide as they
+    are that far from it; None where they are not drawn round about it, or so finely that they roll as they are. It has
+    them inside, or beside its ends."""
+    flat = points @ np.linalg.svd(axis[None, :])[2][1:].T
+    reach = np.linalg.norm(flat, axis=1)
+    try:
+        rim = flat[ConvexHull(flat).vertices]
+    except QhullError:
+        return None
+    turns = np.sort(np.arctan2(rim[:, 1], rim[:, 0]))
+    gaps = np.diff(turns, append=turns[0] + 2.0 * np.pi)
+    radius = float(reach.max())
+    if np.linalg.norm(rim, axis=1).min() < ROUND_SHARE * radius:
+        return None
+    if not FINEST_GAP_RAD < gaps.max() < WIDEST_GAP_RAD:
+        return None
+    along = points[reach >= ROUND_SHARE * radius] @ axis
+    length = max(float(np.ptp(along)), LEAST_LENGTH_M)
+    return Cylinder(axis * (along.max() + along.min()) / 2.0, axis, radius, length)
+
+
+def beside(cylinder: Cylinder, points: Array) -> Array | None:
+    """Hull points of a wheel that reach out beside its tread: its hub, drawn in to ``HUB_SHARE`` of its radius so that
+    the tread alone touches the ground, whatever an engine's margin. None where they lie in the tread."""
+    arms = points - cylinder.middle
+    along = arms @ cylinder.axis
+    if np.abs(along).max() <= cylinder.length / 2.0 + (1.0 - ROUND_SHARE) * cylinder.radius:
+        return None
+    across = arms - np.outer(along, cylinder.axis)
+    reach = np.linalg.norm(across, axis=1)
+    drawn_in = np.minimum(HUB_SHARE * cylinder.radius / np.maximum(reach, SAME * cylinder.radius), 1.0)
+    return np.asarray(points - across * (1.0 - drawn_in)[:, None])
