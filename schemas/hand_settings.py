@@ -111,7 +111,8 @@ class LiftSettings(Frozen):
 SOURCES = (
     "asset2sim.gym.hand",
     "asset2sim.assets.meshes.interior",
-    "asset2sim.gym.arm.scene",
+    "asset2sim.gym.contacts",
+    "asset2sim.gym.world",
     "asset2sim.load",
     "schemas.hand_settings",
 )

@@ -18,9 +18,10 @@ from gymnasium.utils.env_checker import check_env
 from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, planned_action, replay
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.record import ToolContacts, powers, record
+from asset2sim.gym.arm.record import powers, record
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
+from asset2sim.gym.contacts import ToolContacts
 from asset2sim.gym.environment import OBSERVATION
 from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
@@ -122,8 +123,8 @@ def test_the_same_push_moves_the_drawer_as_in_a_recorded_interaction(thing: Path
     plan = env.subject.plan
     assert plan is not None
     track = record(build_stage(thing, franka_spec(), plan.base), plan, env.stage.about_positions)
-    count = min(len(track.positions), len(env.positions))
-    apart = np.abs(track.positions[:count, 0] - np.array(env.positions)[:count]).max()
+    count = min(len(track.positions), len(env.samples))
+    apart = np.abs(track.positions[:count, 0] - env.rollout().positions[:count]).max()
     assert count > 1000 and apart < 0.05 * np.ptp(track.positions[:, 0])
 
 
@@ -152,8 +153,8 @@ def test_a_blow_that_is_over_at_the_sample_is_a_touch_and_its_work_counts_where_
         monkeypatch.setattr(env.touch, "touches", lambda _, felt=felt: next(felt))
         monkeypatch.setattr(env.touch, "power", lambda _, powers=powers: next(powers))
         env.step(np.zeros(7, dtype=np.float32))
-        assert env.touched[1::2] == [True] * 10
-        assert sum(env.works) == pytest.approx(20 * 0.002 if stiffness else 0.0)
+        assert [seen.touched for seen in env.samples[1::2]] == [True] * 10
+        assert sum(seen.tool_work_j for seen in env.samples) == pytest.approx(20 * 0.002 if stiffness else 0.0)
 
 
 def test_an_arm_that_moves_at_random_does_not_do_it(thing: Path) -> None:
@@ -388,13 +389,14 @@ def thrown(env: ObjectEnv, data: Any) -> None:
 
 def coasting(env: ObjectEnv, data: Any) -> None:
     """At the first touch the part goes off by itself towards its target."""
-    if sum(env.touched) == 1:
+    if sum(seen.touched for seen in env.samples) == 1:
         data.qvel[env.subject.dof] = -0.6
 
 
 def rebounding(env: ObjectEnv, data: Any) -> None:
     """Once the arm has pushed the part shut and left, it comes back from its stop by itself."""
-    if any(env.touched) and not any(env.touched[-50:]) and data.qpos[env.subject.place] < 2e-3:
+    touched = [seen.touched for seen in env.samples]
+    if any(touched) and not any(touched[-50:]) and data.qpos[env.subject.place] < 2e-3:
         data.qvel[env.subject.dof] = 0.5
 
 

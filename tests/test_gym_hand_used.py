@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
-from asset2sim.gym.arm.record import pressures
+from asset2sim.gym.contacts import pressures
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.holds import CLEAR_M, HandHold, body_pose, room_of, solid_of, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, HandHold, room_of, solid_of, way_of
 from asset2sim.gym.hand.operate import Led, share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
 from asset2sim.gym.hand.recorder import Recorder
 from asset2sim.gym.hand.surfaces import is_flush, share_between_pads, share_of_rubbing, surface_places
 from asset2sim.gym.hand.used import HandWorlds, UsedJoint, fault_of, joints_to_try, no_task, use_joint, use_records
+from asset2sim.gym.world import body_pose
 from schemas.asset import AssetRef
 from schemas.finding import Finding
 from schemas.hand_settings import HandSettings
@@ -367,8 +368,8 @@ def test_the_force_between_two_is_the_weight_that_one_bears(tmp_path: Path) -> N
     world = opened(chest(tmp_path / "chest"))
     for _ in range(world.steps(0.5)):
         world.step()
-    floor = world.model.geom_bodyid == 0
-    found = list(pressures(world.model, world.data, floor, world.object_geoms))
+    world.tool_geoms = world.model.geom_bodyid == 0
+    found = list(pressures(world))
     assert sum(force for *_, force in found) == pytest.approx([0.0, 0.0, 20.5 * 9.81], abs=0.5)
     assert {tool for _, tool, _, _ in found} == {world.model.geom("floor").id}
 

@@ -14,10 +14,11 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from asset2sim.gym.arm.franka import waiting
-from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, ToolContacts
+from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
-from asset2sim.gym.guards import Rollout, displacement, guard, is_displaced, solved_at_start
+from asset2sim.gym.contacts import ToolContacts
+from asset2sim.gym.guards import Rollout, displacement, guard, is_displaced, rollout_of, sample_of, solved_at_start
 from asset2sim.gym.reward import TERMS, reward_terms, success
 from asset2sim.gym.subject import subject_of
 from asset2sim.load.description import State
@@ -115,17 +116,15 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.jacobian = np.zeros((2, 3, self.stage.model.nv))
         self.touch, self.sprung = ToolContacts(self.stage, self.subject.part_geoms), self.subject.joint.stiffness > 0.0
         self.root = int(self.stage.model.body_rootid[self.subject.body])
+        self.sampled = self.subject.place, self.subject.body, self.root
         self.watched: Callable[[mujoco.MjData, float], None] | None = None
         self.begin()
 
     def begin(self) -> None:
         """Forget the last episode."""
-        data = self.stage.data
         self.step_number = 0
         self.command = waiting(self.stage.gripper)
-        self.positions, self.touched, self.works = [float(data.qpos[self.subject.place])], [False], [0.0]
-        self.heights = [float(data.subtree_com[self.subject.body, 2])]
-        self.centers, self.ups = [data.xipos[self.root].copy()], [data.xmat[self.root, 6:].copy()]
+        self.samples = [sample_of(self.stage.data, *self.sampled)]
         self.done = self.best = 0.0
 
     def reset(
@@ -145,7 +144,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         self.begin()
         if self.settings.perturbed and "start" not in (options or {}):
             self.shift_arm()
-        first, subject = self.positions[0], self.subject
+        first, subject = self.samples[0].position, self.subject
         solved = solved_at_start(first, subject.target, subject.lower, subject.upper, self.settings.guards)
         self.last = self.observe()
         return self.last.copy(), {"start": index, "solved_at_start": solved, "position": first}
@@ -181,21 +180,15 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
                 touched = touched or self.touch.touches(data)  # a blow may be over before the sample
                 if self.sprung:
                     work += self.touch.power(data) * self.settings.timestep_s
-            self.positions.append(float(data.qpos[self.subject.place]))
-            self.touched.append(touched)
-            self.heights.append(float(data.subtree_com[self.subject.body, 2]))
-            self.centers.append(data.xipos[self.root].copy())
-            self.ups.append(data.xmat[self.root, 6:].copy())
-            self.works.append(work)
+            self.samples.append(sample_of(data, *self.sampled, touched=touched, work_j=work))
             if self.watched is not None:
-                self.watched(data, self.works[-1])
+                self.watched(data, work)
         self.step_number += 1
         if self.lost():
             return self.last.copy(), 0.0, True, False, {"S": 0.0, "diverged": True, "is_success": False}
         self.last = self.observe()
         reward, info = self.judged()
-        moved = displacement(self.centers[0], self.ups[0], np.array(self.centers[-1:]), np.array(self.ups[-1:]))
-        failed = self.settings.ends_displaced and bool(is_displaced(moved, self.settings.guards)[0])
+        failed = self.settings.ends_displaced and bool(is_displaced(self.displaced(), self.settings.guards)[0])
         ended = self.step_number >= self.steps
         if ended or failed:
             info |= self.ending()
@@ -256,7 +249,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             arm, data.qvel[subject.arm_dofs], [self.opening],
             turn @ (data.geom_xpos[subject.tool_geom] - origin), turn @ self.axes[:, 2], turn @ self.axes[:, 1],
             turn @ self.vector, [self.x, data.qvel[subject.dof] / (subject.upper - subject.lower)],
-            [subject.share(subject.target), float(self.touched[-1])], self.command[:7] - arm,
+            [subject.share(subject.target), float(self.samples[-1].touched)], self.command[:7] - arm,
         ])  # fmt: skip
         high = self.observation_space.high  # type: ignore[attr-defined]
         found: NDArray[np.float32] = np.clip(values.astype(np.float32), -high, high)
@@ -270,29 +263,30 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
             self.vector[None], x, target, np.array([min(max(self.opening, 0.0), 1.0)]), self.axes[:, 2][None],
             self.dt_s, settings,
         )  # fmt: skip
-        start = np.array([[subject.share(self.positions[0])]])
+        start = np.array([[subject.share(self.samples[0].position)]])
         self.done = float(success(x, start, target, settings)[0])
         self.best = max(self.best, self.done)
         info: dict[str, Any] = {name: float(getattr(terms, name)[0]) for name in TERMS}
-        info |= {"dt_s": self.dt_s, "S": self.done, "position": self.positions[-1]}
+        info |= {"dt_s": self.dt_s, "S": self.done, "position": self.samples[-1].position}
         return float(terms.reward[0]), info
 
     def ending(self) -> dict[str, Any]:
         """Further entries of the last step's info: success and guards."""
-        found = guard(self.rollout(), self.settings.guards)
         limits = self.settings.guards
+        found = guard(self.rollout(), limits)
         pressed = self.subject.task.verb is Verb.PRESS
         done = self.best >= limits.pressed if pressed else self.done >= limits.success
         return {"is_success": done and not found.degenerate, "reached": done, "S_best": self.best, **found.info()}
 
+    def displaced(self) -> Array:
+        """(1, 3) tilt, rad, lift and travel, m, of the object itself by now."""
+        first, last = self.samples[0], self.samples[-1]
+        return displacement(first.center, first.up, last.center[None], last.up[None])
+
     def rollout(self) -> Rollout:
         """Recording of the episode so far, a sample every 4 ms."""
-        joint = self.subject.joint
-        return Rollout(
-            np.array(self.positions), np.array(self.touched), np.array(self.works), np.array(self.heights),
-            np.array(self.centers), np.array(self.ups), self.subject.lower, self.subject.upper, self.subject.target,
-            joint.stiffness, joint.spring_reference, joint.holds,
-        )  # fmt: skip
+        subject = self.subject
+        return rollout_of(self.samples, subject.joint, (subject.lower, subject.upper), subject.target)
 
     def lost(self) -> bool:
         """Whether the simulation diverged or the object flew away."""

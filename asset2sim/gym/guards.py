@@ -1,12 +1,27 @@
 """Guards over a recorded rollout: whether the arm did the task, or the asset did it for the arm."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
+from schemas.overlay import JointPhysics
+
+
+class Sample(NamedTuple):
+    """A moment of a rollout, as ``Rollout`` has it of all."""
+
+    position: float
+    touched: bool
+    tool_work_j: float
+    height: float
+    center: Array
+    up: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +44,22 @@ class Rollout:
     stiffness: float = 0.0
     spring_reference: float = 0.0
     holds: bool = False
+
+
+def sample_of(
+    data: mujoco.MjData, place: int, body: int, root: int, *, touched: bool = False, work_j: float = 0.0
+) -> Sample:
+    """The sample of this moment of a part's ``body``, whose joint has this ``place`` among positions, and of its
+    object's ``root``."""
+    center, up = data.xipos[root].copy(), data.xmat[root, 6:].copy()
+    return Sample(float(data.qpos[place]), touched, work_j, float(data.subtree_com[body, 2]), center, up)
+
+
+def rollout_of(samples: Sequence[Sample], joint: JointPhysics, ends: tuple[float, float], target: float) -> Rollout:
+    """The recording that these samples are of a joint, led to a target between these ends, rad or m."""
+    positions, touched, work, heights, centers, ups = (np.array(column) for column in zip(*samples, strict=True))
+    spring = joint.stiffness, joint.spring_reference
+    return Rollout(positions, touched, work, heights, centers, ups, *ends, target, *spring, holds=joint.holds)
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from asset2sim.checks.reset import held_starts, perturbed_starts
 from asset2sim.gym.arm.franka import HAND, JOINTS, franka_spec, waiting
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
-from asset2sim.gym.arm.paths import vertices, welded_bodies
+from asset2sim.gym.arm.paths import vertices
 from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan, planned
-from asset2sim.gym.arm.scene import TOOL, CompiledScene, base_at, build_stage
+from asset2sim.gym.arm.scene import CompiledScene, base_at, build_stage
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
+from asset2sim.gym.world import TOOL, welded_bodies
 from asset2sim.load.description import height_at
 from asset2sim.physics.arrays import Array
 from schemas.base import Vector3
@@ -105,9 +106,9 @@ class TrialSubject:
         data.qpos[stage.tool_places] = stage.ratios @ data.ctrl
         for number, joint in enumerate(stage.about.joints):
             moved = start.share * (1.0 if (number + start.turn) % 2 == 0 else -1.0)
-            low, high = model.jnt_range[int(model.joint(stage.prefix + joint.name).id)]
+            low, high = model.jnt_range[stage.joint(joint.name)]
             at = (state or {}).get(joint.name, joint.initial_position) + moved * min(high - low, 2.0 * math.pi)
-            data.qpos[stage.joint(joint.name)] = np.clip(at, low, high) if high > low and moved else at
+            data.qpos[stage.place(joint.name)] = np.clip(at, low, high) if high > low and moved else at
         if self.free_place is not None and state is not None:
             about = stage.about
             data.qpos[self.free_place + 2] += height_at(about.urdf, about.root, state) - about.height_m
@@ -115,7 +116,7 @@ class TrialSubject:
         if self.free_place is not None and start != PLAIN:
             self.moved_off(stage, start)
         mujoco.mj_forward(model, data)
-        numbers = [int(model.joint(stage.prefix + joint.name).id) for joint in stage.about.joints]
+        numbers = [stage.joint(joint.name) for joint in stage.about.joints]
         places, dofs = model.jnt_qposadr[numbers], model.jnt_dofadr[numbers]
         held = data.qpos[places].copy()
         for _ in range(round(settle_s / model.opt.timestep) if self.free_place is not None else 0):
@@ -126,7 +127,7 @@ class TrialSubject:
     def moved_off(self, stage: CompiledScene, start: ResetStart) -> None:
         """Shift and tilt a free object; its lowest point is as high over the floor as before, and by the shift more."""
         assert self.free_place is not None
-        bodies = frozenset(int(body) for body in set(stage.model.geom_bodyid[stage.object_geoms]))
+        bodies = frozenset(stage.bodies)
         low = float(vertices(stage, bodies)[:, 2].min())
         root = stage.data.qpos[self.free_place : self.free_place + 7]
         turn, turned, angle = np.zeros(4), np.zeros(4), float(np.linalg.norm(start.tilt))
@@ -195,7 +196,7 @@ def _subject(
     stage = build_stage(folder, arm_spec(gripper), default_base(folder) if own is None else own, gripper=gripper)
     model = stage.model
     model.opt.timestep = timestep_s
-    number = int(model.joint(stage.prefix + joint.name).id)
+    number = stage.joint(joint.name)
     low, high = (float(value) for value in model.jnt_range[number])
     if task.verb is Verb.TURN:
         low, high = joint.initial_position - math.pi, joint.initial_position + math.pi

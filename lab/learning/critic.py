@@ -12,7 +12,6 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
 from asset2sim.gym.environment import SIZE, Action, ObjectEnv
-from asset2sim.gym.guards import displacement
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
 
@@ -45,9 +44,8 @@ class CriticEnv(gymnasium.Wrapper[Seen, Action, Seen, Action]):
     def with_object(self, seen: Seen) -> Seen:
         """(47,) what the actor sees, (38,), and what the critic alone sees."""
         one, speed = self.one, np.zeros(6)
-        moved = displacement(one.centers[0], one.ups[0], np.array(one.centers[-1:]), np.array(one.ups[-1:]))[0]
         mujoco.mj_objectVelocity(one.stage.model, one.stage.data, mujoco.mjtObj.mjOBJ_BODY, one.root, speed, 0)
-        return np.concatenate([seen, of_object(moved, speed[:3], speed[3:], one.settings.guards)])
+        return np.concatenate([seen, of_object(one.displaced()[0], speed[:3], speed[3:], one.settings.guards)])
 
 
 def of_object(moved: Array, spin: Array, speed: Array, bounds: GuardSettings) -> Seen:

@@ -2,7 +2,7 @@
 
 import warp
 
-from asset2sim.gym.arm.record import LEAST_N
+from asset2sim.gym.contacts import LEAST_N
 
 TOUCHING = 3
 """Sum of the sides of a contact between tool and object."""

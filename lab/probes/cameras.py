@@ -11,7 +11,8 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import HAND
-from asset2sim.gym.arm.scene import TOOL, CompiledScene
+from asset2sim.gym.arm.scene import CompiledScene
+from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
 from lab.probes.observation import Picture
 from lab.probes.visual_model import looks_of

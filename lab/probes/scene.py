@@ -91,12 +91,8 @@ def started(stage: CompiledScene, joint: JointPhysics | None) -> CompiledScene:
         )
         stage = replace(stage, about=replace(stage.about, joints=joints))
     place_joints(stage, stage.about_positions)
-    root = int(stage.model.body(stage.prefix + stage.about.root).id)
-    if stage.model.body_dofnum[root] == 6:
-        bodies = (
-            index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)
-        )
-        lowest = float(vertices(stage, frozenset(bodies))[:, 2].min())
-        stage.data.qpos[stage.model.jnt_qposadr[stage.model.body_jntadr[root]] + 2] -= lowest
+    if stage.model.body_dofnum[stage.root] == 6:
+        lowest = float(vertices(stage, frozenset(stage.bodies))[:, 2].min())
+        stage.data.qpos[stage.model.jnt_qposadr[stage.model.body_jntadr[stage.root]] + 2] -= lowest
         place_joints(stage, {})
     return stage

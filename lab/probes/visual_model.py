@@ -16,7 +16,8 @@ from asset2sim.assets.surfaces.surface import PLAIN, Paint, Texture
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.gym.arm.franka import HAND
 from asset2sim.gym.arm.gripper import PANDA
-from asset2sim.gym.arm.scene import TOOL, Bowl, CompiledScene
+from asset2sim.gym.arm.scene import Bowl, CompiledScene
+from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
 from asset2sim.render.faces import Faces, faces_of
 from lab.trials.actors import BOWL_COLOR, arm_faces, bowl_actor

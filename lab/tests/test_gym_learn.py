@@ -28,6 +28,7 @@ from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.gym.arm.scene import base_at
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.environment import Action, ObjectEnv
+from asset2sim.gym.guards import sample_of
 from flows.command import refine, run_command, serve
 from lab.learning import study
 from lab.learning.critic import CriticEnv, Seen
@@ -246,8 +247,7 @@ def test_the_critic_alone_sees_what_becomes_of_the_object(tmp_path: Path) -> Non
     data.qpos[place] += 0.05
     data.qvel[dof : dof + 3] = 0.3, 0.0, 0.0
     mujoco.mj_forward(one.stage.model, data)
-    one.centers.append(data.xipos[one.root].copy())
-    one.ups.append(data.xmat[one.root, 6:].copy())
+    one.samples.append(sample_of(data, *one.sampled))
     moved = env.with_object(seen[:38])
     assert moved[38:41] == pytest.approx([0.0, 0.0, 1.0], abs=1e-3), "5 cm of the 5 cm that it may travel"
     assert moved[44] == pytest.approx(0.3, abs=0.02), "m/s along x"

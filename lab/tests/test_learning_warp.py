@@ -12,6 +12,7 @@ import mujoco
 
 from asset2sim.gym import planned_action
 from asset2sim.gym.environment import OBSERVATION, ObjectEnv
+from asset2sim.gym.guards import sample_of
 from lab.learning import warp_worlds
 from lab.learning.critic import CriticEnv
 from lab.learning.warp_env import WarpEnv, make_warp_env
@@ -103,8 +104,7 @@ def test_the_critic_sees_of_the_object_what_it_sees_in_mujoco(tmp_path: Path) ->
         positions[place + 3 : place + 7] = turned
         speeds[dof : dof + 6] = 0.3, 0.1, 0.2, 0.5, -0.2, 1.0
     mujoco.mj_forward(one.stage.model, data)
-    one.centers.append(data.xipos[one.root].copy())
-    one.ups.append(data.xmat[one.root, 6:].copy())
+    one.samples.append(sample_of(data, *one.sampled))
     wanted = env.with_object(np.zeros(38, dtype=np.float32))[38:]
     assert np.abs(wanted).min() > 1e-3 and many.object_moved()[1] == pytest.approx(wanted, abs=1e-4)
 

@@ -77,7 +77,7 @@ def missing(track: Track, task: Task, joint: JointPhysics | None, stage: Compile
     if joint is None:
         return not_in_bowl(stage, track)
     path, target = track.positions[:, track.joints.index(joint.name)], target_of(task, joint)
-    found = guard(rollout_of(track, stage, joint, target), GuardSettings())
+    found = guard(track_rollout(track, stage, joint, target), GuardSettings())
     if found.displaced:
         most = f"tilted by {math.degrees(found.tilted_rad):.0f}°, lifted by {100.0 * found.lifted_m:.0f} cm"
         return f"the object itself was {most} and shoved by {100.0 * found.travelled_m:.0f} cm"
@@ -91,9 +91,9 @@ def missing(track: Track, task: Task, joint: JointPhysics | None, stage: Compile
     return "" if is_near(joint, float(path[-1]), target) else f"{joint.name} ended at {path[-1]:.3g}, not {target:.3g}"
 
 
-def rollout_of(track: Track, stage: CompiledScene, joint: JointPhysics, target: float) -> Rollout:
+def track_rollout(track: Track, stage: CompiledScene, joint: JointPhysics, target: float) -> Rollout:
     """The recording as the guards read it."""
-    body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
+    body = int(stage.model.jnt_bodyid[stage.joint(joint.name)])
     part = track.links.index(stage.model.body(body).name.removeprefix(stage.prefix))
     root = int(stage.model.body(stage.prefix + track.links[0]).id)
     ends = joint.initial_position - math.pi, joint.initial_position + math.pi
@@ -131,8 +131,7 @@ def off_bowl_m(stage: CompiledScene, poses: Array) -> float:
 
 def centers_of(stage: CompiledScene, poses: Array) -> Array:
     """(n, 3) centres of mass of the object, m, with its links at these (n, links, 4, 4) poses."""
-    bodies = [index for index in range(stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)]
-    mass = stage.model.body_mass[bodies]
+    bodies, mass = stage.bodies, stage.model.body_mass[stage.bodies]
     center = np.einsum("nbij,bj->nbi", poses[..., :3, :3], stage.model.body_ipos[bodies]) + poses[..., :3, 3]
     found: Array = np.einsum("nbi,b->ni", center, mass) / mass.sum()
     return found

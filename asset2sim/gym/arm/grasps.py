@@ -5,11 +5,11 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise, product
 
-import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.paths import PACE_M, ToolPath, pose_of, vertices, welded_bodies
+from asset2sim.gym.arm.paths import PACE_M, ToolPath, vertices
 from asset2sim.gym.arm.scene import BOWL_HIGH_M, BOWL_RADIUS_M, Bowl, CompiledScene, place_joints
+from asset2sim.gym.world import body_pose, welded_bodies
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -45,14 +45,11 @@ def bowl_for(stage: CompiledScene) -> Bowl:
 def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:
     """Ways to lift the object into the bowl, each with another hold, the narrowest and nearest to its centre of mass
     first. None where nothing of it fits between the fingers."""
-    bodies = frozenset(
-        index for index in range(1, stage.model.nbody) if stage.model.body(index).name.startswith(stage.prefix)
-    )
-    points = vertices(stage, bodies)
-    mass = stage.model.body_mass[sorted(bodies)]
-    center = mass @ stage.data.xipos[sorted(bodies)] / mass.sum()
+    points = vertices(stage, frozenset(stage.bodies))
+    mass = stage.model.body_mass[stage.bodies]
+    center = mass @ stage.data.xipos[stage.bodies] / mass.sum()
     low, high = points.min(axis=0), points.max(axis=0)
-    groups = [welded_bodies(stage.model, body) for body in bodies]
+    groups = [welded_bodies(stage.model, body) for body in stage.bodies]
     heavy = max(groups, key=lambda group: float(stage.model.body_mass[sorted(group)].sum()))
     found = []
     for x, y in product(SPREAD, SPREAD):
@@ -78,16 +75,9 @@ def grasp_paths(stage: CompiledScene, bowl: Bowl) -> Iterator[ToolPath]:
 
 def height_at(stage: CompiledScene, at: Array, top: float) -> float:
     """Height of what is seen from above at a place, m; zero where that is the floor."""
-    geom = np.array([-1], dtype=np.int32)
     source = np.array([at[0], at[1], top])
-    distance = mujoco.mj_ray(stage.model, stage.data, source, np.array([0.0, 0.0, -1.0]), None, 1, -1, geom)
-    return float(source[2] - distance) if distance >= 0.0 and stage.object_geoms[geom[0]] else 0.0
-
-
-def first_hit_m(stage: CompiledScene, source: Array, towards: Array) -> float:
-    """Distance to the first surface that a ray meets, m; negative for none."""
-    geom = np.array([-1], dtype=np.int32)
-    return float(mujoco.mj_ray(stage.model, stage.data, source, towards, None, 1, -1, geom))
+    distance, geom = stage.first_met(source, np.array([0.0, 0.0, -1.0]))
+    return float(source[2] - distance) if distance < math.inf and stage.object_geoms[geom] else 0.0
 
 
 def material_between(
@@ -101,13 +91,12 @@ def material_between(
         nearest = []
         for offset, rise in product((-pad, 0.0, pad), (0.0, 0.012)):
             source = hold + sign * across * most / 2.0 + side * offset + back * rise
-            if 0.0 <= first_hit_m(stage, source + back * REACH_M, -back) < REACH_M:
+            if stage.first_met(source + back * REACH_M, -back)[0] < REACH_M:
                 return None
-            geom = np.array([-1], dtype=np.int32)
-            distance = mujoco.mj_ray(stage.model, stage.data, source, -sign * across, None, 1, -1, geom)
-            if distance >= 0.0 and stage.object_geoms[geom[0]] and distance < most:
+            distance, geom = stage.first_met(source, -sign * across)
+            if distance < most and stage.object_geoms[geom]:
                 nearest.append(distance)
-                firm &= int(stage.model.geom_bodyid[geom[0]]) in firmly
+                firm &= int(stage.model.geom_bodyid[geom]) in firmly
         if not nearest or min(nearest) < ROOM_M or is_askew(nearest):
             return None
         ends.append(sign * (most / 2.0 - min(nearest)))
@@ -170,12 +159,12 @@ TURNS = 4
 def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iterator[ToolPath]:
     """Ways to take hold of a part where hands do and lead it to a target, each with another hold. None where nothing
     there fits between the fingers, or where they have no room."""
-    number = int(stage.model.joint(stage.prefix + joint.name).id)
-    body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
+    number = stage.joint(joint.name)
+    body = int(stage.model.jnt_bodyid[number])
     about = next(item for item in stage.about.joints if item.name == joint.name)
     if about.pull is None:
         return
-    here = pose_of(stage, body)
+    here = body_pose(stage.data, body)
     middle = here[:3, :3] @ np.array(about.pull) + here[:3, 3]
     axis, anchor = stage.data.xaxis[number].copy(), stage.data.xanchor[number].copy()
     way = math.copysign(1.0, target - joint.initial_position)
@@ -187,8 +176,8 @@ def pull_paths(stage: CompiledScene, joint: JointPhysics, target: float) -> Iter
     bodies = welded_bodies(stage.model, body)
     for across_m, along_m, turn in product(OFFSETS_M, OFFSETS_M, range(TURNS)):
         aim = middle + across_m * first + along_m * second
-        front = first_hit_m(stage, aim + out * (BEFORE_M + 0.1), -out)
-        if front < 0.0:
+        front, _ = stage.first_met(aim + out * (BEFORE_M + 0.1), -out)
+        if math.isinf(front):
             continue
         angle = math.pi * turn / TURNS
         across = math.cos(angle) * second + math.sin(angle) * first
@@ -213,10 +202,10 @@ def pull_path(
     """The way of one hold: to it, close, along with the part, open, and back; hand and part turn together."""
     (width, target), start = width_target, joint.initial_position
     place_joints(stage, {joint.name: start})
-    here = pose_of(stage, body)
+    here = body_pose(stage.data, body)
     turn, origin = here[:3, :3].T, here[:3, 3]
     local, local_out, local_across = turn @ (held - origin), turn @ out, turn @ across
-    arm = float(np.linalg.norm(held - stage.data.xanchor[int(stage.model.joint(stage.prefix + joint.name).id)]))
+    arm = float(np.linalg.norm(held - stage.data.xanchor[stage.joint(joint.name)]))
     length = abs(target - start) * (1.0 if joint.type == "prismatic" else max(arm, 0.02))
     at = [start] * 3 + list(np.linspace(start, target, max(4, math.ceil(length / PACE_M)))) + [target] * 2
     open_m = opened_for(stage, width)
@@ -226,7 +215,7 @@ def pull_path(
     points, axes, sides = [], [], []
     for position in at:
         place_joints(stage, {joint.name: float(position)})
-        pose = pose_of(stage, body)
+        pose = body_pose(stage.data, body)
         points.append(pose[:3, :3] @ local + pose[:3, 3])
         axes.append(-pose[:3, :3] @ local_out)
         sides.append(pose[:3, :3] @ local_across)

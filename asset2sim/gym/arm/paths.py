@@ -10,6 +10,7 @@ import numpy as np
 
 from asset2sim.gym.arm.scene import CompiledScene, place_joints
 from asset2sim.gym.arm.tasks import Verb
+from asset2sim.gym.world import body_pose, welded_bodies
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -47,7 +48,7 @@ class ToolPath:
 def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: Verb) -> Iterator[ToolPath]:
     """Ways to push a part from where it starts to a target, each at another place or with another hand, best first.
     None where no place of the part can be seen from the side that must be pushed."""
-    body = int(stage.model.joint(stage.prefix + joint.name).bodyid[0])
+    body = int(stage.model.jnt_bodyid[stage.joint(joint.name)])
     start = stage.about_positions[joint.name]
     for contact, normal in pushed_places(stage, joint, body, math.copysign(1.0, start - target)):
         for lean in LEANS:
@@ -59,7 +60,7 @@ def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: V
 def pushed_places(stage: CompiledScene, joint: JointPhysics, body: int, away: float) -> Iterator[tuple[Array, Array]]:
     """Places of a part and the directions away from it there, m, world, in which it moves when its joint goes ``away``
     (1 or -1): found by rays from that side."""
-    number = int(stage.model.joint(stage.prefix + joint.name).id)
+    number = stage.joint(joint.name)
     axis, anchor = stage.data.xaxis[number].copy(), stage.data.xanchor[number].copy()
     bodies = welded_bodies(stage.model, body)
     points = vertices(stage, bodies) - anchor
@@ -93,16 +94,10 @@ def first_hit(
 ) -> Iterator[tuple[Array, Array]]:
     """The first place of these bodies that a ray against ``normal`` through a point meets, unless another body's is
     before it."""
-    geom = np.array([-1], dtype=np.int32)
     source = middle + normal * (thick + CLEAR_M)
-    distance = mujoco.mj_ray(stage.model, stage.data, source, -normal, None, 1, -1, geom)
-    if distance >= 0.0 and int(stage.model.geom_bodyid[geom[0]]) in bodies:
+    distance, geom = stage.first_met(source, -normal)
+    if distance < math.inf and int(stage.model.geom_bodyid[geom]) in bodies:
         yield source - normal * distance, normal
-
-
-def welded_bodies(model: mujoco.MjModel, body: int) -> frozenset[int]:
-    """A body and those that are welded to it."""
-    return frozenset(index for index in range(model.nbody) if model.body_weldid[index] == model.body_weldid[body])
 
 
 def vertices(stage: CompiledScene, bodies: frozenset[int]) -> Array:
@@ -131,16 +126,16 @@ def push_path(
     start, target = way
     name = joint.name
     place_joints(stage, {name: start})
-    here = pose_of(stage, body)
+    here = body_pose(stage.data, body)
     local, local_normal = here[:3, :3].T @ (contact - here[:3, 3]), here[:3, :3].T @ normal
-    arm = float(np.linalg.norm(contact - stage.data.xanchor[int(stage.model.joint(stage.prefix + name).id)]))
+    arm = float(np.linalg.norm(contact - stage.data.xanchor[stage.joint(name)]))
     length = abs(target - start) * (1.0 if joint.type == "prismatic" else max(arm, 0.02))
     count = max(4, math.ceil(length / PACE_M))
     points, normals, at = [], [], []
     for share in np.linspace(0.0, 1.0, count):
         position = start + share * (target - start)
         place_joints(stage, {name: position})
-        pose = pose_of(stage, body)
+        pose = body_pose(stage.data, body)
         normals.append(pose[:3, :3] @ local_normal)
         points.append(pose[:3, :3] @ local + pose[:3, 3] + normals[-1] * (stage.gripper.finger_m - PRESSED_M))
         at.append(position)
@@ -157,10 +152,3 @@ def push_path(
         return None
     phases = ("approach", *[verb.value] * len(points), "retreat")
     return ToolPath(route, axes, None, np.zeros(len(route)), phases, np.array([start, *at, target]))
-
-
-def pose_of(stage: CompiledScene, body: int) -> Array:
-    """(4, 4) pose of a body as the data has it."""
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = stage.data.xmat[body].reshape(3, 3), stage.data.xpos[body]
-    return pose

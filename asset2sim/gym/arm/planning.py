@@ -15,7 +15,6 @@ from asset2sim.gym.arm.gripper import PANDA, Gripper
 from asset2sim.gym.arm.paths import ToolPath, push_paths, vertices
 from asset2sim.gym.arm.scene import (
     PUSHER,
-    TOOL,
     Bowl,
     CompiledScene,
     base_at,
@@ -25,6 +24,7 @@ from asset2sim.gym.arm.scene import (
     quaternion,
 )
 from asset2sim.gym.arm.tasks import Task, Verb, target_of
+from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 

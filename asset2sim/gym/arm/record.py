@@ -1,73 +1,15 @@
 """Running a planned motion in MuJoCo, and what is recorded of it: states, the tool's contacts, forces and energy."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
+from asset2sim.gym.contacts import LEAST_N, pressures
 from asset2sim.physics.arrays import Array
-
-LEAST_N = 1e-6
-"""Force from which a contact counts as one, N."""
-
-
-class ToolContacts:
-    """The contacts between tool and object, ``part_geoms`` the geoms of the part that a task moves."""
-
-    def __init__(self, stage: CompiledScene, part_geoms: NDArray[np.int64]) -> None:
-        tool, part = stage.tool_geoms.astype(bool), np.zeros(stage.model.ngeom, dtype=bool)
-        part[part_geoms] = True
-        self.on_object, self.on_part = (geom_pairs(tool, other) for other in (stage.object_geoms.astype(bool), part))
-        self.mine = stage.object_dofs.astype(float)
-
-    def touches(self, data: mujoco.MjData) -> bool:
-        """Whether the tool pressed on the part in the last step."""
-        contact = data.contact
-        first, second = contact.geom.T
-        between = self.on_part[first, second]
-        if not np.count_nonzero(between):
-            return False
-        rows = contact.efc_address[between]
-        return bool((data.efc_force[rows[rows >= 0]] > LEAST_N).any())
-
-    def power(self, data: mujoco.MjData) -> float:
-        """The power that the tool exerted on the object in the last step, W."""
-        contact = data.contact
-        first, second = contact.geom.T
-        between = self.on_object[first, second] & (contact.efc_address >= 0)
-        if not np.count_nonzero(between):
-            return 0.0
-        firsts, sizes = contact.efc_address[between], contact.dim[between]
-        # The rows of a contact follow each other, and mostly contacts do.
-        rows = np.repeat(firsts - np.cumsum(sizes) + sizes, sizes) + np.arange(int(sizes.sum()))
-        jacobian = data.efc_J.reshape(-1, len(self.mine))[rows]
-        return float(data.efc_force[rows] @ (jacobian @ (data.qvel * self.mine)))
-
-
-def geom_pairs(some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(n, n) whether one of two geoms is of some and the other of others."""
-    return np.outer(some, others) | np.outer(others, some)
-
-
-def pressures(
-    model: mujoco.MjModel, data: mujoco.MjData, tools: Array, mine: Array
-) -> Iterator[tuple[int, int, int, Array]]:
-    """Each contact of a tool with an object, of whose geoms ``tools`` and ``mine`` are masks: its number, the tool's
-    geom and the object's, and the (3,) force on the object, N, world."""
-    if not data.ncon:
-        return
-    geoms, force = data.contact.geom, np.zeros(6)
-    for column in (0, 1):
-        for number in np.flatnonzero(tools[geoms[:, column]] & mine[geoms[:, 1 - column]]):
-            mujoco.mj_contactForce(model, data, number, force)
-            pressed = data.contact.frame[number].reshape(3, 3).T @ force[:3]
-            tool, other = int(geoms[number, column]), int(geoms[number, 1 - column])
-            yield int(number), tool, other, pressed if column == 0 else -pressed
-
 
 SAMPLE_STEPS = 4
 """Steps between two samples."""
@@ -108,7 +50,7 @@ def record(stage: CompiledScene, plan: ToolPlan, start: Mapping[str, float]) -> 
     model, data = stage.model, stage.data
     mujoco.mj_resetData(model, data)
     for name, value in start.items():
-        data.qpos[stage.joint(name)] = value
+        data.qpos[stage.place(name)] = value
     data.qpos[stage.tool_places] = stage.ratios @ command(plan, 0.0)
     data.ctrl[:] = command(plan, 0.0)
     mujoco.mj_forward(model, data)
@@ -169,10 +111,10 @@ class TrackSamples:
     def __init__(self, stage: CompiledScene) -> None:
         self.stage = stage
         model = stage.model
-        self.bodies = [index for index in range(model.nbody) if model.body(index).name.startswith(stage.prefix)]
+        self.bodies = stage.bodies
         self.names = tuple(model.body(index).name.removeprefix(stage.prefix) for index in self.bodies)
         self.joints = tuple(joint.name for joint in stage.about.joints)
-        self.places = [stage.joint(name) for name in self.joints]
+        self.places = [stage.place(name) for name in self.joints]
         self.dofs = [int(model.joint(stage.prefix + name).dofadr[0]) for name in self.joints]
         self.times: list[float] = []
         self.poses: list[Array] = []
@@ -211,7 +153,7 @@ class TrackSamples:
 def tool_force(stage: CompiledScene) -> tuple[float, float, float]:
     """The force between tool and object, N, how deep the tool is in it, m, and 1 where they touch."""
     total, depth, touched = np.zeros(3), 0.0, 0.0
-    for number, _, _, force in pressures(stage.model, stage.data, stage.tool_geoms, stage.object_geoms):
+    for number, _, _, force in pressures(stage):
         total += force
         depth = max(depth, -float(stage.data.contact.dist[number]))
         touched = 1.0 if float(np.linalg.norm(force)) > LEAST_N else touched

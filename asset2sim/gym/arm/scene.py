@@ -1,9 +1,9 @@
 """The world of a trial in MuJoCo: an object on a floor, the arm beside it, and a bowl where the task needs one."""
 
 import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
@@ -11,28 +11,20 @@ import numpy as np
 
 from asset2sim.gym.arm.franka import servo
 from asset2sim.gym.arm.gripper import GRIPPERS, PANDA, Gripper
-from asset2sim.load import GAP_M, Description, load, mesh_points
-from asset2sim.load.in_mujoco import MuJoCoObject
+from asset2sim.gym.world import CONTACT_TIME_S, TOOL, ObjectWorld, compiled_object, object_spec
+from asset2sim.load import GAP_M, Description
 from asset2sim.physics.arrays import Array
 
 TIMESTEP_S = 1e-3
 """Time step of a trial, s: a quarter of the checks', so that what is seen is not the integrator's."""
-TOOL = "tool/"
-"""What the names of the arm's bodies, or the pusher's, begin with."""
 PUSHER_M, PUSHER_KG, PUSHER_N = 0.011, 0.3, 40.0
 """Radius and mass of the spherical pusher, and the force of each of its servos."""
 PUSHER = ("x", "y", "z")
 BOWL_SIDES, BOWL_WALL_M = 16, 0.006
 BOWL_RADIUS_M, BOWL_HIGH_M = 0.12, 0.05
 """Inner radius at the bottom, and height, of a bowl: a salad bowl's, whatever is to be put into it."""
-THIN_M = 0.0005
-"""Thickness that flat meshes are given, m."""
-FLAT = 1e-5
-"""Share of its extent below which a mesh's thickness is none."""
 SLANT_RAD = math.radians(20.0)
 """How far a bowl's side leans outwards."""
-CONTACT_TIME_S = 0.004
-"""Time constant of contacts, s, of whatever way an object was written: four time steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,26 +41,22 @@ class Bowl:
         return self.radius_m + self.height_m * math.tan(SLANT_RAD)
 
 
-@dataclass(frozen=True, eq=False)
-class CompiledScene:
-    """A compiled world. ``base`` is the (4, 4) pose of the arm's base; ``object_dofs`` is a mask of velocities,
-    ``object_geoms``, ``tool_geoms`` and ``tip_geoms`` are masks of geoms: the object's, the tool's, and those of it
-    that are meant to touch; ``tool_places`` are the places of the tool's joints among positions, (joints, k) ``ratios``
-    times its servos' commands is where these lead them."""
+@dataclass(eq=False)
+class CompiledScene(ObjectWorld):
+    """A refined object and a tool. ``base`` is the (4, 4) pose of the arm's base; ``tool_places`` are the places of the
+    tool's joints among positions, (joints, k) ``ratios`` times its servos' commands is where these lead them."""
 
-    about: Description
-    prefix: str
-    model: mujoco.MjModel
-    data: mujoco.MjData
     base: Array
-    object_dofs: Array
-    object_geoms: Array
-    tool_geoms: Array
-    tip_geoms: Array
     tool_places: Array
     ratios: Array
     gripper: Gripper
     bowl: Bowl | None
+
+    @cached_property
+    def tip_geoms(self) -> Array:
+        """(n,) mask of geoms: those of the tool that are meant to touch."""
+        tips = [f"{TOOL}{tip}" for tip in ("pusher", *(tip for known in GRIPPERS.values() for tip in known.tips))]
+        return np.array([self.model.body(int(body)).name in tips for body in self.model.geom_bodyid])
 
     @property
     def about_positions(self) -> dict[str, float]:
@@ -78,34 +66,11 @@ class CompiledScene:
     @property
     def moving_kg(self) -> float:
         """Mass of the object, kg, but for what is fixed to the world."""
-        names = (self.model.body(index).name for index in range(self.model.nbody))
-        mine = np.array([name.startswith(self.prefix) for name in names])
-        return float(self.model.body_mass[mine & (self.model.body_weldid != 0)].sum())
-
-    def joint(self, name: str) -> int:
-        """The place of an object's joint among positions."""
-        return int(self.model.joint(self.prefix + name).qposadr[0])
+        return float(self.model.body_mass[[body for body in self.bodies if self.model.body_weldid[body] != 0]].sum())
 
     def positions(self) -> dict[str, float]:
         """Joint → position, rad or m."""
-        return {joint.name: float(self.data.qpos[self.joint(joint.name)]) for joint in self.about.joints}
-
-
-def object_world(folder: Path, timestep_s: float, fixed: bool | None = None) -> tuple[mujoco.MjSpec, MuJoCoObject]:
-    """A world with a floor and a refined object at the origin in its initial state, to be compiled and finished; its
-    root is held or free as ``load`` has it. Raises LoadError as ``load`` does."""
-    spec = mujoco.MjSpec()
-    spec.option.timestep, spec.option.integrator = timestep_s, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 100.0
-    spec.option.iterations, spec.option.tolerance = 100, 1e-10
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0.0, 0.0, 0.05))
-    loaded = load(folder, engine="mujoco", into=spec, position=(0.0, 0.0), timestep_s=timestep_s, fixed=fixed)
-    leave_out_looks(spec)
-    thicken_flat(spec)
-    for geom in spec.geoms:
-        geom.solref = (CONTACT_TIME_S, 1.0)
-    return spec, loaded
+        return {joint.name: self.position(joint.name) for joint in self.about.joints}
 
 
 def build_stage(
@@ -114,8 +79,7 @@ def build_stage(
     """The world with a refined object at the origin in its initial state, and a tool, the arm with this gripper or the
     pusher, with its base at this (4, 4) pose. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
     model."""
-    spec, loaded = object_world(folder, TIMESTEP_S)
-    about, prefix = loaded.about, loaded.prefix
+    spec, loaded = object_spec(folder, TIMESTEP_S)
     joints: list[str] = []
     ratios = np.zeros((0, 0))
     if tool is not None:
@@ -126,43 +90,9 @@ def build_stage(
         spec.attach(tool, prefix=TOOL, frame=spec.worldbody.add_frame(pos=base[:3, 3], quat=quaternion(base)))
     if bowl is not None:
         add_bowl(spec, bowl)
-    with warnings.catch_warnings(action="ignore"):  # of texture coordinates, which are not used
-        model = spec.compile()
-    data = mujoco.MjData(model)
-    names = [model.body(int(body)).name for body in model.geom_bodyid]
-    mine = np.array([name.startswith(prefix) for name in names])
-    tools = np.array([name.startswith(TOOL) for name in names])
-    all_tips = [tip for known in GRIPPERS.values() for tip in known.tips]
-    tips = np.array([name in (f"{TOOL}{tip}" for tip in ("pusher", *all_tips)) for name in names])
-    dofs = np.array([model.body(int(body)).name.startswith(prefix) for body in model.dof_bodyid])
+    about, prefix, model, data = compiled_object(spec, loaded)
     places = np.array([int(model.joint(TOOL + name).qposadr[0]) for name in joints], dtype=int)
-    loaded.finish(model, data)
-    return CompiledScene(
-        about, prefix, model, data, base.copy(), dofs, mine, tools, tips, places, ratios, gripper, bowl
-    )
-
-
-def leave_out_looks(spec: mujoco.MjSpec) -> None:
-    """Remove what an exported object shows and nothing touches: the scene is the same as without the export."""
-    for geom in [one for one in spec.geoms if not one.contype and not one.conaffinity]:
-        spec.delete(geom)
-    shown = {geom.meshname for geom in spec.geoms}
-    for mesh in [one for one in spec.meshes if one.name not in shown]:
-        spec.delete(mesh)
-
-
-def thicken_flat(spec: mujoco.MjSpec) -> None:
-    """Give flat meshes a thickness of ``THIN_M``: MuJoCo refuses them, and refined objects alone have none."""
-    for mesh in spec.meshes:
-        if not mesh.file.lower().endswith(".obj"):
-            continue
-        points = mesh_points(Path(mesh.file), True)
-        _, sizes, directions = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-        if sizes[2] > FLAT * sizes[0]:
-            continue
-        half = directions[2] * THIN_M / 2.0 / float(np.abs(mesh.scale).max())
-        mesh.file, mesh.content_type = "", ""
-        mesh.uservert = np.concatenate([points + half, points - half]).ravel().tolist()
+    return CompiledScene(about, prefix, model, data, base.copy(), places, ratios, gripper, bowl)
 
 
 def pusher_spec() -> mujoco.MjSpec:
@@ -226,7 +156,7 @@ def place_joints(stage: CompiledScene, positions: Mapping[str, float], tool: Arr
     """Set joints of the object (rad or m) and, if given, the tool's to where these commands lead them, and what follows
     from that: poses and contacts."""
     for name, value in positions.items():
-        stage.data.qpos[stage.joint(name)] = value
+        stage.data.qpos[stage.place(name)] = value
     if tool is not None:
         stage.data.qpos[stage.tool_places] = stage.ratios @ tool
     mujoco.mj_kinematics(stage.model, stage.data)

@@ -1,7 +1,6 @@
 """A world for what lies in an object: it is held by its root, three bodies are in it, and a hand leads its joints."""
 
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,10 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.scene import CONTACT_TIME_S, object_world
-from asset2sim.gym.hand.holds import body_pose
 from asset2sim.gym.hand.used import hand_force
-from asset2sim.load.in_mujoco import MuJoCoObject
+from asset2sim.gym.world import CONTACT_TIME_S, ObjectWorld, body_pose, compiled_object, object_spec
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -33,22 +30,15 @@ and the least lever at which it turns a part."""
 
 
 @dataclass(eq=False)
-class ContentWorld:
+class ContentWorld(ObjectWorld):
     """An object held by its root, and three bodies of a radius, m, compiled."""
 
-    loaded: MuJoCoObject
     overlay: PhysicsOverlay
-    model: mujoco.MjModel
-    data: mujoco.MjData
     radius_m: float
     hand: HandSettings
     settings: ContentSettings
     led: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Joint → where a hand leads it, and how fast, rad or m and a second."""
-
-    def position(self, joint: str) -> float:
-        """A joint's position, rad or m."""
-        return float(self.data.joint(self.loaded.prefix + joint).qpos[0])
 
     def reset(self, positions: Mapping[str, float], radius: float) -> None:
         """The joints at these positions, everything at rest, the bodies of this size and out of the way."""
@@ -64,7 +54,9 @@ class ContentWorld:
         self.led.clear()
         for index, name in enumerate(BODIES):
             self.put(name, np.array([PARKED_M + index, 0.0, radius]))
-        self.loaded.write(positions)
+        for name, position in positions.items():
+            self.data.qpos[self.place(name)] = position
+        mujoco.mj_forward(self.model, self.data)
 
     def put(self, body: str, at: Array) -> None:
         """Put a body somewhere, upright."""
@@ -76,14 +68,14 @@ class ContentWorld:
 
     def run(self, seconds: float) -> None:
         """Let time pass, the hand on the joints that are ``led``."""
-        about = {joint.name: joint for joint in self.loaded.about.joints}
+        about = {joint.name: joint for joint in self.about.joints}
         owned = {joint.name: joint for joint in self.overlay.joints}
         for _ in range(self.steps(seconds)):
             for name, joint in about.items():
                 held = self.led.get(name)
                 if held is None and joint.bias is None:
                     continue
-                here = self.data.joint(self.loaded.prefix + name)
+                here = self.data.joint(self.prefix + name)
                 force = joint.exerted(float(here.qpos[0]))
                 if held is not None:
                     inertia = max(owned[name].effective_inertia, 1e-6) + owned[name].armature
@@ -97,13 +89,13 @@ class ContentWorld:
 
     def lever(self, joint: str) -> float:
         """Distance from a hinge at which a hand takes its part, m; 1 of a slider."""
-        about = next(item for item in self.loaded.about.joints if item.name == joint)
+        about = next(item for item in self.about.joints if item.name == joint)
         if about.type == "prismatic":
             return 1.0
         if about.pull is None:
             return LEAST_LEVER_M
-        here = self.data.joint(self.loaded.prefix + joint)
-        body = self.model.body(self.loaded.prefix + about.link).id
+        here = self.data.joint(self.prefix + joint)
+        body = self.model.body(self.prefix + about.link).id
         off = (body_pose(self.data, body) @ np.array([*about.pull, 1.0]))[:3] - here.xanchor
         return max(float(np.linalg.norm(np.cross(here.xaxis, off))), LEAST_LEVER_M)
 
@@ -128,7 +120,7 @@ class ContentWorld:
 
 def open_contents(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: ContentSettings) -> ContentWorld:
     """The world of a refined object, and three bodies of the largest size."""
-    spec, loaded = object_world(folder, hand.timestep_s, fixed=True)
+    spec, loaded = object_spec(folder, hand.timestep_s, fixed=True)
     radius = settings.most_m / 2.0
     for name, (kind, size) in BODIES.items():
         body = spec.worldbody.add_body(name=CONTENT + name, pos=(PARKED_M, 0.0, radius))
@@ -137,20 +129,16 @@ def open_contents(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, set
             name=CONTENT + name, type=kind, size=size * radius, density=settings.density_kg_m3, condim=6,
             friction=(settings.friction, 0.005, settings.rolling_m), solref=(CONTACT_TIME_S, 1.0),
         )  # fmt: skip
-    with warnings.catch_warnings(action="ignore"):
-        model = spec.compile()
-    data = mujoco.MjData(model)
-    loaded.finish(model, data)
-    return ContentWorld(loaded, overlay, model, data, radius, hand, settings)
+    return ContentWorld(*compiled_object(spec, loaded), overlay, radius, hand, settings)
 
 
 def joints_to_root(world: ContentWorld, link: str) -> list[str]:
     """The joints between the root and a link, by name."""
     model, found = world.model, []
-    body = int(model.body(world.loaded.prefix + link).id)
+    body = int(model.body(world.prefix + link).id)
     while body:
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-        found += [model.joint(number).name.removeprefix(world.loaded.prefix) for number in range(first, first + count)]
+        found += [model.joint(number).name.removeprefix(world.prefix) for number in range(first, first + count)]
         body = int(model.body_parentid[body])
     return found
 

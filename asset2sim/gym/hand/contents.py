@@ -1,5 +1,6 @@
 """The check ``contents``: three bodies lie in each drawer and box and on each shelf while its parts open and close."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,9 +23,9 @@ from asset2sim.gym.hand.content_world import (
     open_and_close,
     open_contents,
 )
-from asset2sim.gym.hand.holds import body_pose, body_subtree
 from asset2sim.gym.hand.surfaces import triangles_of
 from asset2sim.gym.hand.used import no_task
+from asset2sim.gym.world import body_pose, body_subtree
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.hand_settings import ContentSettings, HandSettings
@@ -61,7 +62,7 @@ def content_records(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, s
     """The record of every interior of a refined object, or of ``most_interiors`` of them, spread over all. Raises
     LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
     world = open_contents(folder, overlay, hand, settings)
-    about = world.loaded.about
+    about = world.about
     closed = about.followed({joint.name: joint.closed for joint in about.joints if joint.mimic is None})
     found = found_in(folder, world, closed)
     if len(found) > settings.most_interiors:
@@ -82,11 +83,10 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
     size = float(np.ptp(np.vstack(list(seen.values())).reshape(-1, 3), axis=0).max())
     radius = min(world.settings.least_m, world.settings.least_share * size) / 2.0
     movers = {
-        link: [joint for joint in world.loaded.about.joints if joint.name in joints_to_root(world, link)]
-        for link in seen
+        link: [joint for joint in world.about.joints if joint.name in joints_to_root(world, link)] for link in seen
     }
     slid = {link for link, joints in movers.items() if any(joint.type == "prismatic" for joint in joints)}
-    shift = body_pose(world.data, world.model.body(world.loaded.prefix + world.loaded.about.root).id)[:3, 3]
+    shift = body_pose(world.data, world.root)[:3, 3]
     found = []
     for link, own in seen.items():
         if any(joint.type != "prismatic" for joint in movers[link]):
@@ -149,7 +149,7 @@ def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[st
         return []
     world.reset(closed, radius)
     kept = Kept(link, inside.volume_m3, free_share(world, inside.points), 2.0 * radius)
-    body = int(world.model.body(world.loaded.prefix + link).id)
+    body = int(world.model.body(world.prefix + link).id)
     joints = enclosing_joints(world, body, inside.points)
     kept = replace(kept, joints=tuple(joint.name for joint in joints))
     places = places_apart(np.array([at for at in fits if is_free(world, at, radius)]), radius)
@@ -198,14 +198,14 @@ def enclosing_joints(world: ContentWorld, body: int, places: Array) -> list[Join
     """The joints that a hand operates to get into an interior of this body: those of the parts that are above, below
     and beside these places in it, hinges first, and its own."""
     model, known = world.model, {joint.name: joint for joint in world.overlay.joints if not no_task(joint)}
-    own = joints_to_root(world, model.body(body).name.removeprefix(world.loaded.prefix))
-    geom, met = np.array([-1], dtype=np.int32), list[str]()
+    own = joints_to_root(world, model.body(body).name.removeprefix(world.prefix))
+    met = list[str]()
     for at in places[np.linspace(0, len(places) - 1, SEEN_FROM).astype(int)]:
         for way in np.vstack([np.eye(3), -np.eye(3)]):
-            if mujoco.mj_ray(model, world.data, at, way, None, 1, -1, geom) >= 0.0:
-                name = model.body(int(model.geom_bodyid[geom[0]])).name
-                if name.startswith(world.loaded.prefix):
-                    met += joints_to_root(world, name.removeprefix(world.loaded.prefix))
+            distance, geom = world.first_met(at, way)
+            if distance < math.inf and world.object_geoms[geom]:
+                name = model.body(int(model.geom_bodyid[geom])).name
+                met += joints_to_root(world, name.removeprefix(world.prefix))
     found = [known[name] for name in dict.fromkeys((*met, *own)) if name in known]
     found = [joint for joint in found if joint.lower is not None and joint.upper is not None]
     if any(known[name].type == "prismatic" for name in own if name in known):  # the drawer beside it stays shut
@@ -216,10 +216,9 @@ def enclosing_joints(world: ContentWorld, body: int, places: Array) -> list[Join
 def on_floor(world: ContentWorld, name: str, at: Array, radius: float) -> Array:
     """Where a body rests that is put down at a place that is clear of all faces: on the collision shape that is below
     it or, by at most its radius, above; there where none is."""
-    geom = np.array([-1], dtype=np.int32)
     source = at + np.array([0.0, 0.0, radius])
-    gap = mujoco.mj_ray(world.model, world.data, source, np.array([0.0, 0.0, -1.0]), None, 1, -1, geom)
-    if not 0.0 <= gap <= 3.0 * radius:
+    gap, _ = world.first_met(source, np.array([0.0, 0.0, -1.0]))
+    if gap > 3.0 * radius:
         return at
     found: Array = source + np.array([0.0, 0.0, HALF_HIGH[name] * radius + world.settings.gap_m - gap])
     return found
@@ -257,8 +256,7 @@ def free_share(world: ContentWorld, points: Array) -> float:
     """Share of these places, world, that lie in no collision shape of the object."""
     points = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
     taken = np.zeros(len(points), dtype=bool)
-    model, root = world.model, int(world.model.body(world.loaded.prefix + world.loaded.about.root).id)
-    bodies = body_subtree(model, root)
+    model, bodies = world.model, body_subtree(world.model, world.root)
     for geom in range(model.ngeom):
         if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]:
             turn = world.data.geom_xmat[geom].reshape(3, 3)

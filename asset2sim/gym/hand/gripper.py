@@ -5,7 +5,6 @@ Its frame is between the pads: z to where the fingers point, y along which they 
 
 import copy
 import math
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,8 +13,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.scene import CONTACT_TIME_S, TOOL, object_world
-from asset2sim.load import Description, Joint
+from asset2sim.gym.world import CONTACT_TIME_S, TOOL, ObjectWorld, compiled_object, object_spec
+from asset2sim.load import Joint
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import FINGERTIP_M, HandSettings
 
@@ -77,21 +76,15 @@ def hand_spec(scale: float, settings: HandSettings) -> mujoco.MjSpec:
 
 
 @dataclass(eq=False)
-class HandWorld:
+class HandWorld(ObjectWorld):
     """An object, a hand of a ``scale`` and what lies in it, compiled. ``probe`` is the model in which the hand alone
-    collides with the object, to look where it fits; ``object_geoms`` and ``hand_geoms`` are masks, ``calm`` is by
-    how much each velocity may change a position that stays. ``watch`` is called after each step."""
+    collides with the object, to look where it fits; ``calm`` is by how much each velocity may change a position that
+    stays. ``watch`` is called after each step."""
 
-    about: Description
-    prefix: str
     scale: float
     settings: HandSettings
-    model: mujoco.MjModel
-    data: mujoco.MjData
     probe: mujoco.MjModel
     spare: mujoco.MjData
-    object_geoms: Array
-    hand_geoms: Array
     calm: Array
     watch: Callable[[], None] = field(default=lambda: None)
     target: Array = field(default_factory=lambda: np.eye(4))
@@ -102,7 +95,7 @@ class HandWorld:
     """Share of its force that it uses."""
     grip: float = 0.0
     """Half the opening that the fingers are led to, m; negative: closed with all their force."""
-    place: int = 0
+    free_place: int = 0
     dof: int = 0
     body: int = 0
     fingers: tuple[int, int] = (0, 0)
@@ -114,14 +107,6 @@ class HandWorld:
     biased: list[tuple[Joint, int, int]] = field(default_factory=list)
     """Joints with a mechanism besides a spring, and their places among positions and velocities."""
 
-    def joint(self, name: str) -> int:
-        """The number of an object's joint."""
-        return int(self.model.joint(self.prefix + name).id)
-
-    def position(self, name: str) -> float:
-        """An object's joint's position, rad or m."""
-        return float(self.data.qpos[self.model.jnt_qposadr[self.joint(name)]])
-
     def touches(self, bodies: frozenset[int]) -> bool:
         """Whether the hand touched one of these bodies in its last step."""
         return not bodies.isdisjoint(self.touched)
@@ -131,7 +116,7 @@ class HandWorld:
         if not self.data.ncon:
             return []
         geoms = self.data.contact.geom
-        hand = self.hand_geoms[geoms]
+        hand = self.tool_geoms[geoms]
         found: list[int] = self.model.geom_bodyid[geoms[:, ::-1][hand]].tolist() if hand.any() else []
         return found
 
@@ -142,8 +127,8 @@ class HandWorld:
 
     def put(self, data: mujoco.MjData, pose: Array, half_open: float) -> None:
         """Put the hand somewhere, its fingers open, at rest."""
-        data.qpos[self.place : self.place + 3] = pose[:3, 3]
-        mujoco.mju_mat2Quat(data.qpos[self.place + 3 : self.place + 7], pose[:3, :3].ravel())
+        data.qpos[self.free_place : self.free_place + 3] = pose[:3, 3]
+        mujoco.mju_mat2Quat(data.qpos[self.free_place + 3 : self.free_place + 7], pose[:3, :3].ravel())
         data.qpos[list(self.fingers)] = half_open
         data.qvel[self.dof : self.dof + 8] = 0.0
 
@@ -162,7 +147,7 @@ class HandWorld:
             self.model.dof_frictionloss[dof] = friction
         mujoco.mj_resetData(self.model, self.data)
         for name, position in (self.about.positions_at() | dict(positions or {})).items():
-            self.data.qpos[self.model.jnt_qposadr[self.joint(name)]] = position
+            self.data.qpos[self.place(name)] = position
         self.target = np.eye(4)
         self.target[2, 3], self.speed, self.grip, self.force = PARKED_M, np.zeros(6), 0.0, 1.0
         self.most_n = self.settings.force_n
@@ -208,7 +193,7 @@ def open_world(
     """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor, ``stand_m``
     is the radius of a stand on which it is. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
     model."""
-    spec, loaded = object_world(folder, settings.timestep_s, fixed=True if held else None)
+    spec, loaded = object_spec(folder, settings.timestep_s, fixed=True if held else None)
     if held or stand_m:
         spec.body(loaded.prefix + loaded.about.root).pos[2] += HELD_M
     if stand_m:
@@ -216,29 +201,21 @@ def open_world(
         size = (stand_m, HELD_M / 2.0, 0.0)
         below.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, solref=(CONTACT_TIME_S, 1.0))
     spec.attach(hand_spec(scale, settings), prefix=TOOL, frame=spec.worldbody.add_frame(pos=(0.0, 0.0, 20.0)))
-    with warnings.catch_warnings(action="ignore"):
-        model = spec.compile()
-    data = mujoco.MjData(model)
-    loaded.finish(model, data)
-    owners = [model.body(int(body)).name for body in model.geom_bodyid]
-    hand = np.array([name.startswith(TOOL) for name in owners])
-    mine = np.array([name.startswith(loaded.prefix) for name in owners])
+    about, prefix, model, data = compiled_object(spec, loaded)
+    world = ObjectWorld(about, prefix, model, data)
+    hand = world.tool_geoms
     probe = copy.copy(model)
     probe.geom_contype[:], probe.geom_conaffinity[:] = np.where(hand, 2, 0), np.where(hand, 0, 2)
     probe.body_contype[:], probe.body_conaffinity[:] = 2, 2
     free = model.joint(f"{TOOL}free")
     ends = [model.joint(TOOL + name) for name in FINGERS]
-    ours = {joint.name: model.joint(loaded.prefix + joint.name) for joint in loaded.about.joints if joint.bias}
-    biased = [
-        (joint, int(ours[joint.name].qposadr[0]), int(ours[joint.name].dofadr[0]))
-        for joint in loaded.about.joints
-        if joint.name in ours
-    ]
+    acted = [joint for joint in about.joints if joint.bias]
+    biased = [(one, world.place(one.name), int(model.jnt_dofadr[world.joint(one.name)])) for one in acted]
     calm, limited = np.full(model.nv, CALM), model.jnt_limited != 0
     calm[model.jnt_dofadr[limited]] *= np.ptp(model.jnt_range[limited], axis=1)
     return HandWorld(
-        loaded.about, loaded.prefix, scale, settings, model, data, probe, mujoco.MjData(probe), mine, hand, calm,
-        place=int(free.qposadr[0]), dof=int(free.dofadr[0]), body=int(model.body(f"{TOOL}hand").id),
+        about, prefix, model, data, scale, settings, probe, mujoco.MjData(probe), calm,
+        free_place=int(free.qposadr[0]), dof=int(free.dofadr[0]), body=int(model.body(f"{TOOL}hand").id),
         fingers=(int(ends[0].qposadr[0]), int(ends[1].qposadr[0])),
         finger_dofs=(int(ends[0].dofadr[0]), int(ends[1].dofadr[0])), biased=biased,
     )  # fmt: skip

@@ -20,6 +20,7 @@ from asset2sim.gym.hand.surfaces import (
     share_of_rubbing,
     surface_places,
 )
+from asset2sim.gym.world import body_pose, body_subtree
 from asset2sim.physics.arrays import Array
 
 LOOKED_AT: Mapping[Kind, int] = {"press": 200, "grasp": 1000, "hook": 700, "rub": 700}
@@ -122,15 +123,6 @@ def way_of(world: HandWorld, joint: str, target: float) -> Way:
     mujoco.mj_kinematics(model, data)
     axis, anchor = data.xaxis[number].copy(), data.xanchor[number].copy()
     return Way(joint, slides, axis, anchor, world.position(joint), target, bodies)
-
-
-def body_subtree(model: mujoco.MjModel, body: int) -> frozenset[int]:
-    """A body and all that hang on it."""
-    found = {body}
-    for index in range(body + 1, model.nbody):
-        if int(model.body_parentid[index]) in found:
-            found.add(index)
-    return frozenset(found)
 
 
 def best_holds(
@@ -236,7 +228,7 @@ def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> floa
     if not has_arm_room(world, there):
         return None
     number, free = world.joint(way.joint), 0.0
-    place = int(world.model.jnt_qposadr[number])
+    place = world.place(way.joint)
     place += 2 if world.model.jnt_type[number] == mujoco.mjtJoint.mjJNT_FREE else 0  # the whole object goes upwards
     for share in SHARES:
         by = share * (way.target - way.start)
@@ -251,16 +243,12 @@ def has_arm_room(world: HandWorld, pose: Array) -> bool:
     """Whether an arm has room behind the hand, in one of some directions: else the hand would be inside the object."""
     across = ARM_M * world.scale * pose[:3, 0]
     behind = pose[:3, 3] - BEHIND_M * world.scale * pose[:3, 2]
-    geom = np.array([-1], dtype=np.int32)
     for turn in range(-1, TURNS):
         angle, bend = 2.0 * math.pi * turn / TURNS, 0.0 if turn < 0 else BEND_RAD
         side = math.cos(angle) * pose[:3, 0] + math.sin(angle) * pose[:3, 1]
         towards = math.sin(bend) * side - math.cos(bend) * pose[:3, 2]
-        rays = (
-            mujoco.mj_ray(world.probe, world.spare, behind + off, towards, None, 1, world.body, geom)
-            for off in (np.zeros(3), across, -across)
-        )
-        if all(not 0.0 <= distance < REACH_M for distance in rays):
+        sources = (behind, behind + across, behind - across)
+        if all(world.first_met(one, towards, world.body, world.spare)[0] >= REACH_M for one in sources):
             return True
     return False
 
@@ -282,10 +270,3 @@ def runs_into(world: HandWorld, way: Way, pose: Array, half_open_m: float, into_
 def cross(a: Array, b: Array) -> Array:
     """(3,) vector product of two vectors."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
-
-
-def body_pose(data: mujoco.MjData, body: int) -> Array:
-    """(4, 4) pose of a body in the world."""
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = data.xmat[body].reshape(3, 3), data.xpos[body]
-    return pose

@@ -8,11 +8,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.scene import yaw_tilt
 from asset2sim.gym.hand.gripper import HandWorld, open_world
-from asset2sim.gym.hand.holds import APART_M, CLEAR_M, HandHold, Way, body_pose, body_subtree, holds_with_room, solid_of
+from asset2sim.gym.hand.holds import APART_M, CLEAR_M, HandHold, Way, holds_with_room, solid_of
 from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, move_hand, wait
 from asset2sim.gym.hand.surfaces import ROOM_M, places_before_back, surface_places
+from asset2sim.gym.world import body_pose, body_subtree
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import HandSettings, LiftSettings
 from schemas.learning_settings import GuardSettings
@@ -78,16 +78,15 @@ def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: Li
     for where, (scale, tool) in product(("", " at an edge"), ((1.0, "gripper"), (hand.tip_scale, "fingertips"))):
         world = open_world(folder, hand, scale, stand_m=stand_m if where else 0.0)
         set_turned(world)
-        world.model.geom_friction[world.hand_geoms, 0] = min(hand.pad_friction, overlay.contact_friction)
-        root = int(world.model.body(world.prefix + world.about.root).id)
-        points, _, _ = surface_places(world, body_subtree(world.model, root))
+        world.model.geom_friction[world.tool_geoms, 0] = min(hand.pad_friction, overlay.contact_friction)
+        points, _, _ = surface_places(world, body_subtree(world.model, world.root))
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
         heavy = overlay.mass_kg > hand.steadied_kg
         if overlay.support.kind is not SupportKind.HANDHELD and (heavy or size > settings.carried_m):
             return Lifted(False)
         wide = float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
         stand_m = STAND_SHARE * wide
-        share, missed = at_yaws(world, overlay, grasps_of(world, root, settings), settings)
+        share, missed = at_yaws(world, overlay, grasps_of(world, world.root, settings), settings)
         if share:
             return Lifted(True, share, tool + where, missed)
         miss = miss or missed
@@ -154,7 +153,7 @@ def why_not_lifted(
     """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; None where it
     was."""
     set_turned(world, yaw)
-    root = int(world.model.body(world.prefix + world.about.root).id)
+    root = world.root
     kept = {
         joint.name: (world.position(joint.name), joint.upper - joint.lower)
         for joint in overlay.joints
@@ -218,7 +217,7 @@ def set_turned(world: HandWorld, yaw: float = 0.0) -> None:
     """Everything as it was written, the object turned by this yaw, rad, and a stand, if there is one, below its centre
     of mass."""
     world.reset()
-    root = int(world.model.body(world.prefix + world.about.root).id)
+    root = world.root
     turn_object(world, root, yaw)
     if world.model.nmocap:
         world.data.mocap_pos[0, :2] = world.data.subtree_com[root, :2]
@@ -228,7 +227,8 @@ def set_turned(world: HandWorld, yaw: float = 0.0) -> None:
 def turn_object(world: HandWorld, root: int, yaw: float) -> None:
     """Turn the object about the vertical through the origin."""
     place = int(world.model.jnt_qposadr[world.model.body_jntadr[root]])
-    quaternion, turned = yaw_tilt(yaw, 0.0), np.zeros(4)
+    quaternion, turned = np.zeros(4), np.zeros(4)
+    mujoco.mju_axisAngle2Quat(quaternion, np.array([0.0, 0.0, 1.0]), yaw)
     mujoco.mju_mulQuat(turned, quaternion, world.data.qpos[place + 3 : place + 7])
     at = np.zeros(3)
     mujoco.mju_rotVecQuat(at, world.data.qpos[place : place + 3], quaternion)

@@ -9,10 +9,11 @@ import numpy as np
 
 from asset2sim.gym.guards import Guards
 from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
-from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, HandHold, Way, axis_motion, best_holds, body_pose, cross, way_of
+from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, HandHold, Way, axis_motion, best_holds, cross, way_of
 from asset2sim.gym.hand.poses import Kind
 from asset2sim.gym.hand.recorder import Recorder, is_displaced, presses_elsewhere
 from asset2sim.gym.hand.surfaces import is_covered, is_flush, stands_out, surface_places
+from asset2sim.gym.world import body_pose
 from asset2sim.physics.arrays import Array
 from schemas.overlay import JointPhysics
 
@@ -89,8 +90,7 @@ def lead_joint(world: HandWorld, joint: JointPhysics, target: float, near: Array
     there."""
     way = way_of(world, joint.name, target)
     whole, up = target - way.start, way.slides and way.sign * float(way.axis[2]) > UPRIGHT
-    root = int(world.model.body(world.prefix + world.about.root).id)
-    recorder = Recorder(world, joint, way.bodies, root)
+    recorder = Recorder(world, joint, way.bodies)
     recorder.sample()
     reached, takes, tried, in_the_way, deeper_m = 0.0, math.inf, 0, False, 0.0
     kind: Kind | None = None
@@ -147,7 +147,7 @@ def share_by_hold(recorder: Recorder, way: Way, hold: HandHold, whole: float) ->
     elif hold.kind == "rub":
         local = local.copy()
         local[:3, 3] += hold.into
-    start, has = recorder.rows[0][0], hold.kind != "grasp" or world.touches(way.bodies)
+    start, has = recorder.samples[0].position, hold.kind != "grasp" or world.touches(way.bodies)
     share, takes, stopped = -math.inf, effort_on_way(world, way), False
     if has:
         share, takes, stopped = lead_along(recorder, way, hold, local, lambda position: (position - start) / whole)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from asset2sim.checks.mechanism import span_of
-from asset2sim.gym.arm.record import pressures
-from asset2sim.gym.guards import Guards, Rollout, guard
+from asset2sim.gym.contacts import pressures
+from asset2sim.gym.guards import Guards, Sample, guard, rollout_of, sample_of
 from asset2sim.gym.hand.gripper import HandWorld
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
@@ -27,14 +27,12 @@ class Recorder:
     world: HandWorld
     joint: JointPhysics
     bodies: frozenset[int]
-    root: int
     work_j: float = 0.0
     most_n: float = 0.0
     touched: bool = False
     count: int = 0
     missed: int = 0
-    rows: list[tuple[float, bool, float, float]] = field(default_factory=list)
-    roots: list[tuple[Array, Array]] = field(default_factory=list)
+    samples: list[Sample] = field(default_factory=list)
 
     def step(self) -> None:
         """A step of the world, and now and then a sample."""
@@ -46,37 +44,30 @@ class Recorder:
 
     def sample(self) -> None:
         """A sample of this moment."""
-        world, data = self.world, self.world.data
-        height = float(data.subtree_com[min(self.bodies), 2])
+        world, place = self.world, self.world.place(self.joint.name)
         pressed: dict[int, Array] = {}
-        for _, tool, _, force in pressures(world.model, data, world.hand_geoms, world.object_geoms):
+        for _, tool, _, force in pressures(world):
             pressed[tool] = pressed.get(tool, np.zeros(3)) + force
         self.most_n = max([self.most_n, *(float(np.linalg.norm(force)) for force in pressed.values())])
-        self.rows.append((world.position(self.joint.name), self.touched, self.work_j, height))
-        self.roots.append((data.xipos[self.root].copy(), data.xmat[self.root].reshape(3, 3)[2].copy()))
+        seen = sample_of(world.data, place, min(self.bodies), world.root, touched=self.touched, work_j=self.work_j)
+        self.samples.append(seen)
         self.work_j, self.touched = 0.0, False
 
     def guards(self, target: float) -> Guards:
         """Findings of the environment's guards in it."""
-        positions, touched, work, heights = (np.array(column) for column in zip(*self.rows, strict=True))
-        centers, ups = (np.array(column) for column in zip(*self.roots, strict=True))
-        joint = self.joint
-        lower, upper = span_of(joint)
-        terms = joint.stiffness, joint.spring_reference, joint.holds
-        rollout = Rollout(positions, touched, work, heights, centers, ups, lower, upper, target, *terms)
-        return guard(rollout, GUARDS)
+        return guard(rollout_of(self.samples, self.joint, span_of(self.joint), target), GUARDS)
 
 
 def is_displaced(recorder: Recorder) -> bool:
     """Whether the object lies or stands elsewhere by now."""
-    (center, up), (first, upright), limits = recorder.roots[-1], recorder.roots[0], GUARDS
-    tilted, off = float(up @ upright) < math.cos(limits.tilt_rad), center - first
-    return tilted or math.sqrt(off @ off) > limits.travel_m
+    first, last = recorder.samples[0], recorder.samples[-1]
+    tilted, off = float(last.up @ first.up) < math.cos(GUARDS.tilt_rad), last.center - first.center
+    return tilted or math.sqrt(off @ off) > GUARDS.travel_m
 
 
 def presses_elsewhere(recorder: Recorder) -> bool:
     """Whether the hand presses more on other parts of the object than on the one that it moves."""
     world, bodies, pressed = recorder.world, recorder.bodies, {True: 0.0, False: 0.0}
-    for _, _, geom, force in pressures(world.model, world.data, world.hand_geoms, world.object_geoms):
+    for _, _, geom, force in pressures(world):
         pressed[int(world.model.geom_bodyid[geom]) in bodies] += math.sqrt(force @ force)
     return pressed[False] > pressed[True]

@@ -120,24 +120,22 @@ def places_before_back(
 
 def share_between_pads(world: HandWorld, pose: Array, half_open_m: float, bodies: frozenset[int]) -> float:
     """Share of its pads, by nine rays, between which a hand at a (4, 4) pose, so far open, has these bodies."""
-    geom, found = np.array([-1], dtype=np.int32), 0
+    found = 0
     for x, z in PADS_M * world.scale:
-        source = pose[:3, 3] + pose[:3, :3] @ (x, -half_open_m, z)
-        distance = mujoco.mj_ray(world.model, world.data, source, pose[:3, 1], None, 1, world.body, geom)
-        found += 0.0 <= distance < 2.0 * half_open_m and int(world.model.geom_bodyid[geom[0]]) in bodies
+        distance, geom = world.first_met(pose[:3, 3] + pose[:3, :3] @ (x, -half_open_m, z), pose[:3, 1], world.body)
+        found += distance < 2.0 * half_open_m and int(world.model.geom_bodyid[geom]) in bodies
     return found / len(PADS_M)
 
 
 def share_of_rubbing(world: HandWorld, pose: Array, into: Array, bodies: frozenset[int]) -> float:
     """Share of nine places on a finger at a (4, 4) pose from which these bodies lie ahead within its press, (3,), m."""
-    geom, found, length = np.array([-1], dtype=np.int32), 0, float(np.linalg.norm(into))
+    found, length = 0, float(np.linalg.norm(into))
     ahead = into / length
     tips = abs(float(ahead @ pose[:3, 2])) > abs(float(ahead @ pose[:3, 1]))  # it points at what it rubs, or lies along
     for x, z in PADS_M * world.scale:
         off = (x, z, TIP_M * world.scale) if tips else (x, -2.0 * FINGER[1] * world.scale, z)
-        source = pose[:3, 3] + pose[:3, :3] @ off
-        distance = mujoco.mj_ray(world.model, world.data, source, ahead, None, 1, world.body, geom)
-        found += 0.0 <= distance < length and int(world.model.geom_bodyid[geom[0]]) in bodies
+        distance, geom = world.first_met(pose[:3, 3] + pose[:3, :3] @ off, ahead, world.body)
+        found += distance < length and int(world.model.geom_bodyid[geom]) in bodies
     return found / len(PADS_M)
 
 
@@ -147,9 +145,8 @@ def is_covered(world: HandWorld, bodies: frozenset[int]) -> bool:
     directions = np.random.default_rng(0).normal(size=points.shape)
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     directions *= np.sign(np.einsum("ij,ij->i", directions, normals))[:, None]
-    geom = np.array([-1], dtype=np.int32)
     return all(
-        0.0 <= mujoco.mj_ray(world.model, world.data, place, out, None, 1, world.body, geom) < REACH_M
+        world.first_met(place, out, world.body)[0] < REACH_M
         for place, out in zip(points + OFF_M * normals, directions, strict=True)
     )
 
@@ -159,14 +156,13 @@ def is_flush(world: HandWorld, bodies: frozenset[int], velocity: Callable[[Array
     say: hardly anywhere beside or behind it has a finger tip room and sees out, so that nothing pulls it open."""
     points, normals, _ = surface_places(world, bodies)
     way = velocity(points)
-    speeds, geom = np.linalg.norm(way, axis=1), np.array([-1], dtype=np.int32)
+    speeds = np.linalg.norm(way, axis=1)
     beside = (np.einsum("ij,ij->i", normals, way) < FRONT * speeds) & (speeds > LEVER * speeds.max(initial=0.0))
     looks = np.random.default_rng(0).normal(size=(LOOKS, 3))
     looks /= np.linalg.norm(looks, axis=1)[:, None]
 
     def is_free(place: Array, towards: Array, length_m: float) -> bool:
-        met = mujoco.mj_ray(world.model, world.data, place, towards, None, 1, world.body, geom)
-        return not 0.0 <= met < length_m
+        return world.first_met(place, towards, world.body)[0] >= length_m
 
     thick, seen = 2.0 * FINGER[1] * world.settings.tip_scale, 0
     for place, out in zip((points + OFF_M * normals)[beside], normals[beside], strict=True):
@@ -190,13 +186,11 @@ def stands_out(world: HandWorld, bodies: frozenset[int], ahead: Array) -> float:
 
 def free_m(world: HandWorld, others: set[int], place: Array, ahead: Array) -> float:
     """Length of the way from a place to the first of these shapes, m; infinite where none is there."""
-    gone, geom = 0.0, np.array([-1], dtype=np.int32)
+    gone = 0.0
     while gone < REACH_M:
-        distance = mujoco.mj_ray(world.model, world.data, place + gone * ahead, ahead, None, 1, world.body, geom)
-        if distance < 0.0:
-            break
-        gone += float(distance)
-        if int(geom[0]) in others:
+        distance, geom = world.first_met(place + gone * ahead, ahead, world.body)
+        gone += distance
+        if geom in others:
             return gone
         gone += SKIP_M
     return math.inf
