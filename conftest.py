@@ -17,8 +17,10 @@ from tests import started
 from tests.gateway import no_keys, one_key
 from tests.object_store import store, store_server
 from tests.prefect_server import prefect_server, prefect_server_home, prefect_tables
+from tests.ready import ready
 
-__all__ = ["no_keys", "one_key", "prefect_server", "prefect_server_home", "prefect_tables", "store", "store_server"]
+__all__ = ["no_keys", "one_key", "ready", "store", "store_server"]
+__all__ += ["prefect_server", "prefect_server_home", "prefect_tables"]
 
 # Hundreds of processes import our modules, and nearly all time of a short one is compiling them.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

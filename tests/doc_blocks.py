@@ -58,9 +58,8 @@ def run_block(block: Block, folder: Path, environment: dict[str, str], replaced:
         text = text.replace(old, new)
     shell = ["bash", "-euo", "pipefail", "-c", text]
     command = shell if block.language == "sh" else [sys.executable, "-c", text]
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        command, cwd=folder, env={**os.environ, **environment, "PATH": path}, text=True, capture_output=True,
+        command, cwd=folder, env={**os.environ, **environment}, text=True, capture_output=True,
         timeout=limit_s, stdin=subprocess.DEVNULL,
     )  # fmt: skip
     said = f"{block.page}, block {block.number}:\n{text}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"

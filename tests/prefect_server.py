@@ -16,11 +16,12 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import IO
 
 import pytest
-from filelock import FileLock
 
 import flows.server.server
+from tests.of_all import folder_of_all, one_of_all
 from tests.processes import wait_until
 
 LIMIT_S = 900.0
@@ -31,43 +32,30 @@ PROGRAM = Path(flows.server.server.__file__).with_name("api_server.py")
 @pytest.fixture(scope="session")
 def prefect_server_home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the server's database and log."""
-    base = tmp_path_factory.getbasetemp()
-    return (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "prefect-of-all"
+    return folder_of_all(tmp_path_factory, "prefect-of-all")
 
 
 @pytest.fixture(scope="session")
 def prefect_server(prefect_server_home: Path) -> Iterator[str]:
-    """The server's address. It is started by the worker that needs it first and ends with the last: its standard input
-    is a pipe that each of them holds open."""
-    home = prefect_server_home
-    home.mkdir(exist_ok=True)
-    pipe, address = home / "pipe", home / "address"
-    with FileLock(home / "lock"):
-        if not pipe.exists():
-            os.mkfifo(pipe)
-        held = os.open(pipe, os.O_RDWR)
-        if not address.exists():
-            url = started(home, pipe)
-            with closing(sqlite3.connect(home / DATABASE)) as made, closing(sqlite3.connect(home / TABLES)) as kept:
-                made.backup(kept)
-            address.write_text(url, encoding="ascii")
-    yield address.read_text(encoding="ascii")
-    os.close(held)
+    """The server's address."""
+    with one_of_all(prefect_server_home, lambda alive: started(prefect_server_home, alive), answers) as address:
+        yield address
 
 
-def started(home: Path, pipe: Path) -> str:
-    """The address of a new server, once it answers."""
+def started(home: Path, alive: IO[bytes]) -> str:
+    """The address of a new server, once it answers; its tables are kept as they are then."""
     named = {name: value for name, value in os.environ.items() if name != "PREFECT_API_URL"}
     environment = {**flows.server.server.SERVER_DEFAULTS, **named, "PREFECT_HOME": str(home)}
     with socket.create_server(("127.0.0.1", 0)) as listener, (home / "log").open("wb") as log:
         fd, port = listener.fileno(), listener.getsockname()[1]
-        with open(os.open(pipe, os.O_RDONLY), "rb") as alive:
-            subprocess.Popen(
-                [sys.executable, "-P", str(PROGRAM), str(fd), "few"], stdin=alive, stdout=log, stderr=log,
-                pass_fds=[fd], start_new_session=True, env=environment,
-            )  # fmt: skip
+        subprocess.Popen(
+            [sys.executable, "-P", str(PROGRAM), str(fd), "few"], stdin=alive, stdout=log, stderr=log,
+            pass_fds=[fd], start_new_session=True, env=environment,
+        )  # fmt: skip
     url = f"http://127.0.0.1:{port}/api"
     assert wait_until(lambda: answers(url), LIMIT_S), (home / "log").read_text(encoding="utf-8")
+    with closing(sqlite3.connect(home / DATABASE)) as made, closing(sqlite3.connect(home / TABLES)) as kept:
+        made.backup(kept)
     return url
 
 

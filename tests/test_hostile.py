@@ -54,29 +54,40 @@ def test_a_traceback_a_key_and_a_hang_are_problems() -> None:
         assert _said(Ended(code, "", said))
 
 
+@pytest.fixture
+def start(ready: list[str], prefect_server: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The first words of commands that are ready, and use the server."""
+    monkeypatch.setenv("PREFECT_API_URL", prefect_server)
+    return ready
+
+
 @pytest.mark.system
-def test_a_command_that_does_what_it_must_not_is_seen(tmp_path: Path) -> None:
+def test_a_command_that_does_what_it_must_not_is_seen(start: list[str], tmp_path: Path) -> None:
     good = Case("good", asset(), says="nothing says that")
     (outcome,) = try_kind(
-        "lines", [Case("no_data", lambda place: place.data.rmdir(), says="no dataset at")], tmp_path / "a"
+        "lines", [Case("no_data", lambda place: place.data.rmdir(), says="no dataset at")], tmp_path / "a", start
     )
     assert not outcome.problems and outcome.ended == "exit 2"
-    (outcome,) = try_kind("lines", [Case("no_data", lambda place: place.data.rmdir(), says=good.says)], tmp_path / "b")
+    (outcome,) = try_kind(
+        "lines", [Case("no_data", lambda place: place.data.rmdir(), says=good.says)], tmp_path / "b", start
+    )
     assert "says: " in outcome.problems[0]
 
 
 @pytest.mark.system
-def test_a_sample_of_all_kinds_is_handled(tmp_path: Path) -> None:
+def test_a_sample_of_all_kinds_is_handled(start: list[str], tmp_path: Path) -> None:
     cases = sample(13)
     assert len(cases) >= 30 and any(not case.modes for case in cases)
-    wrong = [outcome for outcome in try_kind("sample", cases, tmp_path / "sample") if outcome.problems]
+    wrong = [outcome for outcome in try_kind("sample", cases, tmp_path / "sample", start) if outcome.problems]
     assert not wrong, "\n".join(map(str, wrong))
 
 
 @pytest.mark.system
-def test_damaged_outputs_and_what_is_not_believed_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_outputs_and_what_is_not_believed_are_told(
+    start: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     # On a terminal that lacks most letters.
     monkeypatch.setenv("PYTHONIOENCODING", "ascii")
     cases = [*cases_of("outputs"), *(case for case in cases_of("numbers") if case.finds)]
-    wrong = [outcome for outcome in try_kind("told", cases, tmp_path / "told") if outcome.problems]
+    wrong = [outcome for outcome in try_kind("told", cases, tmp_path / "told", start) if outcome.problems]
     assert not wrong, "\n".join(map(str, wrong))

@@ -9,9 +9,9 @@ from tests.walks import MODELS, fresh
 
 
 @pytest.mark.system
-def test_asking_models(tmp_path: Path, prefect_server: str) -> None:
-    made = fresh(tmp_path)
-    made.walk(*MODELS, PREFECT_API_URL=prefect_server)
+def test_asking_models(ready: list[str], prefect_server: str, tmp_path: Path) -> None:
+    made = fresh(tmp_path, PREFECT_API_URL=prefect_server).at_hand(ready)
+    made.walk(*MODELS)
     folder = made.folder
     assert pd.read_parquet(folder / "asked/catalog/model_calls.parquet")["model"].eq("openai/scripted").all()
     asked, again = (folder / name / "assets/laptop_silver/overlay.json" for name in ("asked", "again"))

@@ -10,8 +10,8 @@ from tests.walks import ENGINEER, SAMPLES, fresh
 
 @pytest.mark.system
 def test_the_engineer(tmp_path: Path, prefect_server: str) -> None:
-    made = fresh(tmp_path)
-    folder, said = made.folder, made.walk(*ENGINEER, PREFECT_API_URL=prefect_server)
+    made = fresh(tmp_path, PREFECT_API_URL=prefect_server)
+    folder, said = made.folder, made.walk(*ENGINEER)
     assert (folder / "alert.txt").read_text(encoding="utf-8").startswith("done") or "ok" in said[0]
     assert "exit code 3" in said[1] and "exit code 130" in said[1]
     assets = pd.read_parquet(folder / "nights/catalog/assets.parquet")

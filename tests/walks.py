@@ -1,6 +1,10 @@
 """The walks through the documentation: which blocks of commands each runs, in order, in a folder that looks like a
 fresh checkout; nothing is done that is not written there. Each is a file of tests: they spread over processes."""
 
+import os
+import shlex
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -83,13 +87,23 @@ class Checkout(NamedTuple):
     folder: Path
     environment: dict[str, str]
 
-    def walk(self, *steps: tuple[str, str], **more: str) -> list[str]:
-        """Run the blocks in order; what each printed. ``more`` is added to the environment."""
-        replaced, environment = {"8000": str(free_port()), INTERRUPT: INTERRUPT_EARLY}, self.environment | more
-        return [run_block(block(*step), self.folder, environment, replaced, LIMIT_S) for step in steps]
+    def at_hand(self, ready: Sequence[str]) -> "Checkout":
+        """The same where ``asset2sim`` is a command that is ready."""
+        program = self.folder.with_name("programs") / "asset2sim"
+        program.parent.mkdir()
+        program.write_text(f'#!/bin/sh\nexec {shlex.join(ready)} -m flows.command "$@"\n', encoding="utf-8")
+        program.chmod(0o755)
+        path = f"{program.parent}{os.pathsep}{self.environment['PATH']}"
+        return self._replace(environment={**self.environment, "PATH": path})
+
+    def walk(self, *steps: tuple[str, str]) -> list[str]:
+        """Run the blocks in order; what each printed."""
+        replaced = {"8000": str(free_port()), INTERRUPT: INTERRUPT_EARLY}
+        return [run_block(block(*step), self.folder, self.environment, replaced, LIMIT_S) for step in steps]
 
 
-def fresh(place: Path, asset_ids: tuple[str, ...] = SAMPLES) -> Checkout:
-    """A checkout as it was cloned, with some of the samples, below ``place``."""
-    folder = checkout(place / "my checkout", asset_ids)
-    return Checkout(folder, {"PREFECT_HOME": str(place / "prefect"), "PYTHONPATH": str(folder)})
+def fresh(place: Path, **more: str) -> Checkout:
+    """A checkout as it was cloned, with some of the samples, below ``place``; ``more`` stands in its environment."""
+    folder = checkout(place / "my checkout", SAMPLES)
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return Checkout(folder, {"PREFECT_HOME": str(place / "prefect"), "PYTHONPATH": str(folder), "PATH": path, **more})

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from schemas.errors import DONE, FAILED
 from tests.hostile.try_cases import Outcome, cases_of, kind_names, try_kind
+from tests.ready import ready_in
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -23,7 +24,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for kind in options.kinds:
         start = time.monotonic()
         cases = cases_of(kind, options.every)
-        outcomes = try_kind(kind, cases, base / kind)
+        with ready_in(base / "ready") as words:
+            outcomes = try_kind(kind, cases, base / kind, words)
         wrong = [outcome for outcome in outcomes if outcome.problems]
         bad += wrong
         lines = sum(1 for case in cases if not case.modes)

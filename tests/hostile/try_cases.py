@@ -18,7 +18,7 @@ from schemas.tables import TABLES
 from schemas.vocabulary import FailureMode
 from tests.hostile import kinds as package
 from tests.hostile.case import CANARY, COLUMNS, KEY, RULES, Case, Place
-from tests.hostile.commands import TIMED_OUT, Ended, Forked, forked_commands, run_command
+from tests.hostile.commands import TIMED_OUT, Ended, run_command
 from tests.hostile.left_behind import holding, listing
 from tests.hostile.tiny import asset, write_outside
 
@@ -72,33 +72,29 @@ def sample(every: int) -> list[Case]:
     return list(found.values())
 
 
-def try_kind(kind: str, cases: Sequence[Case], folder: Path) -> list[Outcome]:
-    """Run all cases of a kind below ``folder``, which does not exist yet."""
-    outcomes: list[Outcome] = []
+def try_kind(kind: str, cases: Sequence[Case], folder: Path, start: Sequence[str]) -> list[Outcome]:
+    """Run all cases of a kind below ``folder``, which does not exist yet; ``start`` stands for Python."""
     alone = [case for case in cases if not case.modes]
-    if alone:
-        with forked_commands() as commands:
-            outcomes += [_alone(kind, case, folder / "alone" / f"{n:03}", commands) for n, case in enumerate(alone)]
+    outcomes = [_alone(kind, case, folder / "alone" / f"{n:03}", start) for n, case in enumerate(alone)]
     shared: dict[tuple[bool, tuple[str, ...]], list[Case]] = defaultdict(list)
     for case in cases:
         if case.modes:
             shared[bool(case.row), case.words].append(case)
     for number, ((rows, words), batch) in enumerate(shared.items()):
-        outcomes += _together(kind, batch, folder / f"shared{number}", words or CHEAP, manifest=rows)
+        outcomes += _together(kind, batch, folder / f"shared{number}", start, words or CHEAP, manifest=rows)
     return outcomes
 
 
-def _alone(kind: str, case: Case, base: Path, commands: Forked) -> Outcome:
+def _alone(kind: str, case: Case, base: Path, start: Sequence[str]) -> Outcome:
     """A case with a dataset of its own, which the command must refuse in one line."""
     place = _prepare(base, "asset")
     case.write(place)
-    ours = [place.out, base / "said"]
-    before, start = listing(base, ours), time.monotonic()
+    before, began = listing(base, [place.out]), time.monotonic()
     words = [case.command, str(place.data), "--out", str(place.out), *ALWAYS, *case.words]
     if case.line:
         words = [word.replace("DATA", str(place.data)).replace("OUT", str(place.out)) for word in case.line]
-    ended = commands.run(words, base / "said", LINE_LIMIT_S)
-    seconds = time.monotonic() - start
+    ended = run_command(start, words, LINE_LIMIT_S)
+    seconds = time.monotonic() - began
     problems = _said(ended)
     if ended.code != case.code:
         problems.append(f"exit code {ended.code}")
@@ -110,11 +106,13 @@ def _alone(kind: str, case: Case, base: Path, commands: Forked) -> Outcome:
         problems.append(f"{len(lines)} lines: {printable(ended.stderr[:300])}")
     elif case.says not in lines[0]:
         problems.append(f"says: {printable(lines[0][:300])}")
-    problems += _changed(before, listing(base, ours)) + _leaked(place.out)
+    problems += _changed(before, listing(base, [place.out])) + _leaked(place.out)
     return Outcome(kind, case.name, f"exit {ended.code}", tuple(problems), seconds)
 
 
-def _together(kind: str, cases: Sequence[Case], base: Path, words: Sequence[str], *, manifest: bool) -> list[Outcome]:
+def _together(
+    kind: str, cases: Sequence[Case], base: Path, start: Sequence[str], words: Sequence[str], *, manifest: bool
+) -> list[Outcome]:
     """Cases that are assets of one dataset."""
     place = _prepare(base, GOOD)
     asset()(place)
@@ -128,15 +126,16 @@ def _together(kind: str, cases: Sequence[Case], base: Path, words: Sequence[str]
         f"model:\n  max_attempts: 1\nrun:\n  asset_time_limit_s: {ASSET_LIMIT_S}\n  retries_alone: 0\n",
         encoding="utf-8",
     )
-    before, out, start = listing(base), base / "out", time.monotonic()
+    before, out, began = listing(base), base / "out", time.monotonic()
     limit_s = SHARED_LIMIT_S + EACH_LIMIT_S * len(cases)
     ended = run_command(
+        start,
         ["refine", str(place.data), "--out", str(out), "--settings", str(settings), "--workers", "2", *ALWAYS, *words],
         limit_s,
     )
     (base / "stdout").write_text(ended.stdout, encoding="utf-8")
     (base / "stderr").write_text(ended.stderr, encoding="utf-8")
-    seconds = time.monotonic() - start
+    seconds = time.monotonic() - began
     rows, findings = _rows(out), _findings(out)
     wrong = _said(ended)
     if ended.code != DONE:
