@@ -209,3 +209,34 @@ def test_what_its_file_lets_pass_passes(tmp_path: Path, bits: str, rest: str, pa
     found = [(item.get("link1"), item.get("link2"))
              for item in urdf_of_mjcf(file, tmp_path).robot.findall("disable_collisions")]  # fmt: skip
     assert [pair for pair in found if "mount" not in pair] == pairs
+
+
+TABLE = '<body name="tablelink" pos="0 0 -0.03"><geom type="box" size="0.7 0.4 0.03"/></body>'
+RIM_GEOM = '<geom type="box" size="{}" pos="{}"/>'
+RIM = "".join(RIM_GEOM.format(*side) for side in (
+    ("0.7 0.01 0.06", "0 0.39 0.06"), ("0.7 0.01 0.06", "0 -0.39 0.06"),
+    ("0.01 0.38 0.06", "0.69 0 0.06"), ("0.01 0.38 0.06", "-0.69 0 0.06")))  # fmt: skip
+RIMMED = f'{TABLE}<body name="RetainingWall">{RIM}</body>'
+CABINET = f'<body name="cabinet" pos="0 0 0.1">{BOX}{DOOR}</body>'
+PLATE = '<asset><mesh name="plate" vertex="0 0 0  0.3 0.3 0  0.32 0.28 0  0.02 -0.02 0  0.2 0.2 0.2"/></asset>'
+"""A mesh whose longest axis lies at 45° to the table, which stands on it."""
+
+
+@pytest.mark.parametrize(
+    ("world", "links"),
+    [
+        (RIMMED + CABINET, ["cabinet", "door"]),
+        (f'{RIMMED}<body name="case"><geom type="mesh" mesh="plate"/>{DOOR.replace("0.3 0 0", "0 0 0.1")}</body>',
+         ["case", "door"]),
+        (f'<body name="wall">{RIM}</body>{CABINET}', ["base", "cabinet", "door", "wall"]),
+        (TABLE + f'<body name="drawer" pos="0 0 -0.2"><joint name="s" type="slide" range="0 0.2"/>{BOX}</body>',
+         ["base", "drawer", "tablelink"]),
+        (TABLE + f'<body name="case" pos="0 0 0.1">{BOX}</body>', ["base", "case", "tablelink"]),
+    ],
+    ids=["a table with a rim", "a mesh on it", "a wall without a table", "a drawer under its table", "nothing moves"],
+)  # fmt: skip
+def test_the_table_that_an_object_stands_on_is_no_part_of_it(tmp_path: Path, world: str, links: list[str]) -> None:
+    made = urdf_of_mjcf(mjcf(tmp_path, world, PLATE), tmp_path)
+    assert sorted(str(link.get("name")) for link in made.robot.findall("link")) == links
+    told = [note.split(" is left out")[0] for note in made.notes if "left out" in note]
+    assert told == (["body 'tablelink'", "body 'RetainingWall'"] if "base" not in links else [])

@@ -1,12 +1,10 @@
 """MJCF to URDF by MuJoCo's own compiler: what the compiled model holds, written as links and joints.
 
-Compiling resolves defaults, includes, angles and mesh scales; what MuJoCo refuses is compiled once more as a mended
-document. Meshes are written anew, as they stand in their link.
+Compiling resolves defaults, includes, angles and mesh scales. Meshes are written anew, as they stand in their link.
 """
 
 import math
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,10 +27,12 @@ from asset2sim.intake.formats.format import (
     unconvertible_error,
     world_name,
 )
-from asset2sim.intake.formats.mjcf_contacts import ground_of, let_pass, masks_of
-from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, is_mjcf, mended_document, models_of
+from asset2sim.intake.formats.mjcf_compiled import compiled
+from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
+from asset2sim.intake.formats.mjcf_document import is_mjcf, models_of
 from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
+from asset2sim.intake.formats.mjcf_scene import ground_of
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -40,54 +40,12 @@ from schemas.errors import AssetError
 MUJOCO_FRICTION = 1.0
 """Coefficient of geoms that state none."""
 
-LEAST_MASS_KG, LEAST_INERTIA_KG_M2 = 1e-6, 1e-9
-"""Given to bodies of a mended file that state none, for MuJoCo's compiler alone: they are not read from it."""
-
 
 def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Converted:
-    """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError (unreadable_asset) where MuJoCo
-    refuses the file, where it names files outside ``reach``, and for joints that a URDF does not have."""
-    pictures_outside = check_files(file, reach)
-    try:
-        import mujoco
-    except ModuleNotFoundError as error:
-        problem = "reading MJCF needs MuJoCo: pip install mujoco, or keep a URDF of it"
-        raise unconvertible_error(file, "mujoco_missing", problem) from error
-    notes: tuple[str, ...] = ()
-    radians = False
-    with suppress(AssetError, ValueError):  # reading it says what is wrong
-        radians = is_in_radians(file)
-    try:
-        if pictures_outside:
-            raise ValueError("pictures that it names lie outside the dataset")
-        spec, model = compiled_model(mujoco.MjSpec.from_file(str(file)), radians)
-    except (ValueError, OSError) as error:
-        text, notes = mended_document(file, reach)
-        try:
-            spec = mujoco.MjSpec.from_string(text.decode())
-            # What has no mass is to be given one later; MuJoCo only has to read it.
-            spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS_KG, LEAST_INERTIA_KG_M2
-            stated = [body.name for body in spec.bodies if body.explicitinertial and is_impossible(body)]
-            spec.compiler.balanceinertia = True
-            spec, model = compiled_model(spec, radians)
-            notes += tuple(f"the inertia of body '{name}', which no body can have, is made a ball's" for name in stated)
-        except (ValueError, OSError) as left:
-            raise unconvertible_error(
-                file, "mjcf_refused", f"MuJoCo refuses it: {' '.join(str(left).split())}"
-            ) from error
-    if radians:
-        notes += ("it states no unit of angles; none is over 3.15, and they are read as radians, not as degrees",)
+    """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError as ``compiled`` does, and for
+    joints that a URDF does not have."""
+    mujoco, spec, model, notes = compiled(file, reach)
     return _Model(file, work, mujoco, spec, model, notes).converted()
-
-
-def compiled_model(spec: Any, radians: bool) -> tuple[Any, Any]:
-    """The specification and its model, in which static bodies and geoms that are only seen are kept, and no mass or
-    inertia is raised to a bound, which says nothing of a body; its angles in ``radians`` whatever its file says."""
-    spec.compiler.degree = spec.compiler.degree and not radians
-    spec.compiler.fusestatic = spec.compiler.discardvisual = False
-    spec.compiler.boundmass = min(spec.compiler.boundmass, LEAST_MASS_KG)
-    spec.compiler.boundinertia = min(spec.compiler.boundinertia, LEAST_INERTIA_KG_M2)
-    return spec, spec.compile()
 
 
 WHOLE_TURN_RAD = 6.0
@@ -97,8 +55,6 @@ MOSTLY = 0.9
 DEFAULT_DENSITY_KG_M3, LEAST_DENSITY_KG_M3 = 1000.0, 200.0
 """A geom's density where its file states none, and the least that says what it is made of: benchmarks of robots write
 10, 50 or 100 into whatever it is, light woods have 350."""
-ROUNDING = 1e-9
-"""Share by which a sum of stated numbers may be off."""
 
 
 class _Model:
@@ -124,7 +80,7 @@ class _Model:
         if len(tops) < len(at_top):
             self.notes.append(f"its {len(at_top) - len(tops)} mocap bodies without joints are left out")
         loose = [body for body in tops if self.is_free(body)]
-        solid = [geom for geom in self.geoms(0) if geom not in self.ground]
+        solid = self.geoms(0)
         if not tops and not solid:
             raise self.refused("mjcf_bodies", "it has no body")
         world, held, free = "", "", tuple[str, ...]()
@@ -197,9 +153,9 @@ class _Model:
         return max(int(named), 0)
 
     def geoms(self, body: int) -> list[int]:
-        """The geoms of a body."""
-        start = self.model.body_geomadr[body]
-        return list(range(start, start + self.model.body_geomnum[body])) if start >= 0 else []
+        """The geoms of a body but the scene's."""
+        start, count = self.model.body_geomadr[body], self.model.body_geomnum[body]
+        return [geom for geom in range(start, start + count) if geom not in self.ground]
 
     def add_body(self, robot: Element, body: int, parent: str | None, parent_to_link: Array) -> None:
         """A body and all that hangs from it; ``parent_to_link`` is the parent body's (4, 4) pose in its URDF link. Of
@@ -232,7 +188,7 @@ class _Model:
         body_to_link[:3, 3] = -anchor
         if self.weighed(body):
             self.add_mass(link, body, body_to_link)
-        self.add_geoms(link, [geom for geom in self.geoms(body) if geom not in self.ground], body_to_link)
+        self.add_geoms(link, self.geoms(body), body_to_link)
         solid = [geom for geom in self.geoms(body) if m.geom_contype[geom] or m.geom_conaffinity[geom]]
         add_contact(link, [float(m.geom_friction[geom][0]) for geom in solid], default=MUJOCO_FRICTION)
         for other in self.parts(body):
@@ -243,13 +199,14 @@ class _Model:
         self.notes += filter(None, [self.shapes.add(link, geom, body_to_link) for geom in geoms])
 
     def parts(self, body: int) -> list[int]:
-        """The bodies that hang from one, without those that only mark a place: they and all below them have no geom,
-        joint or mass of their own."""
+        """The bodies that hang from one, without the scene's and those that only mark a place: they and all below them
+        have no geom, joint or mass of their own."""
         m = self.model
         below = [other for other in range(1, m.nbody) if m.body_parentid[other] == body]
         return [
             other for other in below
-            if self.geoms(other) or self.joints(other) or self.parts(other) or self.spec.bodies[other].explicitinertial
+            if self.joints(other) or self.parts(other) or self.geoms(other)
+            or (self.spec.bodies[other].explicitinertial and not m.body_geomnum[other])
         ]  # fmt: skip
 
     def weighed(self, body: int) -> bool:
@@ -309,14 +266,6 @@ class _Model:
 def is_of_material(density_kg_m3: float) -> bool:
     """Whether a file states this density of a geom, as that of what it is made of."""
     return density_kg_m3 >= LEAST_DENSITY_KG_M3 and density_kg_m3 != DEFAULT_DENSITY_KG_M3
-
-
-def is_impossible(body: Any) -> bool:
-    """Whether no body can have the inertia that one states: one moment is larger than the sum of the others."""
-    xx, yy, zz, xy, xz, yz = body.fullinertia
-    full = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    moments = np.linalg.eigvalsh(full) if np.isfinite(full).all() else np.asarray(body.inertia)
-    return bool(2.0 * np.max(moments) > np.sum(moments) * (1.0 + ROUNDING))
 
 
 def linear_term(value: object) -> float:

@@ -1,0 +1,116 @@
+"""Geoms of an MJCF that are its scene and no part of its objects: ground, and the floor or table that they stand on."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from asset2sim.physics.arrays import Array
+
+FLOOR = re.compile(r"(?<![a-z])(floor|ground|table(top|link)?|workbench)(?![a-z])")
+RIM = re.compile(r"(?<![a-z])([a-z]*walls?|fence|rim|border)(?![a-z])")
+TOUCHING_M = 0.01
+"""Depth to which what stands on a floor may reach into it as it is drawn."""
+APART_M = 0.005
+"""Gap from which a rim is apart from what it stands round; a door has 2 to 4 mm to its frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Still:
+    """Geoms that stand in the world together, and the (n, 3) corners of their boxes: one ``geom`` of the world itself,
+    or a whole ``body`` in which nothing moves."""
+
+    kind: str
+    name: str
+    geoms: tuple[int, ...]
+    low: Array
+    high: Array
+
+    def left_out(self, why: str) -> str:
+        """The note on leaving it out, and ``why``."""
+        return f"{self.kind} '{self.name}' is left out: it is {why}"
+
+
+def ground_of(mujoco: Any, model: Any) -> dict[int, str]:
+    """Geom → what is to be said of leaving it out: every plane and height field, of which nothing is said in the world
+    itself; what stands still, is called a floor, ground or table, and lies under all else but what motors move; and
+    what is called a wall or rim and stands on such round all else. A geom of the world itself must reach beyond all
+    else on every side, as floors do that are drawn as boxes; a body must lie under the middle of what moves."""
+    endless = {int(mujoco.mjtGeom.mjGEOM_PLANE), int(mujoco.mjtGeom.mjGEOM_HFIELD)}
+    planes = [geom for geom in range(model.ngeom) if model.geom_type[geom] in endless]
+    found = {geom: "its planes and height fields are left out" if model.geom_bodyid[geom] else "" for geom in planes}
+    solid = [geom for geom in range(model.ngeom) if geom not in found]
+    low, high = boxes_of(mujoco, model)
+    still = list(still_in(mujoco, model, solid, low, high))
+    floors, rims = ([item for item in still if word.search(item.name.lower())] for word in (FLOOR, RIM))
+    motors = model.actuator_trnid[model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT), 0]
+    driven = set(model.body_rootid[model.jnt_bodyid[motors]].tolist())
+    things = [geom for geom in solid if geom not in {geom for floor in floors for geom in floor.geoms}]
+    things = [geom for geom in things if model.body_rootid[model.geom_bodyid[geom]] not in driven] or things
+    if not floors or not things:
+        return found
+    moving = any(model.body_weldid[model.geom_bodyid[geom]] for geom in things)
+    least, most = low[things].min(axis=0), high[things].max(axis=0)
+    beneath = [item for item in floors if is_beneath(item, least, most, moving)]
+    found |= {geom: item.left_out("the floor or table under all else") for item in beneath for geom in item.geoms}
+    things = [geom for geom in things if geom not in {geom for rim in rims for geom in rim.geoms}]
+    if beneath and things:
+        top = min(item.high[:, 2].max() for item in beneath)
+        least, most = low[things].min(axis=0), high[things].max(axis=0)
+        around = [rim for rim in rims if is_around(rim, least, most) and rim.low[:, 2].min() >= top - TOUCHING_M]
+        found |= {geom: rim.left_out("round all else on what is left out") for rim in around for geom in rim.geoms}
+    return found
+
+
+def is_beneath(floor: Still, least: Array, most: Array, moving: bool) -> bool:
+    """Whether a floor or table lies under a box from ``least`` to ``most``, in which something is ``moving``."""
+    if floor.kind == "body":
+        least_over = most_over = (least + most) / 2.0
+    else:
+        least_over, most_over = least, most
+    low, high = floor.low.min(axis=0), floor.high.max(axis=0)
+    under = bool(np.all(low[:2] < least_over[:2]) and np.all(high[:2] > most_over[:2]))
+    return under and bool(high[2] <= least[2] + TOUCHING_M) and (moving or floor.kind == "geom")
+
+
+def is_around(rim: Still, least: Array, most: Array) -> bool:
+    """Whether a rim stands on all sides of a box from ``least`` to ``most``, and most of its pieces apart from it:
+    those of a door's wall touch the door."""
+    apart = np.any((rim.low > most + APART_M) | (rim.high < least - APART_M), axis=1)
+    low, high = rim.low.min(axis=0), rim.high.max(axis=0)
+    return bool(np.all(low[:2] < least[:2]) and np.all(high[:2] > most[:2]) and apart.mean() > 0.5)
+
+
+def boxes_of(mujoco: Any, model: Any) -> tuple[Array, Array]:
+    """The least and the greatest corners of the geoms' boxes in the world, (n, 3) each, as the model is drawn."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    turn = data.geom_xmat.reshape(-1, 3, 3)
+    middle = data.geom_xpos + np.einsum("gij,gj->gi", turn, model.geom_aabb[:, :3])
+    half = np.einsum("gij,gj->gi", np.abs(turn), model.geom_aabb[:, 3:])
+    low, high = middle - half, middle + half
+    # A mesh lies in the frame of its inertia, in which its box may be much larger than it is.
+    for geom in np.flatnonzero(model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)):
+        mesh = model.geom_dataid[geom]
+        start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        seen = model.mesh_vert[start : start + count] @ turn[geom].T + data.geom_xpos[geom]
+        low[geom], high[geom] = seen.min(axis=0), seen.max(axis=0)
+    return low, high
+
+
+def still_in(mujoco: Any, model: Any, solid: Sequence[int], low: Array, high: Array) -> Iterator[Still]:
+    """All that stands still in the world: its own geoms, and the bodies there in and on which nothing moves."""
+    kinds = mujoco.mjtObj
+    for geom in solid:
+        if not model.geom_bodyid[geom]:
+            name = mujoco.mj_id2name(model, kinds.mjOBJ_GEOM, geom) or ""
+            yield Still("geom", name, (geom,), low[[geom]], high[[geom]])
+    moved = {int(model.body_rootid[body]) for body in range(1, model.nbody) if model.body_weldid[body]}
+    for body in range(1, model.nbody):
+        if model.body_parentid[body] == 0 and body not in moved:
+            own = [geom for geom in solid if model.body_rootid[model.geom_bodyid[geom]] == body]
+            name = mujoco.mj_id2name(model, kinds.mjOBJ_BODY, body) or ""
+            if own:
+                yield Still("body", name, tuple(own), low[own], high[own])
