@@ -6,7 +6,11 @@ import pytest
 from lxml import etree
 
 from asset2sim.intake.formats.format import Converted
-from asset2sim.intake.robots import without_robots
+from asset2sim.intake.origin import parts_in
+from asset2sim.intake.robots import without_bystanders, without_robots
+from schemas.asset import AssetRef
+from schemas.inputs import InputSettings
+from schemas.vocabulary import UpAxis
 from tests.assets import joint, link, read, robot, shape, written
 
 CABINET = link("cabinet", shape("0.4 0.4 0.4")) + link("door", shape("0.02 0.4 0.4"))
@@ -68,3 +72,30 @@ def test_a_robot_s_names_stay_out_of_what_is_read(tmp_path: Path) -> None:
     found = read(written(tmp_path, robot(link("world"), CABINET, HUNG, chain(7, "-2.8 2.8"), tags)))
     assert [item.name for item in found.features.joints if item.type != "fixed"] == ["door_hinge"]
     assert "part_" not in found.urdf.read_text() and any("robot 'part_0'" in item.message for item in found.findings)
+
+
+@pytest.mark.parametrize(("beside", "free", "leaves"), [
+    ("", ("cube",), True),
+    ("", ("cube", "cabinet"), True),
+    ("", (), False),
+    (chain(1, "-1 1"), ("cube",), False),
+], ids=["free", "all free", "fixed", "two things move"])  # fmt: skip
+def test_a_free_cube_beside_the_one_thing_that_moves_is_left_out(
+    beside: str, free: tuple[str, ...], leaves: bool
+) -> None:
+    cube = link("cube", shape("0.1 0.1 0.1")) + joint("lies", "fixed", "world", "cube")
+    text = robot(link("world"), CABINET, HUNG, cube, beside).split("?>")[1]
+    made = without_bystanders(Converted(etree.fromstring(text), world="world", free=free))
+    left = {str(item.get("name")) for item in made.robot.findall("link")}
+    assert (left == {"cabinet", "door"} | ({"world"} if "cabinet" not in free else set())) is leaves
+    assert (made.free == ()) is (leaves or not free) and ("'cube' is free" in str(made.notes)) is leaves
+
+
+def test_of_an_mjcf_what_is_free_is_left_out_but_no_part_of_it(tmp_path: Path) -> None:
+    box = '<geom type="box" size="0.1 0.1 0.1" mass="2"/>'
+    door = f'<body name="door" pos="0.3 0 0"><joint name="hinge" axis="0 0 1" range="0 90"/>{box}</body>'
+    world = f'<body name="case">{box}{door}</body><body name="cube" pos="1 0 0"><freejoint/>{box}</body>'
+    (tmp_path / "model.xml").write_text(f"<mujoco><worldbody>{world}</worldbody></mujoco>", encoding="utf-8")
+    assert {item.name for item in read(tmp_path).features.links} == {"base", "case", "door"}
+    assert [part.name for part in parts_in(AssetRef(asset_id="a", path=str(tmp_path)), UpAxis.Z, InputSettings())] == [
+        "case", "cube"]  # fmt: skip

@@ -18,7 +18,7 @@ from asset2sim.intake.confine import confine, rename
 from asset2sim.intake.formats import FORMATS
 from asset2sim.intake.formats.format import Converted, add_child, unconvertible_error
 from asset2sim.intake.locate import find_source
-from asset2sim.intake.robots import without_robots
+from asset2sim.intake.robots import without_bystanders, without_robots
 from asset2sim.intake.split import Part, cut_out, parts_of, passing
 from asset2sim.storage.regular_files import is_file
 from schemas.asset import AssetRef
@@ -71,6 +71,8 @@ def open_origin(
     work = TemporaryDirectory(prefix="asset2sim-source-")
     place = Path(work.name)
     converted = without_robots(FORMATS[file.suffix].converter(file, place, reach))
+    if part is None and FORMATS[file.suffix].name == "MJCF":  # of which tasks are made; worlds and stages are scenes
+        converted = without_bystanders(converted)
     robot = converted.robot
     crossed = crossing(robot)
     for first, second in crossed:

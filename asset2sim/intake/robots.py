@@ -1,9 +1,9 @@
-"""Robots that stand in a scene's file beside its objects: found by their joints, motors and names, and left out."""
+"""Robots and free bodies without joints that stand in a file beside its object, and are left out."""
 
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from lxml import etree
@@ -35,40 +35,81 @@ DRIVEN_SHARE = 0.8
 def without_robots(converted: Converted) -> Converted:
     """The file as read, without the robots that hang on its world, or on its root where that has no shape, beside
     something else; a note on each. An object that is then alone and free hangs on nothing."""
-    robot = converted.robot
-    links = {str(link.get("name")): link for link in robot.findall("link")}
+    hung = _Hung.of(converted)
+    if hung is None or len(hung.tree) < SHORT:
+        return converted
     try:
-        tree = parents_first([element_joint(joint) for joint in robot.findall("joint")])
-        spans = {str(joint.get("name")): span_of(joint) for joint in robot.findall("joint")}
+        spans = {str(joint.get("name")): span_of(joint) for joint in converted.robot.findall("joint")}
     except ValueError:
         return converted  # reading it says what is wrong
-    roots = [name for name in links if name not in {joint.child for joint in tree}]
-    if len(roots) != 1 or len(tree) < SHORT or roots[0] not in (converted.world, *(n for n in roots if bare(links[n]))):
+    robots = [top for top in hung.held if is_robot(hung.tree, {*hung.held[top]}, spans, converted.driven)]
+    return hung.without(
+        converted, {top: f"robot '{top}' with its {len(hung.held[top])} links is left out" for top in robots}
+    )
+
+
+def without_bystanders(converted: Converted) -> Converted:
+    """The file as read, without what is free in it and has no joints where one thing alone has any: the cube that a
+    drawer is to hold; a note on each."""
+    hung = _Hung.of(converted)
+    if hung is None:
         return converted
-    hung = [joint for joint in tree if joint.parent == roots[0]]
-    held = {joint.child: rigid_links(tree, joint.name) for joint in hung}
-    robots = [top for top in held if is_robot(tree, {*held[top]}, spans, converted.driven)]
-    gone = {link for top in robots for link in held[top]}
-    if not robots or all(bare(link) for name, link in links.items() if name not in gone):
-        return converted
-    names = {joint.name for joint in tree if joint.child in gone}
-    rest, free = [top for top in held if top not in robots], tuple(set(converted.free) - gone)
-    world, told = converted.world, list(converted.notes)
-    if len(rest) == 1 and rest[0] in free and bare(links[roots[0]]):
-        gone.add(roots[0])
-        names |= {joint.name for joint in hung}
-        told = [note for note in told if not note.startswith(f"{', '.join(converted.free)}: free in it")]
-        world, free = "", ()
-    for item in list(robot.iterchildren(etree.Element)):
-        stated = {str(item.get(key)) for key in ("name", "reference", "link1", "link2")}
-        stated |= {str(end.get("name")) for end in item.findall("joint")}
-        if stated & (names if item.tag in ("joint", "transmission") else gone):
-            robot.remove(item)
-    for joint in robot.findall("joint"):
-        for mimic in [item for item in joint.findall("mimic") if item.get("joint") in names]:
-            joint.remove(mimic)
-    told += [f"robot '{top}' with its {len(held[top])} links is left out" for top in robots]
-    return replace(converted, notes=tuple(told), free=free, world=world)
+    moved = {joint.child for joint in hung.tree if joint.type != "fixed"}
+    moving = [top for top, links in hung.held.items() if moved & {*links}]
+    rigid = [top for top in hung.held if top in converted.free and top not in moving]
+    said = "is free and has no joints, and is left out beside what has; --split keeps it"
+    return hung.without(converted, {top: f"'{top}' {said}" for top in rigid} if len(moving) == 1 else {})
+
+
+@dataclass(frozen=True, eq=False)
+class _Hung:
+    """The links that hang on a file's world, or on its ``root`` where that has no shape: those below each of them."""
+
+    tree: Sequence[TreeJoint]
+    root: str
+    held: Mapping[str, Sequence[str]]
+
+    @classmethod
+    def of(cls, converted: Converted) -> "_Hung | None":
+        """Those of a file as read; None of what is no tree, of which reading says what is wrong, and of one object."""
+        links = {str(link.get("name")): link for link in converted.robot.findall("link")}
+        try:
+            tree = parents_first([element_joint(joint) for joint in converted.robot.findall("joint")])
+        except ValueError:
+            return None
+        roots = [name for name in links if name not in {joint.child for joint in tree}]
+        if len(roots) != 1 or not (roots[0] == converted.world or bare(links[roots[0]])):
+            return None
+        hung = [joint for joint in tree if joint.parent == roots[0]]
+        return cls(tree, roots[0], {joint.child: rigid_links(tree, joint.name) for joint in hung})
+
+    def without(self, converted: Converted, notes: Mapping[str, str]) -> Converted:
+        """The file without what hangs below the links of ``notes``, which are added to its own; as it is where nothing
+        with a shape would be left."""
+        robot = converted.robot
+        links = {str(link.get("name")): link for link in robot.findall("link")}
+        gone = {link for top in notes for link in self.held[top]}
+        if not notes or all(bare(link) for name, link in links.items() if name not in gone):
+            return converted
+        names = {joint.name for joint in self.tree if joint.child in gone}
+        rest, free = [top for top in self.held if top not in notes], tuple(n for n in converted.free if n not in gone)
+        world, told = converted.world, list(converted.notes)
+        if free != converted.free:
+            told = [note for note in told if not note.startswith(f"{', '.join(converted.free)}: free in it")]
+        if len(rest) == 1 and rest[0] in free and bare(links[self.root]):
+            told = [note for note in told if not note.startswith(f"{', '.join(converted.free)}: free in it")]
+            gone.add(self.root)
+            names |= {joint.name for joint in self.tree if joint.parent == self.root}
+            world, free = "", ()
+        for item in list(robot.iterchildren(etree.Element)):
+            stated = {str(item.get(key)) for key in ("name", "reference", "link1", "link2")}
+            stated |= {str(end.get("name")) for end in item.findall("joint")}
+            if stated & (names if item.tag in ("joint", "transmission") else gone):
+                robot.remove(item)
+        for joint in robot.findall("joint"):
+            for mimic in [item for item in joint.findall("mimic") if item.get("joint") in names]:
+                joint.remove(mimic)
+        return replace(converted, notes=(*told, *notes.values()), free=free, world=world)
 
 
 def is_robot(
