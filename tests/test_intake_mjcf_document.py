@@ -1,5 +1,6 @@
 """MJCF files as people have them, which MuJoCo alone refuses: read, and what was left out is said."""
 
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -448,10 +449,18 @@ def meshed(name: str, at: str, half: tuple[float, float, float]) -> tuple[str, s
     return f'<mesh name="{name}" vertex="{corners}"/>', f'<geom type="mesh" mesh="{name}" pos="{at}"/>'
 
 
-def test_a_door_without_a_range_opens_as_far_as_its_box_lets_it(tmp_path: Path) -> None:
+def boxed(name: str, at: str, half: tuple[float, float, float]) -> tuple[str, str]:
+    """A box as a primitive: no asset, and its geom."""
+    return "", f'<geom name="{name}" type="box" size="{" ".join(map(str, half))}" pos="{at}"/>'
+
+
+@pytest.mark.parametrize("made", [meshed, boxed])
+def test_a_door_without_a_range_opens_as_far_as_its_box_lets_it(
+    made: Callable[[str, str, tuple[float, float, float]], tuple[str, str]], tmp_path: Path
+) -> None:
     back, left, right, leaf = (
-        meshed("back", "0 0.3 0", (0.3, 0.01, 0.3)), meshed("left", "-0.29 0 0", (0.01, 0.3, 0.3)),
-        meshed("right", "0.29 0 0", (0.01, 0.3, 0.3)), meshed("leaf", "0.3 0 0", (0.3, 0.01, 0.3)),
+        made("back", "0 0.3 0", (0.3, 0.01, 0.3)), made("left", "-0.29 0 0", (0.01, 0.3, 0.3)),
+        made("right", "0.29 0 0", (0.01, 0.3, 0.3)), made("leaf", "0.3 0 0", (0.3, 0.01, 0.3)),
     )  # fmt: skip
     door = f'<body name="door" pos="-0.3 -0.32 0"><joint name="hinge" axis="0 0 1"/>{leaf[1]}</body>'
     folder = tmp_path / "cupboard"

@@ -12,10 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, authored_shapes, intersect
+from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, authored_shapes, intersect, primitives
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
+from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.guidance.parts import part_name
 from asset2sim.intake.authored_numbers import read_stated_joints
 from asset2sim.physics.arrays import Array
@@ -58,8 +59,8 @@ class MovingPair:
 
 @dataclass(frozen=True)
 class LinkShapes:
-    """The links' convex pieces, and their triangles, which are read only where the pieces meet. ``pieces`` maps link →
-    (n, 3) points of all pieces, and the index at which each begins."""
+    """The convex pieces and primitives of links, and their triangles, read only where those meet. ``pieces``
+    maps link → (n, 3) points of all pieces, and the index at which each begins."""
 
     extraction: Extraction
     pieces: dict[str, tuple[Array, np.ndarray] | None] = field(default_factory=dict)
@@ -69,11 +70,17 @@ class LinkShapes:
         """The authored triangles of the links."""
         return authored_shapes(self.extraction, 1.0)
 
+    @cached_property
+    def primitives(self) -> dict[str, list[Array]]:
+        """Link → (n, 3) points of each of its boxes, cylinders and spheres."""
+        return {link.name: [points for points, _ in primitives(link)] for link in read_urdf(self.extraction.urdf).links}
+
     def points(self, link: str) -> tuple[Array, np.ndarray] | None:
-        """A link's pieces in its frame, m at the authored scale; None where it has no mesh."""
+        """A link's pieces in its frame, m at the authored scale; None where it has no shape."""
         if link not in self.pieces:
             parts = self.extraction.geometry[link].parts
             clouds = [cloud for part in parts for cloud in part.pieces]
+            clouds += self.primitives[link]
             clouds = clouds or [part.sheet for part in parts if part.sheet is not None]
             starts = np.cumsum([0, *(len(cloud) for cloud in clouds[:-1])])
             self.pieces[link] = (np.vstack(clouds), starts) if clouds else None
@@ -82,7 +89,7 @@ class LinkShapes:
     def boxes(self, link: str, pose: Array) -> tuple[Array, Array]:
         """(k, 3) minimum and maximum of each piece of a link at a (4, 4) pose."""
         found = self.points(link)
-        assert found is not None, "only links with meshes are looked at"
+        assert found is not None, "only links with shapes are looked at"
         placed = apply(pose, found[0])
         return np.minimum.reduceat(placed, found[1]), np.maximum.reduceat(placed, found[1])
 
@@ -130,7 +137,7 @@ def start_of(joint: JointFeatures) -> float:
 
 
 def moving_pair(name: str, features: Features, tree: Sequence[TreeJoint], shapes: LinkShapes) -> MovingPair | None:
-    """The joint's child, and the parent or the nearest link with meshes fixed to it; None where either has no mesh."""
+    """The joint's child, and the parent or the nearest link with shapes fixed to it; None where either has none."""
     joint = next(item for item in tree if item.name == name)
     before = {item.child: item for item in tree}
     still, still_to_parent = joint.parent, np.eye(4)
