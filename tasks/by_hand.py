@@ -83,7 +83,7 @@ def lifted_columns(folder: Path) -> StageResult:
 
 def used_columns(folder: Path) -> StageResult:
     """The columns of ``used``, and a warning for each joint that a hand did not open and close."""
-    from asset2sim.gym.hand.used import UsedJoint, no_task, share_done, use_records  # loads MuJoCo
+    from asset2sim.gym.hand.used import UsedJoint, share_done, use_records  # loads MuJoCo
 
     overlay = overlay_of(folder)
     found = use_records(folder, overlay, HandSettings())
@@ -97,7 +97,7 @@ def used_columns(folder: Path) -> StageResult:
 
     columns: dict[str, int | float | str | None] = {
         "used": sum(item.done for item in asked) / len(asked) if asked else None,
-        "used_joints": sum(not no_task(joint) for joint in overlay.joints),
+        "used_joints": len(overlay.joints) - sum(item.fault == "task" for item in found),
         "used_by": "; ".join(dict.fromkeys(item.by for item in found if item.done)) or None,
         "used_reason": "; ".join(": ".join(filter(None, (item.joint, item.fault, item.reason))) for item in told)
         or None,

@@ -403,3 +403,21 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     assert bad.further["used"] == 0.0
     assert "slide: object: not opened: it takes 8.9 times a hand's 45 N" in str(bad.further["used_reason"])
     assert measure_used(job, None).further == {}
+
+
+def test_a_hose_is_bent_at_its_end_and_not_joint_by_joint(tmp_path: Path) -> None:
+    """Nine rods of 10 cm one after the other, each on a stiff hinge of its own, held at one end."""
+    rod, names = Solid(shape("0.09 0.03 0.03", xyz="0.05 0 0"), 0.1, 0.05), [f"rod{number}" for number in range(9)]
+    links = [Solid(shape("0.1 0.1 0.4", xyz="-0.05 0 0.2"), 5.0, 0.2).link("body")] + [rod.link(name) for name in names]
+    hinges = [
+        joint(f"hinge{number}", "revolute", parent, child, xyz="0.1 0 0" if number else "0 0 0.3", axis="0 0 1",
+              limit="-0.7 0.7")
+        for number, (parent, child) in enumerate(zip(["body", *names], names, strict=False))
+    ]  # fmt: skip
+    terms = {"lower": -0.7, "upper": 0.7, "closed": 0.0, "open": 0.7, "friction": 0.3, "holds": True}
+    joints = [make_joint(f"hinge{number}", "revolute").model_copy(update=terms) for number in range(9)]
+    masses = {"body": 5.0} | dict.fromkeys(names, 0.1)
+    found = use_records(folder := refined(tmp_path / "hose", robot(*links, *hinges), joints, masses),
+                        overlay_of(folder), HandSettings())  # fmt: skip
+    assert [(one.joint, one.done, one.fault) for one in found if one.fault != "task"] == [("hinge8", True, "")]
+    assert {one.reason for one in found if one.fault == "task"} == {"it bends along with its chain, up to 'hinge8'"}

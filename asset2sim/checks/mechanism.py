@@ -1,7 +1,7 @@
 """A written URDF as the checks need it: joint tree, masses, gravity's pull along a joint's range, bounding boxes."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -56,14 +56,9 @@ class Mechanism:
     def asked(self) -> tuple[JointPhysics, ...]:
         """The joints that are moved one by one: all but those of chains, and of joints of one type and range that move
         one after the other a few."""
-        chained, alike = in_chains(self.tree), dict[tuple[str, str], list[str]]()
-        for joint in self.joints:
-            if joint.name in chained:
-                lower, upper = span_of(joint)
-                alike.setdefault((joint.type, f"{upper - lower:.1e}"), []).append(joint.name)
         passed_over = {
             name
-            for names in alike.values()
+            for names in alike_in_chains(self.tree, self.joints)
             for name in {*names}
             - {names[i] for i in np.linspace(0, len(names) - 1, FEW_OF_A_CHAIN).round().astype(int)}
         }
@@ -87,11 +82,25 @@ class Mechanism:
         return {joint.name: joint.initial_position for joint in self.joints}
 
 
+def alike_in_chains(tree: Sequence[TreeJoint], joints: Sequence[JointPhysics]) -> list[list[str]]:
+    """The joints of chains, those of one type and range together, parents first."""
+    known, alike = {joint.name: joint for joint in joints}, dict[tuple[str, str], list[str]]()
+    for name in in_chains(tree):
+        if name in known:
+            lower, upper = span_of(known[name])
+            alike.setdefault((known[name].type, f"{upper - lower:.1e}"), []).append(name)
+    return list(alike.values())
+
+
+def written_tree(urdf: etree._Element) -> tuple[TreeJoint, ...]:
+    """The joints of a URDF that this project has written, parents first."""
+    return with_mimics(ordered([element_joint(joint) for joint in urdf.findall("joint")]), read_mimics(urdf))
+
+
 def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
     """Read a URDF that this project has written: one tree, every link with an inertial."""
     root_element = parsed_root(urdf)
-    tree = ordered([element_joint(element) for element in root_element.findall("joint")])
-    tree = with_mimics(tree, read_mimics(root_element))
+    tree = written_tree(root_element)
     children = {joint.child for joint in tree}
     links = {str(element.get("name")): element for element in root_element.findall("link")}
     root = next(name for name in links if name not in children)

@@ -8,6 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.assets.urdf.document import parsed_root
+from asset2sim.checks.mechanism import alike_in_chains, written_tree
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import way_of
 from asset2sim.gym.hand.operate import Led, hand_limit, lead_joint
@@ -79,13 +82,18 @@ def joints_to_try(joints: Sequence[JointPhysics], most: int) -> list[JointPhysic
 def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -> list[UsedJoint]:
     """Every joint that a hand operates, used from the object's initial state, and each other with the task's fault."""
     worlds, reasons = HandWorlds(folder, settings), {joint.name: no_task(joint) for joint in overlay.joints}
+    chains = alike_in_chains(written_tree(parsed_root(folder / URDF_NAME)), overlay.joints)
+    before = {chain[-1]: chain[:-1] for chain in chains}
+    for last, names in before.items():
+        reasons |= {name: reasons[name] or f"it bends along with its chain, up to '{last}'" for name in names}
     operated = [joint for joint in overlay.joints if not reasons[joint.name]]
     tried = joints_to_try(operated, settings.most_joints)
     found = {joint.name: use_joint(worlds, joint, overlay) for joint in tried}
     for joint in tried:
         if not found[joint.name].done:
             sprung = [one for one in tried if one.stiffness > 0.0 and found[one.name].done]
-            found[joint.name] = use_kept_open(worlds, joint, overlay, sprung) or found[joint.name]
+            kept = use_kept_open(worlds, joint, overlay, sprung)
+            found[joint.name] = kept or use_end(worlds, joint, overlay, before.get(joint.name, ())) or found[joint.name]
     return [*found.values()] + [
         UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason
     ]
@@ -154,6 +162,23 @@ def use_kept_open(
         world.keep(kept.name, hand_limit(world, way_of(world, kept.name, kept.open), "hook"))
         tool = "gripper" if scale == 1.0 else "fingertips"
         found = both_ways(world, joint, f"{tool} and the other hand, '{kept.name}' kept open")
+        if found.done:
+            return found
+    return None
+
+
+def use_end(
+    worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay, before: Sequence[str]
+) -> UsedJoint | None:
+    """The end of a chain, as of a hose, bent about its last joint while the other hand holds what is ``before`` it, no
+    more firmly than a hand can; None where that does not do it, or nothing is before it."""
+    for scale in (1.0, worlds.settings.tip_scale) if before else ():
+        world = worlds.get(scale, any(other_hand(joint, overlay, worlds.settings)))
+        world.reset()
+        for name in before:
+            world.keep(name, worlds.settings.torque_n_m)
+        tool = "gripper" if scale == 1.0 else "fingertips"
+        found = both_ways(world, joint, f"{tool} and the other hand, which holds the rest")
         if found.done:
             return found
     return None
