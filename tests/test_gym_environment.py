@@ -18,13 +18,13 @@ from gymnasium.utils.env_checker import check_env
 from asset2sim.gym import ENVIRONMENT, ObjectEnv, make_env, planned_action, replay
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.record import powers, record
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.contacts import ToolContacts
 from asset2sim.gym.environment import OBSERVATION
 from asset2sim.gym.subject import learned_tasks
 from asset2sim.load import LoadError
+from lab.trials.record import powers, record
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings
 from tests.assets import ROOT, shape

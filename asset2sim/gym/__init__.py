@@ -8,8 +8,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.gym.arm.planning import ToolPlan
-from asset2sim.gym.arm.record import command
+from asset2sim.gym.arm.planning import ToolPlan, command
 from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import Action, ObjectEnv
 from asset2sim.load.description import State

@@ -14,8 +14,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from asset2sim.gym.arm.franka import waiting
-from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS
-from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
+from asset2sim.gym.arm.scene import LOST_M, SAMPLE_STEPS, TIMESTEP_S, CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb
 from asset2sim.gym.contacts import ToolContacts
 from asset2sim.gym.guards import Rollout, displacement, guard, is_displaced, rollout_of, sample_of, solved_at_start

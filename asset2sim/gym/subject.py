@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.checks.reset import held_starts, perturbed_starts
-from asset2sim.gym.arm.franka import HAND, JOINTS, franka_spec, waiting
+from asset2sim.gym.arm.franka import HAND, JOINTS, Arm, franka_spec, waiting
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan, planned
+from asset2sim.gym.arm.planning import FURTHEST_M, NEAREST_M, ToolPlan, moving_plan
 from asset2sim.gym.arm.scene import CompiledScene, base_at, build_stage
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of, target_of, tasks_of
 from asset2sim.gym.world import TOOL, welded_bodies
@@ -190,10 +190,10 @@ def _subject(
 ) -> TrialSubject:
     plan = None
     if base is None:
-        attempt, _bowl = planned(folder, task, joint, gripper)
-        plan = attempt.plan if attempt is not None and attempt.tool == "arm" else None
+        stage = build_stage(folder, franka_spec(gripper), base_at(0.0, 1.0), gripper)
+        plan = moving_plan(stage, Arm(gripper), task, joint)
     own = plan.base if plan is not None else None if base is None else np.array(base).reshape(4, 4)
-    stage = build_stage(folder, arm_spec(gripper), default_base(folder) if own is None else own, gripper=gripper)
+    stage = build_stage(folder, arm_spec(gripper), default_base(folder) if own is None else own, gripper)
     model = stage.model
     model.opt.timestep = timestep_s
     number = stage.joint(joint.name)

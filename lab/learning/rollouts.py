@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.gym.arm.record import TrackSamples
 from asset2sim.gym.arm.tasks import Verb
 from asset2sim.gym.environment import Action, ObjectEnv
 from lab.trials.film import film, write_mp4
+from lab.trials.record import TrackSamples
 
 Act = Callable[[NDArray[np.float32]], Action]
 """(n, 38) observations → (n, k) actions."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from asset2sim.gym.arm.franka import waiting
-from asset2sim.gym.arm.record import LOST_M
+from asset2sim.gym.arm.scene import LOST_M
 from asset2sim.gym.arm.tasks import Task
 from asset2sim.gym.environment import DAMPED, OBSERVATION, SIZE, ObjectEnv
 from asset2sim.gym.guards import displacement, is_displaced

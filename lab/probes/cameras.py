@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import HAND
-from asset2sim.gym.arm.scene import CompiledScene
 from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
 from lab.probes.observation import Picture
 from lab.probes.visual_model import looks_of
+from lab.trials.scene import TrialScene
 from schemas.errors import UsageError
 
 WIDTH, HEIGHT = 320, 180
@@ -50,7 +50,7 @@ class Cameras:
     """Draws a stage with the refined object in ``folder`` from the cameras. A context manager: it holds an OpenGL
     context. Raises UsageError where none can be had."""
 
-    def __init__(self, folder: Path, stage: CompiledScene, width: int = WIDTH, height: int = HEIGHT) -> None:
+    def __init__(self, folder: Path, stage: TrialScene, width: int = WIDTH, height: int = HEIGHT) -> None:
         self.stage, self.width, self.height = stage, width, height
         spec = looks_of(folder, stage, width, height)
         for camera in CAMERAS:

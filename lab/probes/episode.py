@@ -6,12 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Protocol
 
-import mujoco
 import numpy as np
 
 from asset2sim.gym.arm.franka import Arm
 from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
-from asset2sim.gym.arm.record import LOST_M, SAMPLE_STEPS, Track, TrackSamples, powers
 from asset2sim.gym.arm.scene import TIMESTEP_S
 from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
@@ -23,6 +21,8 @@ from lab.probes.tasks import PAPER11, ProbeTask
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import write_mp4
 from lab.trials.physical_judge import judge
+from lab.trials.record import RecordedRun, Track
+from lab.trials.scene import TrialScene
 from lab.trials.trial import FILM, TRACK, off_bowl_m, write_track
 from schemas.errors import UnknownChoiceError
 from schemas.table import Row
@@ -55,34 +55,19 @@ def probe_task(task: NamedTask) -> ProbeTask:
     return PAPER11[task.name]
 
 
-class EpisodeRun:
-    """A scene while time passes, and what is recorded of it."""
+class EpisodeRun(RecordedRun):
+    """A scene while a policy acts in it, and what is recorded of it."""
 
     def __init__(self, scene: DroidScene) -> None:
-        self.scene, self.stage = scene, scene.stage
-        self.samples = TrackSamples(self.stage)
-        self.steps, self.given, self.work, self.finite = 0, 0.0, 0.0, True
-        self.phases: list[tuple[float, str]] = []
-        self.samples.take(self.stage.data, 0.0, 0.0)
+        super().__init__(scene.stage)
+        self.stage: TrialScene = scene.stage
+        self.scene, self.phases = scene, list[tuple[float, str]]()
 
     def advance(self, until_s: float, phase: str) -> None:
         """Let time pass with the servos' commands as they are."""
-        model, data = self.stage.model, self.stage.data
         self.phases.append((until_s, phase))
         while self.finite and self.steps < round(until_s / TIMESTEP_S):
-            mujoco.mj_step1(model, data)
-            mujoco.mj_step2(model, data)
-            self.steps += 1
-            tool, other = powers(self.stage)
-            self.work, self.given = self.work + tool * TIMESTEP_S, self.given + other * TIMESTEP_S
-            if self.steps % SAMPLE_STEPS:
-                continue
-            bad = int(data.warning.number[mujoco.mjtWarning.mjWARN_BADQACC])
-            self.finite = bool(np.isfinite(data.qpos).all()) and not bad
-            if self.finite:
-                self.samples.take(data, self.given, self.work)
-                self.given = self.work = 0.0
-                self.finite = bool(np.abs(self.samples.poses[-1][:, :3, 3]).max(initial=0.0) <= LOST_M)
+            self.step()
 
     def track(self) -> Track:
         """The recording."""

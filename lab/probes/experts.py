@@ -7,26 +7,26 @@ from pathlib import Path
 import numpy as np
 
 from asset2sim.gym.arm.franka import DAMPING, STIFFNESS, Arm
-from asset2sim.gym.arm.grasps import grasp_paths
 from asset2sim.gym.arm.gripper import Gripper
 from asset2sim.gym.arm.paths import ToolPath, push_paths
 from asset2sim.gym.arm.planning import (
     HELD_RAD,
     TILT_RAD,
     ToolPlan,
+    command,
     hand_fits,
     joints_along,
     runs_into,
     timed_motion,
     times_of,
 )
-from asset2sim.gym.arm.record import command
 from asset2sim.gym.arm.scene import place_joints
 from asset2sim.physics.arrays import Array
 from lab.probes.controller import STEP_RAD
 from lab.probes.episode import NamedTask, probe_task
 from lab.probes.observation import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.scene import FLANGE, START, DroidScene, build_scene, open_commands
+from lab.trials.lifts import grasp_paths
 from schemas.errors import Asset2SimError, UnknownChoiceError
 
 MOST_WAYS = 150

@@ -10,9 +10,10 @@ import numpy as np
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import vertices
-from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl, CompiledScene, build_stage, place_joints
+from asset2sim.gym.arm.scene import place_joints
 from asset2sim.physics.arrays import Array
 from lab.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
+from lab.trials.scene import BOWL_HIGH_M, Bowl, TrialScene, build_trial
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
@@ -30,7 +31,7 @@ class DroidScene:
     ``joint`` is the one to move, with its start."""
 
     task: ProbeTask
-    stage: CompiledScene
+    stage: TrialScene
     overlay: PhysicsOverlay
     joint: JointPhysics | None
 
@@ -43,7 +44,7 @@ def open_commands(gripper: Gripper) -> Array:
 def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
     """The world of a trial with the refined object in ``folder``. The seed decides where exactly the object stands, the
     same for every method. Raises UsageError for an object without the task's joint, LoadError and ValueError as
-    ``build_stage`` does."""
+    ``build_trial`` does."""
     overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
     joint = next((item for item in overlay.joints if item.name == task.joint), None)
     if task.joint and joint is None:
@@ -51,7 +52,7 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
         raise UsageError(f"{folder}: '{task.name}' moves {task.joint}, which is no joint of it (it has {names})")
     if joint is not None:
         joint = joint.model_copy(update={"initial_position": task.start_of(joint)})
-    alone = started(build_stage(folder, None, np.eye(4)), joint)
+    alone = started(build_trial(folder, None, np.eye(4)), joint)
     points = vertices(alone, frozenset(range(1, alone.model.nbody)))
     base = base_of(task, points, seed)
     bowl = None
@@ -59,7 +60,7 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
         x, y = (base @ [task.bowl.x, task.bowl.y, 0.0, 1.0])[:2]
         bowl = Bowl((float(x), float(y)), task.bowl.radius_m, BOWL_HIGH_M)
     gripper = gripper_of(task.gripper)
-    stage = started(build_stage(folder, franka_spec(gripper), base, bowl, gripper), joint)
+    stage = started(build_trial(folder, franka_spec(gripper), base, bowl, gripper), joint)
     place_joints(stage, {}, open_commands(gripper))
     stage.data.ctrl[:] = open_commands(gripper)
     mujoco.mj_forward(stage.model, stage.data)
@@ -82,7 +83,7 @@ def base_of(task: ProbeTask, points: Array, seed: int) -> Array:
     return base
 
 
-def started(stage: CompiledScene, joint: JointPhysics | None) -> CompiledScene:
+def started(stage: TrialScene, joint: JointPhysics | None) -> TrialScene:
     """The stage with the joint at its start, and the object, if it is free, on the table."""
     if joint is not None:
         position = joint.initial_position

@@ -7,8 +7,8 @@ from types import MappingProxyType
 import numpy as np
 
 from asset2sim.gym.arm.gripper import PANDA
-from asset2sim.gym.arm.scene import BOWL_HIGH_M, Bowl
 from asset2sim.gym.arm.tasks import Verb, range_of
+from lab.trials.scene import BOWL_HIGH_M, Bowl
 from schemas.overlay import JointPhysics
 
 HINGE_RAD, SLIDE_SHARE = 0.1, 0.05

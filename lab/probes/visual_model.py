@@ -16,11 +16,11 @@ from asset2sim.assets.surfaces.surface import PLAIN, Paint, Texture
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.gym.arm.franka import HAND
 from asset2sim.gym.arm.gripper import PANDA
-from asset2sim.gym.arm.scene import Bowl, CompiledScene
 from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
 from asset2sim.render.faces import Faces, faces_of
 from lab.trials.actors import BOWL_COLOR, arm_faces, bowl_actor
+from lab.trials.scene import Bowl, TrialScene
 
 TABLE = ((0.7, 0.0, -0.02), (0.55, 0.8, 0.02))
 """Middle and half edges of the table's top, m; the arm stands before it on a bench of its own."""
@@ -40,7 +40,7 @@ LIGHT_AT, LIGHT_TO = (0.2, 0.5, 1.8), (0.25, -0.3, -1.0)
 """The lamp above the table: where it hangs, m, and where it shines to."""
 
 
-def looks_of(folder: Path, stage: CompiledScene, width: int, height: int) -> mujoco.MjSpec:
+def looks_of(folder: Path, stage: TrialScene, width: int, height: int) -> mujoco.MjSpec:
     """A specification of how the stage looks, with the refined object in ``folder``: a mocap body a link, named as the
     stage's bodies are, with room for pictures of this size. Cameras are to be added. Raises AssetError as
     ``load_scene`` does."""

@@ -11,15 +11,17 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
-from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan, planned
-from asset2sim.gym.arm.record import record
-from asset2sim.gym.arm.scene import base_at, build_stage, pusher_spec
+from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
+from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb, joint_of, tasks_of
 from lab.runner import do_job
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.actors import arm_faces
 from lab.trials.film import film, film_frames, write_mp4
 from lab.trials.physical_judge import judge
+from lab.trials.plan import planned
+from lab.trials.record import record
+from lab.trials.scene import pushed_stage
 from lab.trials.study import STUDY, TrialJob
 from lab.trials.trial import FILM, TRACK, missing, run_trial
 from schemas.overlay import PhysicsOverlay
@@ -76,7 +78,7 @@ def test_a_trial_keeps_recording_and_row_and_its_film_plays(drawer: Path, tmp_pa
 
 def test_a_film_shows_the_object_as_the_recording_has_it(drawer: Path, tmp_path: Path) -> None:
     av = pytest.importorskip("av", reason="av is not installed here")
-    stage = build_stage(drawer, pusher_spec(), np.eye(4))
+    stage = pushed_stage(drawer)
     away = np.array([[0.4, 0.0, 0.2]] * 2)
     plan = ToolPlan(np.eye(4), np.array([0.0, 0.14]), away, ("settle", "rest"))
     track = record(stage, plan, {"slide": OPEN_M})
@@ -96,7 +98,7 @@ def test_a_film_shows_the_object_as_the_recording_has_it(drawer: Path, tmp_path:
 
 
 def test_a_film_shows_the_action_and_not_the_waiting(drawer: Path) -> None:
-    stage = build_stage(drawer, pusher_spec(), np.eye(4))
+    stage = pushed_stage(drawer)
     plan = ToolPlan(np.eye(4), np.array([0.0, 6.0]), np.array([[0.4, 0.0, 0.2]] * 2), ("settle", "rest"))
     track = record(stage, plan, {"slide": OPEN_M})
     waits = track.times_s[film_frames(track)]
@@ -162,7 +164,7 @@ def test_parts_that_overlap_burst_apart_and_the_judge_says_so(tmp_path: Path) ->
     changes = {"lower": -1.5, "upper": 1.5, "closed": -1.0, "open": 1.5, "holds": True, "friction": 0.2}
     terms = [make_joint(name, initial_position=0.0).model_copy(update=changes) for name in ("left", "right")]
     folder = refined(tmp_path / "thing", urdf, terms, {"body": 3.0, "one": 0.2, "two": 0.2})
-    stage = build_stage(folder, pusher_spec(), np.eye(4))
+    stage = pushed_stage(folder)
     plan = ToolPlan(np.eye(4), np.array([0.0, 1.0]), np.array([[0.6, 0.0, 0.3]] * 2), ("settle", "rest"))
     assert stage.moving_kg == pytest.approx(0.4)
     found = judge(record(stage, plan, stage.about_positions), stage.moving_kg, (), (), TrialSettings())

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from asset2sim.gym.arm.record import Track
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.physical_judge import PENALTIES, judge, score
+from lab.trials.record import Track
 
 N, STEP = 1500, 0.004
 TIMES = np.linspace(0.0, (N - 1) * STEP, N)

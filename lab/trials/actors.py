@@ -17,11 +17,11 @@ from asset2sim.assets.surfaces.surface import Ints, Paint
 from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.gym.arm.franka import Arm, franka_tree
 from asset2sim.gym.arm.gripper import PANDA, Gripper
-from asset2sim.gym.arm.record import Track
-from asset2sim.gym.arm.scene import PUSHER_M, Bowl
 from asset2sim.physics.arrays import Array
 from asset2sim.render.faces import Faces, faces_of
 from asset2sim.render.zbuffer import Singles
+from lab.trials.record import Track
+from lab.trials.scene import PUSHER_M, Bowl
 
 BOWL_COLOR, PUSHER_COLOR = (0.45, 0.58, 0.72, 1.0), (0.93, 0.55, 0.2, 1.0)
 """RGBA."""

@@ -10,13 +10,13 @@ import numpy as np
 
 from asset2sim.assets.surfaces.surface import Ints
 from asset2sim.gym.arm.gripper import PANDA, Gripper
-from asset2sim.gym.arm.record import Track
-from asset2sim.gym.arm.scene import Bowl
 from asset2sim.physics.arrays import Array
 from asset2sim.render.cloud import Cloud, cloud_of, merged_clouds
 from asset2sim.render.draw import Picture, background, brightness, shaded, shadow_points, shadowed, with_translucent
 from asset2sim.render.zbuffer import Layers, Lens, Singles, lens_for, ranges_moving_together, splat
 from lab.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
+from lab.trials.record import Track
+from lab.trials.scene import Bowl
 from schemas.errors import UsageError
 
 SIDE, RATE = 512, 15

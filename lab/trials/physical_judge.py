@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.gym.arm.planning import SETTLE_S
-from asset2sim.gym.arm.record import Track
 from asset2sim.physics.arrays import Array
 from lab.schemas.trial_settings import TrialSettings
+from lab.trials.record import Track
 
 PICTURE_S = 1.0 / 15.0
 """The time over which energy is balanced: contacts give back in one step what they took in another."""

@@ -11,9 +11,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.gym.arm.gripper import gripper_of
-from asset2sim.gym.arm.planning import planned
-from asset2sim.gym.arm.record import Track, record
-from asset2sim.gym.arm.scene import CompiledScene
 from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, range_of, target_of
 from asset2sim.gym.guards import Rollout, guard
 from asset2sim.load import LoadError
@@ -21,6 +18,9 @@ from asset2sim.physics.arrays import Array
 from lab.schemas.trial_settings import TrialSettings
 from lab.trials.film import film, write_mp4
 from lab.trials.physical_judge import judge, score
+from lab.trials.plan import planned
+from lab.trials.record import Track, record
+from lab.trials.scene import TrialScene
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.table import Row
@@ -70,7 +70,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     } | ended("done" if done else "not done", "" if done else reason, began)  # fmt: skip
 
 
-def missing(track: Track, task: Task, joint: JointPhysics | None, stage: CompiledScene) -> str:
+def missing(track: Track, task: Task, joint: JointPhysics | None, stage: TrialScene) -> str:
     """Parts missing for the task to be done by the arm; empty if nothing is."""
     if not track.finite:
         return "it flew away"
@@ -91,7 +91,7 @@ def missing(track: Track, task: Task, joint: JointPhysics | None, stage: Compile
     return "" if is_near(joint, float(path[-1]), target) else f"{joint.name} ended at {path[-1]:.3g}, not {target:.3g}"
 
 
-def track_rollout(track: Track, stage: CompiledScene, joint: JointPhysics, target: float) -> Rollout:
+def track_rollout(track: Track, stage: TrialScene, joint: JointPhysics, target: float) -> Rollout:
     """The recording as the guards read it."""
     body = int(stage.model.jnt_bodyid[stage.joint(joint.name)])
     part = track.links.index(stage.model.body(body).name.removeprefix(stage.prefix))
@@ -112,7 +112,7 @@ def middles(poses: Array, center: Array) -> Array:
     return found
 
 
-def not_in_bowl(stage: CompiledScene, track: Track) -> str:
+def not_in_bowl(stage: TrialScene, track: Track) -> str:
     """Why what was to be put into the bowl is not in it; empty if it is."""
     first, *others = centers_of(stage, track.poses)
     if max(float(center[2] - first[2]) for center in others) < GuardSettings().lift_m:
@@ -123,13 +123,13 @@ def not_in_bowl(stage: CompiledScene, track: Track) -> str:
     return ", ".join(filter(None, (where, "it was not let go of" if track.touched[-1] else "")))
 
 
-def off_bowl_m(stage: CompiledScene, poses: Array) -> float:
+def off_bowl_m(stage: TrialScene, poses: Array) -> float:
     """Horizontal distance of the object's centre of mass from the bowl's middle, m, with its links at these poses."""
     assert stage.bowl is not None
     return float(np.linalg.norm(centers_of(stage, poses[None])[0, :2] - stage.bowl.at))
 
 
-def centers_of(stage: CompiledScene, poses: Array) -> Array:
+def centers_of(stage: TrialScene, poses: Array) -> Array:
     """(n, 3) centres of mass of the object, m, with its links at these (n, links, 4, 4) poses."""
     bodies, mass = stage.bodies, stage.model.body_mass[stage.bodies]
     center = np.einsum("nbij,bj->nbi", poses[..., :3, :3], stage.model.body_ipos[bodies]) + poses[..., :3, 3]

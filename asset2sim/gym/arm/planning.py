@@ -4,25 +4,14 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
-from asset2sim.gym.arm.grasps import bowl_for, grasp_paths, pull_paths
-from asset2sim.gym.arm.gripper import PANDA, Gripper
-from asset2sim.gym.arm.paths import ToolPath, push_paths, vertices
-from asset2sim.gym.arm.scene import (
-    PUSHER,
-    Bowl,
-    CompiledScene,
-    base_at,
-    build_stage,
-    place_joints,
-    pusher_spec,
-    quaternion,
-)
+from asset2sim.gym.arm.franka import HOME, Arm, waiting
+from asset2sim.gym.arm.grasps import pull_paths
+from asset2sim.gym.arm.paths import ToolPath, push_paths
+from asset2sim.gym.arm.scene import CompiledScene, base_at, place_joints, quaternion
 from asset2sim.gym.arm.tasks import Task, Verb, target_of
 from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
@@ -57,14 +46,23 @@ TRIED = 600
 
 @dataclass(frozen=True, eq=False)
 class ToolPlan:
-    """A tool's motion: the (4, 4) ``base``, (n,) ``times_s``, (n, k) ``commands`` to its servos (the arm's: seven
-    joints, rad, and its gripper's; the pusher's: x, y, z, m) and the ``phases``, one a point; between two points the
+    """A tool's motion: the (4, 4) ``base``, (n,) ``times_s``, (n, k) ``commands`` to its servos (seven joints,
+    rad, and the gripper's) and the ``phases``, one a point; between two points the
     commands change evenly."""
 
     base: Array
     times_s: Array
     commands: Array
     phases: tuple[str, ...]
+
+
+def command(plan: ToolPlan, time_s: float) -> Array:
+    """(k,) what the tool's servos are told at a time."""
+    index = int(np.clip(np.searchsorted(plan.times_s, time_s, side="right"), 1, len(plan.times_s) - 1))
+    first, last = plan.times_s[index - 1], plan.times_s[index]
+    share = float(np.clip((time_s - first) / max(last - first, 1e-9), 0.0, 1.0))
+    found: Array = plan.commands[index - 1] + share * (plan.commands[index] - plan.commands[index - 1])
+    return found
 
 
 def plan_arm(stage: CompiledScene, arm: Arm, joint: str | None, paths: Iterable[ToolPath]) -> ToolPlan | None:
@@ -157,23 +155,10 @@ def times_of(tools: Array, commands: Array, phases: tuple[str, ...]) -> Array:
     return np.array(times)
 
 
-def plan_pusher(stage: CompiledScene, joint: str, paths: Iterable[ToolPath]) -> ToolPlan | None:
-    """The first way that the bare pusher can follow without running into anything; None for none."""
-    for path in paths:
-        top = float(vertices(stage, frozenset(range(1, stage.model.nbody)))[:, 2].max())
-        first, last = ([*at[:2], max(top, at[2]) + ABOVE[2]] for at in (path.points[0], path.points[-1]))
-        tools = np.array([first, first, path.points[0] + ABOVE, *path.points, path.points[-1] + ABOVE, last, last])
-        phases = ("settle", "settle", "approach", *path.phases, "retreat", "retreat", "rest")
-        plan = ToolPlan(np.eye(4), times_of(tools, tools, phases), tools, phases)
-        if not runs_into(stage, joint, path, plan):
-            return plan
-    return None
-
-
 def runs_into(stage: CompiledScene, joint: str | None, path: ToolPath, plan: ToolPlan) -> bool:
     """Whether the arm would be in the object or the floor somewhere along a plan; of the finger tips while they push or
     hold, that is meant. What is carried is not looked at."""
-    if plan.commands.shape[1] > len(PUSHER):
+    if (plan.base != stage.base).any():
         move_base(stage, plan.base)
     start = stage.about_positions.get(joint or "", 0.0)
     first = len(plan.commands) - len(path.points) - 3
@@ -217,38 +202,11 @@ def move_base(stage: CompiledScene, base: Array) -> None:
     mujoco.mj_kinematics(stage.model, stage.data)
 
 
-@dataclass(frozen=True, eq=False)
-class PlannedTrial:
-    """A planned trial: the tool's name and motion, in a world of its own."""
-
-    tool: str
-    stage: CompiledScene
-    plan: ToolPlan
-
-
-def planned(
-    folder: Path, task: Task, joint: JointPhysics | None, gripper: Gripper = PANDA
-) -> tuple[PlannedTrial | None, Bowl | None]:
-    """A trial's tool and motion, and the bowl where it needs one; the pusher pushes where the arm finds no way."""
-    arm = Arm(gripper)
-    bowl = bowl_for(build_stage(folder, None, np.eye(4))) if joint is None else None
-    stage = build_stage(folder, franka_spec(gripper), base_at(0.0, 1.0), bowl, gripper)
-    place_joints(stage, stage.about_positions, waiting(gripper))
+def moving_plan(stage: CompiledScene, arm: Arm, task: Task, joint: JointPhysics) -> ToolPlan | None:
+    """The arm's motion for a task that moves a joint, in a world in which the arm is anywhere; None for none."""
+    place_joints(stage, stage.about_positions, waiting(arm.gripper))
     mujoco.mj_forward(stage.model, stage.data)
-    if joint is None:
-        assert bowl is not None
-        plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl))
-    else:
-        target, plan = target_of(task, joint), None
-        if task.verb is Verb.OPEN:
-            plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
-        plan = plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))
-    if plan is not None:
-        return PlannedTrial("arm", build_stage(folder, franka_spec(gripper), plan.base, bowl, gripper), plan), bowl
-    if joint is None:
-        return None, bowl
-    stage = build_stage(folder, pusher_spec(), np.eye(4))
-    place_joints(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
-    mujoco.mj_forward(stage.model, stage.data)
-    plan = plan_pusher(stage, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
-    return (None if plan is None else PlannedTrial("pusher", stage, plan)), None
+    target, plan = target_of(task, joint), None
+    if task.verb is Verb.OPEN:
+        plan = plan_arm(stage, arm, joint.name, pull_paths(stage, joint, target))
+    return plan or plan_arm(stage, arm, joint.name, push_paths(stage, joint, target, task.verb))

@@ -1,7 +1,7 @@
-"""The world of a trial in MuJoCo: an object on a floor, the arm beside it, and a bowl where the task needs one."""
+"""The world of an arm in MuJoCo: an object on a floor, and the arm beside it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,36 +9,17 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.franka import servo
-from asset2sim.gym.arm.gripper import GRIPPERS, PANDA, Gripper
-from asset2sim.gym.world import CONTACT_TIME_S, TOOL, ObjectWorld, compiled_object, object_spec
+from asset2sim.gym.arm.gripper import PANDA, Gripper
+from asset2sim.gym.world import TOOL, Mask, ObjectWorld, compiled_object, object_spec
 from asset2sim.load import GAP_M, Description
 from asset2sim.physics.arrays import Array
 
 TIMESTEP_S = 1e-3
-"""Time step of a trial, s: a quarter of the checks', so that what is seen is not the integrator's."""
-PUSHER_M, PUSHER_KG, PUSHER_N = 0.011, 0.3, 40.0
-"""Radius and mass of the spherical pusher, and the force of each of its servos."""
-PUSHER = ("x", "y", "z")
-BOWL_SIDES, BOWL_WALL_M = 16, 0.006
-BOWL_RADIUS_M, BOWL_HIGH_M = 0.12, 0.05
-"""Inner radius at the bottom, and height, of a bowl: a salad bowl's, whatever is to be put into it."""
-SLANT_RAD = math.radians(20.0)
-"""How far a bowl's side leans outwards."""
-
-
-@dataclass(frozen=True, eq=False)
-class Bowl:
-    """A bowl on the floor: its middle (x, y), m, its inner radius, and its height, m."""
-
-    at: tuple[float, float]
-    radius_m: float
-    height_m: float
-
-    @property
-    def rim_m(self) -> float:
-        """Its radius at the top, m."""
-        return self.radius_m + self.height_m * math.tan(SLANT_RAD)
+"""Time step, s: a quarter of the checks', so that what is seen is not the integrator's."""
+SAMPLE_STEPS = 4
+"""Steps between two samples."""
+LOST_M = 5.0
+"""Distance from the origin at which an object has flown away and the recording ends."""
 
 
 @dataclass(eq=False)
@@ -50,12 +31,11 @@ class CompiledScene(ObjectWorld):
     tool_places: Array
     ratios: Array
     gripper: Gripper
-    bowl: Bowl | None
 
     @cached_property
-    def tip_geoms(self) -> Array:
+    def tip_geoms(self) -> Mask:
         """(n,) mask of geoms: those of the tool that are meant to touch."""
-        tips = [f"{TOOL}{tip}" for tip in ("pusher", *(tip for known in GRIPPERS.values() for tip in known.tips))]
+        tips = [f"{TOOL}{tip}" for tip in self.gripper.tips]
         return np.array([self.model.body(int(body)).name in tips for body in self.model.geom_bodyid])
 
     @property
@@ -74,11 +54,15 @@ class CompiledScene(ObjectWorld):
 
 
 def build_stage(
-    folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bowl | None = None, gripper: Gripper = PANDA
+    folder: Path,
+    tool: mujoco.MjSpec | None,
+    base: Array,
+    gripper: Gripper = PANDA,
+    furnish: Callable[[mujoco.MjSpec], None] = lambda spec: None,
 ) -> CompiledScene:
-    """The world with a refined object at the origin in its initial state, and a tool, the arm with this gripper or the
-    pusher, with its base at this (4, 4) pose. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
-    model."""
+    """The world with a refined object at the origin in its initial state, a tool, as the arm with this gripper, with
+    its base at this (4, 4) pose, and what else it is to be furnished with. Raises LoadError as ``load`` does,
+    ValueError where MuJoCo refuses the model."""
     spec, loaded = object_spec(folder, TIMESTEP_S)
     joints: list[str] = []
     ratios = np.zeros((0, 0))
@@ -88,24 +72,10 @@ def build_stage(
         if len(joints) > len(tool.actuators):  # some joints follow a servo's
             ratios[-len(gripper.ratios) :, -gripper.ratios.shape[1] :] = gripper.ratios
         spec.attach(tool, prefix=TOOL, frame=spec.worldbody.add_frame(pos=base[:3, 3], quat=quaternion(base)))
-    if bowl is not None:
-        add_bowl(spec, bowl)
+    furnish(spec)
     about, prefix, model, data = compiled_object(spec, loaded)
     places = np.array([int(model.joint(TOOL + name).qposadr[0]) for name in joints], dtype=int)
-    return CompiledScene(about, prefix, model, data, base.copy(), places, ratios, gripper, bowl)
-
-
-def pusher_spec() -> mujoco.MjSpec:
-    """A sphere that three servos move along x, y and z, whose weight nothing bears."""
-    spec = mujoco.MjSpec()
-    body = spec.worldbody.add_body(name="pusher", gravcomp=1.0)
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(PUSHER_M, 0.0, 0.0), mass=PUSHER_KG, contype=2, conaffinity=1, condim=4
-    )
-    for name, axis in zip(PUSHER, np.eye(3), strict=True):
-        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        servo(spec, name, 2000.0, 2.0 * math.sqrt(2000.0 * PUSHER_KG), PUSHER_N)
-    return spec
+    return CompiledScene(about, prefix, model, data, base.copy(), places, ratios, gripper)
 
 
 def quaternion(pose: Array) -> Array:
@@ -123,33 +93,6 @@ def base_at(azimuth: float, distance_m: float, about: Description | None = None)
     pose[2, 3] = GAP_M if about is not None and about.support == "fixed" else 0.0
     pose[:2, :2] = [[math.cos(facing), -math.sin(facing)], [math.sin(facing), math.cos(facing)]]
     return pose
-
-
-def add_bowl(spec: mujoco.MjSpec, bowl: Bowl) -> None:
-    """A round bowl of flat pieces, which slants outwards, fixed to the floor."""
-    body = spec.worldbody.add_body(name="bowl", pos=(*bowl.at, 0.0))
-    body.add_geom(
-        name="bowl_bottom", type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=(bowl.radius_m, BOWL_WALL_M / 2.0, 0.0),
-        pos=(0.0, 0.0, BOWL_WALL_M / 2.0), solref=(CONTACT_TIME_S, 1.0),
-    )  # fmt: skip
-    half = bowl.height_m / 2.0
-    for side in range(BOWL_SIDES):
-        turn = 2.0 * math.pi * side / BOWL_SIDES
-        out = (bowl.radius_m + bowl.rim_m) / 2.0
-        body.add_geom(
-            name=f"bowl_{side}", type=mujoco.mjtGeom.mjGEOM_BOX, solref=(CONTACT_TIME_S, 1.0),
-            size=(BOWL_WALL_M / 2.0, 1.1 * math.pi * bowl.rim_m / BOWL_SIDES, half),
-            pos=(out * math.cos(turn), out * math.sin(turn), half), quat=yaw_tilt(turn, SLANT_RAD),
-        )  # fmt: skip
-
-
-def yaw_tilt(yaw: float, tilt: float) -> Array:
-    """(4,) wxyz quaternion of a tilt about y, then a turn about z, rad."""
-    turned, first, second = np.zeros(4), np.zeros(4), np.zeros(4)
-    mujoco.mju_axisAngle2Quat(first, np.array([0.0, 0.0, 1.0]), yaw)
-    mujoco.mju_axisAngle2Quat(second, np.array([0.0, 1.0, 0.0]), tilt)
-    mujoco.mju_mulQuat(turned, first, second)
-    return turned
 
 
 def place_joints(stage: CompiledScene, positions: Mapping[str, float], tool: Array | None = None) -> None:

@@ -6,15 +6,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from asset2sim.gym.arm.planning import ToolPlan
-from asset2sim.gym.arm.scene import TIMESTEP_S, CompiledScene
+from asset2sim.gym.arm.planning import ToolPlan, command
+from asset2sim.gym.arm.scene import LOST_M, SAMPLE_STEPS, TIMESTEP_S, CompiledScene
 from asset2sim.gym.contacts import LEAST_N, pressures
 from asset2sim.physics.arrays import Array
 
-SAMPLE_STEPS = 4
-"""Steps between two samples."""
-LOST_M = 5.0
-"""Distance from the origin at which an object has flown away and the recording ends."""
 LIMIT_ROWS = (mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT,)
 CONTACT_ROWS = (mujoco.mjtConstraint.mjCNSTR_CONTACT_FRICTIONLESS, mujoco.mjtConstraint.mjCNSTR_CONTACT_PYRAMIDAL,
                 mujoco.mjtConstraint.mjCNSTR_CONTACT_ELLIPTIC)  # fmt: skip
@@ -54,37 +50,40 @@ def record(stage: CompiledScene, plan: ToolPlan, start: Mapping[str, float]) -> 
     data.qpos[stage.tool_places] = stage.ratios @ command(plan, 0.0)
     data.ctrl[:] = command(plan, 0.0)
     mujoco.mj_forward(model, data)
-    samples = TrackSamples(stage)
-    steps = round(float(plan.times_s[-1]) / TIMESTEP_S)
-    samples.take(data, 0.0, 0.0)
-    given = work = 0.0
-    finite = True
-    for step in range(1, steps + 1):
+    run = RecordedRun(stage)
+    for step in range(1, round(float(plan.times_s[-1]) / TIMESTEP_S) + 1):
         data.ctrl[:] = command(plan, step * TIMESTEP_S)
-        mujoco.mj_step1(model, data)
-        mujoco.mj_step2(model, data)
-        tool, other = powers(stage)
-        work, given = work + tool * TIMESTEP_S, given + other * TIMESTEP_S
-        if step % SAMPLE_STEPS:
-            continue
-        finite = bool(np.isfinite(data.qpos).all()) and not int(data.warning.number[mujoco.mjtWarning.mjWARN_BADQACC])
-        if not finite:
-            break
-        samples.take(data, given, work)
-        given = work = 0.0
-        if np.abs(samples.poses[-1][:, :3, 3]).max(initial=0.0) > LOST_M:
-            finite = False
-            break
-    return samples.track(plan, finite)
+        run.step()
+    return run.samples.track(plan, run.finite)
 
 
-def command(plan: ToolPlan, time_s: float) -> Array:
-    """(k,) what the tool's servos are told at a time."""
-    index = int(np.clip(np.searchsorted(plan.times_s, time_s, side="right"), 1, len(plan.times_s) - 1))
-    first, last = plan.times_s[index - 1], plan.times_s[index]
-    share = float(np.clip((time_s - first) / max(last - first, 1e-9), 0.0, 1.0))
-    found: Array = plan.commands[index - 1] + share * (plan.commands[index] - plan.commands[index - 1])
-    return found
+class RecordedRun:
+    """A scene while time passes, and what is recorded of it."""
+
+    def __init__(self, stage: CompiledScene) -> None:
+        self.stage, self.samples = stage, TrackSamples(stage)
+        self.steps, self.given, self.work, self.finite = 0, 0.0, 0.0, True
+        self.samples.take(stage.data, 0.0, 0.0)
+
+    def step(self) -> None:
+        """A step with the servos' commands as they are; nothing any more once a number is not finite, or the object has
+        flown away."""
+        if not self.finite:
+            return
+        data = self.stage.data
+        mujoco.mj_step1(self.stage.model, data)
+        mujoco.mj_step2(self.stage.model, data)
+        self.steps += 1
+        tool, other = powers(self.stage)
+        self.work, self.given = self.work + tool * TIMESTEP_S, self.given + other * TIMESTEP_S
+        if self.steps % SAMPLE_STEPS:
+            return
+        bad = int(data.warning.number[mujoco.mjtWarning.mjWARN_BADQACC])
+        self.finite = bool(np.isfinite(data.qpos).all()) and not bad
+        if self.finite:
+            self.samples.take(data, self.given, self.work)
+            self.given = self.work = 0.0
+            self.finite = bool(np.abs(self.samples.poses[-1][:, :3, 3]).max(initial=0.0) <= LOST_M)
 
 
 def powers(stage: CompiledScene) -> tuple[float, float]:
