@@ -184,6 +184,12 @@ def test_a_joint_that_nobody_asked_for_may_start_at_its_authored_zero() -> None:
     assert [step.proposer for step in trace if step.accepted][-1] == "authored"
 
 
+def test_joints_that_are_alike_start_at_their_authored_zero_together() -> None:
+    """Two temples that cross where both are folded: one unfolded would part them."""
+    pose, phi, _ = found(Overlap(0.5), SearchSettings(least_gain=0.5), alternatives={"a": 0.9, "b": 0.8})
+    assert pose == {"a": 0.9, "b": 0.8} and phi == 0.0
+
+
 def test_a_models_pose_that_gains_too_little_is_refused_and_told() -> None:
     asked: list[tuple[tuple[str, ...], tuple[TriedProposal, ...]]] = []
 

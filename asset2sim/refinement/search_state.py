@@ -8,7 +8,14 @@ from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.prompts import TriedProposal
 from asset2sim.refinement.context import Log, trace_step
 from asset2sim.refinement.position_bands import Band, Evaluator, Pose, moved_joints, objective
-from asset2sim.refinement.state_proposals import focus_joints, in_groups, pose_grid, poses_along, poses_around
+from asset2sim.refinement.state_proposals import (
+    alike_joints,
+    focus_joints,
+    in_groups,
+    pose_grid,
+    poses_along,
+    poses_around,
+)
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep
 from schemas.interaction import ContactPair
@@ -147,14 +154,17 @@ def search_focus(search: Search) -> None:
 
 
 def try_alternative_starts(search: Search, alternatives: Pose) -> None:
-    """Try the alternative start positions of colliding joints, where that lowers Φ at once."""
+    """Try the alternative start positions of colliding joints, where that lowers Φ at once: first of those that are
+    alike together, since one temple folded and one not is no state of glasses; then of each, then of all."""
     tried: set[str] = set()
     while not search.done:
         focus = focus_joints(search.joints, search.pairs(), list(search.bands))
         untried = [name for name in focus if name in alternatives and name not in tried]
         tried.update(untried)
-        poses = [{**search.best, name: alternatives[name]} for name in untried]
-        poses += [{**search.best, **{name: alternatives[name] for name in untried}}] if len(untried) > 1 else []
+        alike = [alike_joints(search.joints, name, search.bands) & {*untried} for name in untried]
+        groups = [*(sorted(group) for group in dict.fromkeys(alike) if len(group) > 1), *([name] for name in untried)]
+        groups += [untried] if len(untried) > 1 else []
+        poses = [{**search.best, **{name: alternatives[name] for name in group}} for group in groups]
         if not poses or not search.consider("authored", iter(poses)):
             return
 
