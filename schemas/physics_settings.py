@@ -110,6 +110,9 @@ class PhysicsSettings(Frozen):
     measured at 25 N (15 N·m, Drake's ``DoorHingeConfig``)."""
     latch_travel_m: Positive = 4e-3
     """Way of a door's edge over which its catch pulls, m: a roller or hook of some millimetres."""
+    press_shut_n: Positive = 3.0
+    """Force at its edge with which a lid that its spring holds ajar is pressed shut, N: the arm of an empty stapler
+    (typical: 2 to 6 N; a staple that goes through paper takes 15 to 30 N, and is no part of the object)."""
     default_coast_s: Positive = 0.1
     """Default time constant I_eff / damping, s (design.md: passes in two engines)."""
     default_friction_rad_s2: NonNegative = 0.6

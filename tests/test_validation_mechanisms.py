@@ -380,3 +380,20 @@ def test_a_pedal_bin_is_heavy_enough_for_a_foot(
     end = made.stiffness * abs(made.spring_reference - made.open) / reach
     assert end < 0.6 * mass * 9.81 * across_m / 2.0 / reach
     assert made.stiffness * abs(made.spring_reference - made.closed) / reach > start_n
+
+
+def test_a_staplers_arm_presses_back_as_it_is_pressed_shut_and_opens_lightly_to_be_filled(tmp_path: Path) -> None:
+    arm, plate = shape("0.16 0.02 0.01", xyz="0.08 0 0.005"), shape("0.18 0.04 0.01", xyz="0.08 0 -0.005")
+    made = only(
+        described(
+            tmp_path, "stapler", "Stapler", "A slightly open stapler, with spring behavior in its joint for stapling.",
+            arm, "lid", body=plate, kind="revolute", axis="0 -1 0", limit="0 2.3",
+        )
+    )  # fmt: skip
+    assert made.bias is not None and made.mechanism == made.bias.kind == "spring return"
+    rest = made.initial_position
+    assert 0.1 < rest < 1.0 and made.bias.at(rest) == 0.0
+    pressed = made.bias.at(made.closed) + made.stiffness * (rest - made.closed)
+    assert pressed == pytest.approx(3.0 * 0.16, rel=0.1), "3 N at its edge; it was pressed by 0.4 N"
+    opened = -made.bias.at(rest + 0.5)
+    assert 0.0 < made.friction < opened < pressed, "it comes back from wherever it is opened to, and swings no more"

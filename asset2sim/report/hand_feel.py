@@ -101,6 +101,7 @@ MECHANISMS = {
     "seal": "a gasket keeps it shut by up to",
     "latch": "a catch keeps it shut by up to",
     "strut": "a strut lifts it by up to",
+    "spring return": "pressed shut, it presses back by up to",
 }
 """Mechanism → its effort on a joint besides a spring, in words."""
 

@@ -33,11 +33,13 @@ from asset2sim.validation.joint_coupling import bound_together
 from asset2sim.validation.joint_reports import report_changes, report_effort, report_holding, report_plain_spring
 from asset2sim.validation.masses import check_mass_matrices
 from asset2sim.validation.mechanisms import (
+    PRESSED_RUB,
     SNAP_FRICTION,
     bias_armature,
     caught_where_it_drops,
     is_bistable,
     mechanism_bias,
+    pressed_shut,
     strut,
 )
 from asset2sim.validation.positions import Start, spanning_poses, without_whole_turns
@@ -127,10 +129,9 @@ def one_joint(
     proposal = inputs.proposals.get(name) or omitted_joint(name, notes)
     holds = not start.hangs and must_hold(proposal, start, mechanics.pull, mechanics.largest_gravity, notes)
     by_user, own = f"{name}.dynamics" in inputs.asked, name in inputs.sprung
+    stated = by_user or own
     handled = (
-        as_light_as_stated(handled)
-        if by_user or own
-        else caught_where_it_drops(handled, start.range, mechanics.pull, settings)
+        as_light_as_stated(handled) if stated else caught_where_it_drops(handled, start.range, mechanics.pull, settings)
     )
     handled = as_asked(name, handled, mechanics.pull.force, notes)
     kind = standing_part(handled) if mechanics.bears_most else handled
@@ -142,6 +143,10 @@ def one_joint(
     stiffness, reference = terms.stiffness, terms.spring_reference
     shuts = float(held_by.balance.at(start.range.closed))
     bias = held_by.balance.strut or mechanism_bias(start, handled, held_by.friction, settings, shuts)
+    pressed = None if bias is not None or stated else pressed_shut(start, handled, rest, stiffness.value, settings)
+    bias, friction = bias or pressed, terms.friction
+    if pressed is not None:
+        friction = Term(max(friction.value, PRESSED_RUB * max(pressed.most, -pressed.least)), Source.RULE)
     if held_by.balance.stiffness > 0.0:
         stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
         rest = reference
@@ -154,8 +159,8 @@ def one_joint(
         label=inputs.features.link(joint.child).label,
         damping=terms.damping.value,
         damping_source=terms.damping.source,
-        friction=terms.friction.value,
-        friction_source=terms.friction.source,
+        friction=friction.value,
+        friction_source=friction.source,
         stiffness=stiffness.value,
         stiffness_source=stiffness.source,
         spring_reference=reference,
@@ -174,7 +179,7 @@ def one_joint(
         effort_range=handled.judged or handled.range,
         armature=max(
             terms.armature,
-            friction_armature(terms.friction.value, mechanics.least, span.span, settings),
+            friction_armature(friction.value, mechanics.least, span.span, settings),
             bias_armature(bias, mechanics.least, span.span, settings),
         ),
         mimic=mimics_of(inputs.tree).get(name),

@@ -25,6 +25,11 @@ LEAST_CLICK = 1.5
 """Least force of a detent, over the friction beside it: with less, the part stays between two."""
 LEAST_CATCH = 0.25
 """Least share of its force that a catch has beside springs that pull its door shut."""
+AJAR = 0.02
+"""Share of its way from shut from which a lid is held ajar by its spring, to be pressed shut."""
+CAUGHT_SHARE, PRESSED_RUB = 0.4, 0.2
+"""Force with which a lid that its spring holds ajar is caught there against being opened, and its dry friction, over
+what presses back as it is pressed shut: else an arm that is let go of flies open, and swings to and fro."""
 FELT_N = 0.5
 """Least weight at the edge of a flap that a hand feels, N (``efforts.csv``): less needs no strut."""
 WAY_SAMPLES = 17
@@ -111,10 +116,10 @@ def detents(start: Start, kind: Handling, friction: float, settings: PhysicsSett
 
 def bias_armature(bias: Bias | None, least_inertia: float, travel: float, settings: PhysicsSettings) -> float:
     """The armature (kg·m² or kg) with which a stop holds what a mechanism presses on it, as it does for springs, and
-    with which detents do not shake at the coarse step."""
+    with which detents, and what is pressed shut, do not shake at the coarse step."""
     if bias is None:
         return 0.0
-    if bias.period > 0.0:
+    if bias.period > 0.0 or bias.kind == "spring return":
         return max(-bias.slope * settings.coarse_timestep_s**2 / settings.max_stiffness_step - least_inertia, 0.0)
     most = max(bias.most, -bias.least)
     way = settings.max_press_step * min(travel, LONG_THROW)
@@ -150,6 +155,24 @@ def catch(span: Range, kind: Handling, friction: float, settings: PhysicsSetting
         return None
     least, most = (-force, 0.0) if way > 0.0 else (0.0, force)
     return Bias(kind=kind.mechanism, slope=force / width, none_at=span.closed + way * width, least=least, most=most)
+
+
+def pressed_shut(start: Start, kind: Handling, rest: float, stiffness: float, settings: PhysicsSettings) -> Bias | None:
+    """The effort against a hand that presses a lid shut which its spring holds ajar, at ``rest`` (rad), beside that
+    spring (N·m/rad): a stapler's arm, which is caught there against being opened to be filled, more lightly. None where
+    it rests at an end, or its spring alone presses so."""
+    span = start.range
+    way, shut = span.open - span.closed, abs(rest - span.closed)
+    between = span.lower is not None and AJAR * abs(way) < shut < 0.5 * abs(way)
+    if settings.dynamics is DynamicsRule.PAPER or not (kind.leaf and kind.mechanism == "spring return" and between):
+        return None
+    bearable = kind.most_downward if way > 0.0 else kind.most_upward
+    force = min(kind.lever * settings.press_shut_n, bearable) - stiffness * shut
+    if stiffness == 0.0 or force <= 0.0:
+        return None
+    caught = CAUGHT_SHARE * force
+    least, most = (-caught, force) if way > 0.0 else (-force, caught)
+    return Bias(kind="spring return", slope=-force / shut, none_at=rest, least=least, most=most)
 
 
 def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
