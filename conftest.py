@@ -5,6 +5,7 @@ import os
 import signal
 import socket
 import sys
+import tempfile
 from collections.abc import Generator, Iterator
 from typing import Any
 
@@ -94,6 +95,16 @@ SLOWEST_FIRST = (
 )  # fmt: skip
 """Files of tests that take longest: 10 s of a core and more; those that wait most first, then in the order of what was
 measured."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give the run a temporary folder of its own, which goes with it: what is killed leaves files behind. Those of
+    ``tmp_path`` stay where they are."""
+    if not hasattr(config, "workerinput"):
+        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
+        folder = tempfile.TemporaryDirectory(prefix="tests-", ignore_cleanup_errors=True)
+        config.add_cleanup(folder.cleanup)
+        os.environ["TMPDIR"], tempfile.tempdir = folder.name, None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

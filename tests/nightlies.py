@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,10 +67,10 @@ class Nightly:
         """Number of record files that the running night has written."""
         return len(list((self.out / ".cache" / "records").glob("*")))
 
-    def now(self, *more: str) -> "subprocess.CompletedProcess[str]":
-        """Run the nightly with ``--now`` to its end."""
+    def now(self, ready: Sequence[str], *more: str) -> "subprocess.CompletedProcess[str]":
+        """Run the nightly with ``--now`` to its end, ``ready`` in Python's place."""
         return subprocess.run(
-            [*self.words, "--now", *more], cwd=ROOT, env=self.environment, text=True, capture_output=True,
+            [*ready, *self.words[1:], "--now", *more], cwd=ROOT, env=self.environment, text=True, capture_output=True,
             timeout=LIMIT_S,
         )  # fmt: skip
 

@@ -1,15 +1,16 @@
 """Commands forked from a process that has loaded what they load, for tests of what a command does: a run started anew
 takes 7 s of a core more, nearly all of them for imports. Fixture: ``ready``.
 
-``[*ready, "-m", "flows.command", "refine", …]`` stands for ``[sys.executable, "-m", …]``: standard streams,
-environment, folder, exit code, Ctrl-C and SIGTERM are those of the real thing. That a program of its own does the same
-is what test_project_walks shows.
+``[*ready, "-m", "flows.command", "refine", …]`` or ``[*ready, "script.py", …]`` stands for ``[sys.executable, …]``:
+standard streams, environment, folder, exit code, Ctrl-C and SIGTERM are those of the real thing. That a program of its
+own does the same is what test_project_walks shows.
 """
 
 import atexit
 import importlib
 import json
 import os
+import runpy
 import select
 import signal
 import socket
@@ -130,7 +131,7 @@ def over(pid: int, link: socket.socket, *, gone: bool) -> bool:
 
 
 def set_up(streams: list[int], words: list[str], folder: str, environment: dict[str, str]) -> None:
-    """Make this fork what a new process of the command line ``-m MODULE …`` would be."""
+    """Make this fork what a new process of the command line would be."""
     import dask
     from prefect.context import refresh_global_settings_context
 
@@ -148,7 +149,7 @@ def set_up(streams: list[int], words: list[str], folder: str, environment: dict[
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)
-    sys.argv = words[1:]
+    sys.argv = words
     # What was read when it was loaded.
     gateway._load_env_files_once.cache_clear()
     prepare_environment()
@@ -180,8 +181,17 @@ def fork_server() -> None:
         os._exit(0)
 
 
+def run() -> int:
+    """Run the module of ``-m MODULE …``, or a script. Returns the exit code."""
+    if sys.argv[0] != "-m":
+        runpy.run_path(sys.argv[0], run_name="__main__")
+        return 0
+    sys.argv.pop(0)
+    return int(importlib.import_module(sys.argv[0]).main())
+
+
 def main() -> None:
-    """Serve at a socket; in a fork, run a module's ``main`` and end as a program ends."""
+    """Serve at a socket; in a fork, run what was asked for and end as a program ends."""
     for name in MODULES:
         importlib.import_module(name)
     with socket.socket(socket.AF_UNIX) as listener:
@@ -190,7 +200,7 @@ def main() -> None:
         serve(listener)
     code = 1
     try:
-        code = importlib.import_module(sys.argv[0]).main()
+        code = run()
     except SystemExit as error:
         code = error.code if isinstance(error.code, int) else int(error.code is not None)
     except BaseException as error:

@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
@@ -61,7 +60,7 @@ def comparable(out: Path | str, name: str) -> pd.DataFrame:
 
 
 def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(
-    store: Store, tmp_path: Path, prefect_server: str
+    store: Store, tmp_path: Path, prefect_server: str, ready: list[str]
 ) -> None:
     lines = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
     chosen = {line.split(",")[0]: line for line in lines}
@@ -76,13 +75,9 @@ def test_a_bucket_is_refined_into_a_bucket_as_a_folder_into_a_folder(
     caches = [str(tmp_path / name) for name in ("cache", "another machine's cache")]
     runs = [(str(data), str(here), caches[0]), *((f"{store.url}/raw", there, cache) for cache in caches)]
     ran = subprocess.run(
-        [sys.executable, str(script), json.dumps(runs)],
-        cwd=ROOT,
-        env=using(prefect_server, tmp_path / "prefect") | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-    )
+        [*ready, str(script), json.dumps(runs)], cwd=ROOT, env=using(prefect_server, tmp_path / "prefect"), text=True,
+        capture_output=True, timeout=LIMIT_S,
+    )  # fmt: skip
     assert ran.returncode == 0, ran.stderr
     steps = [json.loads(line) for line in ran.stdout.splitlines() if line.startswith("[[")]
     assert steps == [[list(IDS), []], [list(IDS), []], [[], list(IDS)]]

@@ -6,7 +6,6 @@ import shutil
 import sqlite3
 import stat
 import subprocess
-import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -90,7 +89,9 @@ def test_with_a_settings_file_only_what_options_state_is_kept(tmp_path: Path, mo
 
 
 @pytest.mark.system
-def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_server: str, prefect_server_home: Path) -> None:
+def test_no_file_of_a_run_holds_a_key(
+    tmp_path: Path, prefect_server: str, prefect_server_home: Path, ready: list[str]
+) -> None:
     """A whole run against an address where nobody listens: OUT, MLflow and Prefect, tables and databases decoded."""
     data, out, home = dataset(tmp_path / "data", ("a",)), tmp_path / "out", tmp_path / "home"
     shutil.copytree(ROOT / "data" / "raw" / "Box" / "box_wooden", data / "box")
@@ -102,7 +103,7 @@ def test_no_file_of_a_run_holds_a_key(tmp_path: Path, prefect_server: str, prefe
     words = ["refine", str(data), "--out", str(out), "--model", "openai/x", "--api-base", BASE, "--hook", hook]
     environment = {**using(prefect_server, home), "OPENAI_API_KEY": "sk-key-5-of-a-test"}
     ran = subprocess.run(
-        [sys.executable, "-m", "flows.command", *words, "--no-views", "--settings", str(settings)], cwd=ROOT, text=True,
+        [*ready, "-m", "flows.command", *words, "--no-views", "--settings", str(settings)], cwd=ROOT, text=True,
         capture_output=True, env=environment, timeout=300,
     )  # fmt: skip
     assert ran.returncode == 0 and told.read_text() == "hook-secret-4 0\n", ran.stderr

@@ -169,10 +169,10 @@ def test_nights_that_overlap_are_interrupted_and_killed(
 
 
 def test_a_night_at_once_where_none_is_served_and_what_its_exit_code_says(
-    environment: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    environment: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str], ready: list[str]
 ) -> None:
     nightly = make_nightly(tmp_path, environment, "--assets", "planted_not_xml")
-    done = nightly.now("--strict")
+    done = nightly.now(ready, "--strict")
     assert done.returncode == 1 and "0 of 1 ok, 1 new failure" in done.stdout, done.stderr
     assert nightly.told[0].startswith(f"1:0:{tmp_path / 'out' / 'report' / 'index.html'}:")
 

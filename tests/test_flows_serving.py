@@ -3,6 +3,7 @@
 import asyncio
 import os
 import signal
+import sys
 import uuid
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -79,7 +80,7 @@ def test_a_nightly_with_a_server_of_its_own_is_served_triggered_and_stopped(home
         assert f"next run: {datetime.now(UTC):%Y}" in nightly.log and "02:00 UTC, in" in nightly.log
         command = f"prefect deployment run nightly/{deployment_name(nightly.out)}"
         assert "PREFECT_API_URL=http://127.0.0.1:" in nightly.log and command in nightly.log
-        done = nightly.now()
+        done = nightly.now([sys.executable])
         assert done.returncode == 0, done.stderr + nightly.log
         report = nightly.out / "report" / "index.html"
         assert "1 of 1 objects pass" in report.read_text(encoding="utf-8")

@@ -3,7 +3,6 @@
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -46,11 +45,12 @@ def echoing(number: int, body: dict[str, Any]) -> Reply:
     return Reply(json.dumps(good).replace("ESCAPED", escaped))
 
 
-def refine(out: Path, environment: dict[str, str], folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+def refine(
+    ready: list[str], out: Path, environment: dict[str, str], folder: Path, *options: str
+) -> subprocess.CompletedProcess[str]:
     hidden = ("OPENAI_API_KEY", "OPENAI_API_BASE", "OPENAI_BASE_URL")
     environment = {name: value for name, value in environment.items() if name not in hidden}
-    environment |= {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "flows.command", "refine", str(ROOT / "data" / "raw"), "--assets", "box_wooden"]
+    command = [*ready, "-m", "flows.command", "refine", str(ROOT / "data" / "raw"), "--assets", "box_wooden"]
     return subprocess.run(
         [*command, "--out", str(out), "--workers", "1", "--engines", "pybullet", "--no-interaction", *options],
         env=environment, cwd=folder, capture_output=True, text=True, timeout=LIMIT_S,
@@ -69,7 +69,7 @@ def everything_in(folder: Path) -> dict[str, bytes]:
 
 
 def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_server: str, prefect_server_home: Path
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_server: str, prefect_server_home: Path, ready: list[str]
 ) -> None:
     out, home, folder = tmp_path / "out", tmp_path / "prefect", tmp_path / "here"
     folder.mkdir()
@@ -81,9 +81,8 @@ def test_a_planted_key_reaches_no_file_and_a_second_run_asks_nothing(
         return echoing(len(asked) - 1, body)
 
     with serve(script) as server:
-        first = refine(
-            out, using(prefect_server, home), folder, "--model", "openai/scripted", "--api-base", server.api_base
-        )
+        environment, asking = using(prefect_server, home), ("--model", "openai/scripted", "--api-base", server.api_base)
+        first = refine(ready, out, environment, folder, *asking)
         assert first.returncode == 0, first.stderr
         of_first = len(server.requests)
         monkeypatch.setenv("OPENAI_API_KEY", KEY)

@@ -34,8 +34,8 @@ def test_a_first_night_starts_a_server_of_its_own(refined: Checkout) -> None:
 
 
 @pytest.mark.system
-def test_the_data_person(refined: Checkout) -> None:
-    folder, said = refined.folder, refined.walk(*DATA_PERSON)
+def test_the_data_person(refined: Checkout, ready: list[str]) -> None:
+    folder, said = refined.folder, refined.at_hand(ready).walk(*DATA_PERSON)
     assert "asset_id,mass_kg" in (folder / "masses.csv").read_text(encoding="utf-8")
     assert (folder / "data/refined/report/objects/laptop_silver/before.webp").is_file()
     assert "[kg]" in said[3] or "comment" in said[3]
