@@ -57,6 +57,17 @@ def test_what_lies_in_a_drawer_and_in_a_box_stays(tmp_path: Path) -> None:
     assert (inside.link, inside.reason, inside.joints) == ("body", "", ("hinge",))
 
 
+def test_what_lies_behind_a_door_that_slides_is_looked_at(tmp_path: Path) -> None:
+    shell = shape("0.3 0.4 0.01", xyz="0 0 0.005") + shape("0.3 0.4 0.01", xyz="0 0 0.295")
+    shell += shape("0.01 0.4 0.3", xyz="-0.145 0 0.15")
+    shell += "".join(shape("0.3 0.01 0.3", xyz=f"0 {y} 0.15") for y in (-0.195, 0.195))
+    door = Solid(shape("0.008 0.4 0.3"), 0.5, 0.2)
+    folder = two(tmp_path / "cupboard", Solid(shell, 8.0, 0.3), door, "prismatic", "0.158 0 0.15", "0 1 0", 0.38,
+                 names=("door", "slide"), friction=2.0, damping=3.0, holds=True, effective_inertia=0.5)  # fmt: skip
+    (inside,) = kept(folder)
+    assert (inside.link, inside.reason, inside.joints) == ("body", "", ("slide",))
+
+
 def test_what_is_put_down_on_a_floor_that_leans_lies_there_and_rolls_to_its_edge(tmp_path: Path) -> None:
     """A trough with sides that lean by 35°, as a jewellery box's wells have: balls roll to its middle and stay."""
     sides = "".join(

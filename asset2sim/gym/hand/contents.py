@@ -87,16 +87,16 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
     }
     slid = {link for link, joints in movers.items() if any(joint.type == "prismatic" for joint in joints)}
     shift = body_pose(world.data, world.root)[:3, 3]
-    found = []
-    for link, own in seen.items():
+    found, drawers = [], list[Array]()
+    nothing = np.zeros((0, 3, 3))
+    for link, own in sorted(seen.items(), key=lambda item: item[0] not in slid):
         if any(joint.type != "prismatic" for joint in movers[link]):
             continue
-        nothing = np.zeros((0, 3, 3))
         others = np.vstack([nothing, *(part for name, part in seen.items() if name != link)])
-        fixed = np.vstack([nothing, *(part for name, part in seen.items() if name != link and name in slid)])
-        here = interiors(own, others, radius, None if link in slid else fixed)
+        here = interiors(own, others, radius, None if link in slid else np.vstack([nothing, *drawers]))
         if not here and link in slid:
             here = interiors(own, others, radius, walls_of_all=True)
+        drawers += [own] if here and link in slid else []  # a door that slides is opened for what lies behind it
         found += [(link, replace(inside, points=inside.points + shift)) for inside in here]
     return found
 
