@@ -240,3 +240,15 @@ def test_the_table_that_an_object_stands_on_is_no_part_of_it(tmp_path: Path, wor
     assert sorted(str(link.get("name")) for link in made.robot.findall("link")) == links
     told = [note.split(" is left out")[0] for note in made.notes if "left out" in note]
     assert told == (["body 'tablelink'", "body 'RetainingWall'"] if "base" not in links else [])
+
+
+def test_what_its_file_fixes_on_a_table_is_held_where_it_would_fall(tmp_path: Path) -> None:
+    thin = '<geom type="box" size="0.2 0.01 0.2" pos="0 0 0.2" mass="2"/>'
+    nail = '<body name="nail" pos="0 -0.03 0.3"><joint type="slide" axis="0 1 0" range="0 0.02"/>{}</body>'
+    board = f'<body name="board">{thin}{nail.format(BOX.replace("0.1 0.1 0.1", "0.02 0.01 0.02"))}</body>'
+    mjcf(tmp_path / "board", TABLE + board)
+    assert held(tmp_path / "board") == (SupportKind.FIXED, Source.AUTHORED)
+    mjcf(tmp_path / "cabinet", RIMMED + CABINET)
+    assert held(tmp_path / "cabinet")[0] is SupportKind.FREESTANDING, "what stands firmly is not"
+    mjcf(tmp_path / "alone", board)
+    assert held(tmp_path / "alone")[1] is not Source.AUTHORED, "no table holds it"

@@ -64,6 +64,8 @@ class DescriptionFile:
     """The axis that points up in the file."""
     held: str = ""
     """Why the file holds the object where it is, in words; empty where it leaves that open."""
+    stood: str = ""
+    """How the file stands the object, fixed, on what is no part of it, in words; empty where it does not."""
 
 
 TURNED = 0.75

@@ -108,7 +108,8 @@ def open_origin(
     form = FORMATS[file.suffix]
     scene, held = part is None and bool(converted.free), converted.held if part is None else ""
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
-    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up, held)
+    found = DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up, held)
+    return replace(found, stood=converted.stood if part is None else "")
 
 
 def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":

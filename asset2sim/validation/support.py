@@ -60,7 +60,7 @@ def with_support(
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
     hangs, below = wall_evidence(features, points, scale, guidance.category)
-    held = held_by_file(extraction)
+    held = held_by_file(extraction, standing[0])
     support = support_of(features, proposal, source, guidance, *standing, held=held, hangs=hangs, below=below)
     return overlay.model_copy(update={"support": support})
 
@@ -70,12 +70,15 @@ def wall_evidence(features: Features, points: Mapping[str, Array], scale: float,
     return hangs_on_wall(features, points, scale, category), swings_below(features, points, scale, category)
 
 
-def held_by_file(extraction: Extraction) -> str:
+def held_by_file(extraction: Extraction, polygon: SupportPolygon) -> str:
     """How its file holds the object where it is, in words: by its world, or a URDF by an empty link ``world`` on which
-    it does not float; empty where it does not."""
-    features = extraction.features
-    if extraction.opened is not None and extraction.opened.held:
-        return extraction.opened.held
+    it does not float, or by the table that it stands on, where by its ``polygon`` alone it would not stand firmly;
+    empty where it does not."""
+    features, opened = extraction.features, extraction.opened
+    if opened is not None and opened.held:
+        return opened.held
+    if opened is not None and opened.stood and polygon.margin_rad < FIRM_RAD:
+        return opened.stood
     floats = any(finding.code == "root_floats" for finding in extraction.findings)
     hung = features.root == WORLD and not features.link(WORLD).has_geometry and not floats
     return "its URDF hangs it from a link 'world'" if hung else ""

@@ -199,7 +199,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     if support is None:
         standing = closed_polygon(features, points, tree, bodies, scale)
         hangs, below = wall_evidence(features, points, scale, given.guidance.category)
-        held, said = held_by_file(extraction), given.guidance
+        held, said = held_by_file(extraction, standing[0]), given.guidance
         support = support_of(features, overlay, source, said, *standing, held=held, hangs=hangs, below=below)
     if support.fixed:
         starts = hanging_starts(starts, tree, features.root, bodies)

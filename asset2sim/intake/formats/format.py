@@ -37,6 +37,8 @@ class Converted:
     """The links that the file has free of the world and that are fixed in ``robot``."""
     held: str = ""
     """Why the file holds the whole where it is, in words; empty where it leaves that open."""
+    stood: str = ""
+    """How the file stands the whole, fixed, on a table that is left out, in words; empty where it does not."""
     masks: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     """Link with shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
     driven: frozenset[str] = frozenset()

@@ -32,7 +32,7 @@ from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import is_mjcf, models_of
 from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
-from asset2sim.intake.formats.mjcf_scene import ground_of
+from asset2sim.intake.formats.mjcf_scene import SCENE, ground_of
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -115,8 +115,10 @@ class _Model:
             )
         )
         notes = (*dict.fromkeys(self.notes), *told)
+        on_table = any(SCENE in note for note in self.ground.values()) and len(loose) < len(tops)
+        stood = "its file fixes it on a floor or table, which is left out" if on_table else ""
         made = Converted(robot, files, notes, world=world, free=free, held=held)
-        return replace(made, masks=masks, driven=driven)
+        return replace(made, masks=masks, driven=driven, stood=stood)
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""

@@ -11,6 +11,8 @@ from asset2sim.physics.arrays import Array
 
 FLOOR = re.compile(r"(?<![a-z])(floor|ground|table(top|link)?|workbench)(?![a-z])")
 RIM = re.compile(r"(?<![a-z])([a-z]*walls?|fence|rim|border)(?![a-z])")
+SCENE = "the floor or table under all else"
+"""What a note says of a floor or table that is left out."""
 TOUCHING_M = 0.01
 """Depth to which what stands on a floor may reach into it as it is drawn."""
 APART_M = 0.005
@@ -54,7 +56,7 @@ def ground_of(mujoco: Any, model: Any) -> dict[int, str]:
     moving = any(model.body_weldid[model.geom_bodyid[geom]] for geom in things)
     least, most = low[things].min(axis=0), high[things].max(axis=0)
     beneath = [item for item in floors if is_beneath(item, least, most, moving)]
-    found |= {geom: item.left_out("the floor or table under all else") for item in beneath for geom in item.geoms}
+    found |= {geom: item.left_out(SCENE) for item in beneath for geom in item.geoms}
     things = [geom for geom in things if geom not in {geom for rim in rims for geom in rim.geoms}]
     if beneath and things:
         top = min(item.high[:, 2].max() for item in beneath)
