@@ -13,7 +13,8 @@ from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.settings import Settings
 from tasks.by_hand import contents_columns, measure_contents, overlay_of
 from tasks.progress import AssetJob
-from tests.assets import link, prior, robot, shape
+from tests.assets import joint, link, prior, robot, shape
+from tests.factories import make_joint
 from tests.refined_things import Solid, inertial, refined, two
 
 pytestmark = pytest.mark.system
@@ -66,6 +67,29 @@ def test_what_lies_behind_a_door_that_slides_is_looked_at(tmp_path: Path) -> Non
                  names=("door", "slide"), friction=2.0, damping=3.0, holds=True, effective_inertia=0.5)  # fmt: skip
     (inside,) = kept(folder)
     assert (inside.link, inside.reason, inside.joints) == ("body", "", ("slide",))
+
+
+def test_the_way_of_a_door_that_slides_is_no_room(tmp_path: Path) -> None:
+    """Two doors side by side, the right one 5 cm before the left: before the left one nothing lies for long."""
+    shell = shape("0.36 0.4 0.01", xyz="0.035 0 0.005") + shape("0.36 0.4 0.01", xyz="0.035 0 0.295")
+    shell += shape("0.01 0.4 0.3", xyz="-0.145 0 0.15")
+    shell += "".join(shape("0.36 0.01 0.3", xyz=f"0.035 {y} 0.15") for y in (-0.195, 0.195))
+    doors = {"left": "0.15 -0.095 0.15", "right": "0.2 0.095 0.15"}
+    links = [Solid(shell, 8.0, 0.3).link("body")] + [
+        Solid(shape("0.008 0.19 0.27"), 0.5, 0.2).link(name) for name in doors
+    ]
+    slides = [
+        joint(f"slide_{name}", "prismatic", "body", name, xyz=place, axis=f"0 {1 if name == 'left' else -1} 0",
+              limit="0 0.19")
+        for name, place in doors.items()
+    ]  # fmt: skip
+    terms = {"upper": 0.19, "open": 0.19, "friction": 2.0, "damping": 3.0, "holds": True, "effective_inertia": 0.5}
+    joints = [make_joint(f"slide_{name}", "prismatic").model_copy(update=terms) for name in doors]
+    masses = {"body": 8.0} | dict.fromkeys(doors, 0.5)
+    found = kept(refined(tmp_path / "cupboard", robot(*links, *slides), joints, masses, fixed=False))
+    (inside,) = found
+    # Behind the left door's way: 25 x 34.5 x 25 cm, to a cell, for the middles of balls of 2 cm.
+    assert inside.reason == "" and inside.room_m3 == pytest.approx(0.25 * 0.345 * 0.25, rel=0.1), inside
 
 
 def test_what_is_put_down_on_a_floor_that_leans_lies_there_and_rolls_to_its_edge(tmp_path: Path) -> None:

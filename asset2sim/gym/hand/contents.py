@@ -1,7 +1,7 @@
 """The check ``contents``: three bodies lie in each drawer and box and on each shelf while its parts open and close."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from asset2sim.gym.hand.content_world import (
 from asset2sim.gym.hand.surfaces import triangles_of
 from asset2sim.gym.hand.used import no_task
 from asset2sim.gym.world import body_pose, body_subtree
+from asset2sim.load import Joint
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.hand_settings import ContentSettings, HandSettings
@@ -39,6 +40,8 @@ SUNK = 0.3
 """How far a body may lie below the floor that is seen, over its radius."""
 LEANS = 0.7
 """Least upright part of a contact's normal, of a floor on which something lies: it leans by at most 45°."""
+OPENED = (0.25, 0.5, 0.75, 1.0)
+"""Shares of its way at which it is looked what a door that slides passes over."""
 MOST_POINTS = 1500
 """Places of an interior at which it is looked whether a collision shape is there."""
 
@@ -87,17 +90,29 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
     }
     slid = {link for link, joints in movers.items() if any(joint.type == "prismatic" for joint in joints)}
     shift = body_pose(world.data, world.root)[:3, 3]
-    found, drawers = [], list[Array]()
+    found, drawers, swept = [], list[Array](), list[Array]()
     nothing = np.zeros((0, 3, 3))
     for link, own in sorted(seen.items(), key=lambda item: item[0] not in slid):
         if any(joint.type != "prismatic" for joint in movers[link]):
             continue
-        others = np.vstack([nothing, *(part for name, part in seen.items() if name != link)])
+        others = np.vstack([nothing, *swept, *(part for name, part in seen.items() if name != link)])
         here = interiors(own, others, radius, None if link in slid else np.vstack([nothing, *drawers]))
         if not here and link in slid:
             here = interiors(own, others, radius, walls_of_all=True)
-        drawers += [own] if here and link in slid else []  # a door that slides is opened for what lies behind it
+        if here and link in slid:
+            drawers.append(own)
+        elif link in slid:  # a door that slides is opened for what lies behind it, and nothing lies in its way
+            swept += swept_faces(world, own, movers[link])
         found += [(link, replace(inside, points=inside.points + shift)) for inside in here]
+    return found
+
+
+def swept_faces(world: ContentWorld, faces: Array, joints: Sequence[Joint]) -> list[Array]:
+    """The (k, 3, 3) faces of a link at places along the ways on which these joints slide it open."""
+    found = []
+    for joint in joints:
+        axis = world.data.xaxis[int(world.model.joint(world.prefix + joint.name).id)]
+        found += [faces + share * (joint.open - joint.closed) * axis for share in OPENED]
     return found
 
 
