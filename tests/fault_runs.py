@@ -3,9 +3,8 @@
 import os
 import shutil
 import subprocess
-import sys
 import uuid
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,8 @@ from typing import Any
 from asset2sim.catalog.read import read_table
 from tests.assets import RAW, ROOT
 from tests.faulty import processes
-from tests.processes import alive, wait_until
+from tests.processes import MARK, alive, wait_until
 
-MARK = "ASSET2SIM_TEST_MARK"
 PLAIN = ("--engines", "pybullet", "--no-interaction", "--no-views")
 """The quickest run that does all the stages."""
 LIMIT_S = 900.0
@@ -23,11 +21,12 @@ LIMIT_S = 900.0
 
 @dataclass(frozen=True)
 class Place:
-    """Folders of one test, the address of a Prefect server, and the environment of all that it starts, with a mark by
-    which strays are found."""
+    """Folders of one test, the address of a Prefect server, the first words of a command, and the environment of all
+    that it starts, with a mark by which strays are found."""
 
     folder: Path
     server: str
+    python: Sequence[str]
     mark: str = field(default_factory=lambda: f"asset2sim-fault-{uuid.uuid4().hex}")
 
     @property
@@ -58,7 +57,7 @@ def dataset(data: Path, assets: dict[str, str]) -> None:
 def start(place: Place, *options: str, **limits: object) -> "subprocess.Popen[str]":
     """A run, in a session of its own as under a service manager."""
     return subprocess.Popen(
-        [sys.executable, "-m", "tests.faulty", "refine", str(place.data), "--out", str(place.out), *PLAIN, *options],
+        [*place.python, "-m", "tests.faulty", "refine", str(place.data), "--out", str(place.out), *PLAIN, *options],
         cwd=ROOT, env=place.environment(**limits), text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         start_new_session=True,
     )  # fmt: skip

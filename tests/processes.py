@@ -8,6 +8,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+MARK = "ASSET2SIM_TEST_MARK"
+"""The variable with a word in the environment of everything that a test starts, by which strays are found."""
+
 
 def alive(mark: str) -> list[str]:
     """The command lines of running processes that carry the mark in their environment."""

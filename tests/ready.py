@@ -7,6 +7,7 @@ own does the same is what test_project_walks shows.
 """
 
 import atexit
+import ctypes
 import importlib
 import json
 import os
@@ -28,7 +29,7 @@ import pytest
 
 from tests.assets import ROOT
 from tests.of_all import folder_of_all, one_of_all
-from tests.processes import wait_until
+from tests.processes import MARK, wait_until
 
 MODULES = (
     *("flows.command", "flows.refine_dataset", "flows.serve_nightly", "flows.show", "flows.local", "flows.hand_on"),
@@ -36,6 +37,8 @@ MODULES = (
     *("asset2sim.runs.check_request", "asset2sim.report.site", "asset2sim.experiments.isolation.preload"),
 )
 """What commands load, and, last, what the fork server of each loads."""
+MARK_BYTES = 64
+"""Room for the mark of a test, by which strays are found."""
 CLIENT = """
 import array, json, os, signal, socket, sys
 place, *words = sys.argv[1:]
@@ -55,6 +58,10 @@ os._exit(code)
 """
 """A program that has a command line run by the process at a socket, and stands for it: it hands signals on, and ends as
 the command does; killed, it takes the command along."""
+
+
+getenv = ctypes.CDLL(None).getenv
+getenv.restype = ctypes.c_void_p
 
 
 @pytest.fixture(scope="session")
@@ -79,7 +86,7 @@ def started(home: Path, alive: IO[bytes]) -> str:
     with (home / "log").open("wb") as log:
         process = subprocess.Popen(
             [sys.executable, "-m", "tests.ready", str(place)], cwd=ROOT, stdin=alive, stdout=log, stderr=log,
-            start_new_session=True,
+            start_new_session=True, env={**os.environ, MARK: "-" * MARK_BYTES},
         )  # fmt: skip
     assert wait_until(lambda: process.poll() is not None or answers(str(place)), 300.0)
     assert process.poll() is None, (home / "log").read_text(encoding="utf-8")
@@ -146,6 +153,8 @@ def set_up(streams: list[int], words: list[str], folder: str, environment: dict[
     sys.stdin = os.fdopen(0, encoding=encoding, closefd=False)
     sys.stdout = os.fdopen(1, "w", encoding=encoding, closefd=False)
     sys.stderr = os.fdopen(2, "w", 1, encoding, "backslashreplace", closefd=False)
+    # The system shows what a process began with: there the mark is written over what keeps its room.
+    ctypes.memmove(getenv(MARK.encode()), environment.get(MARK, "").ljust(MARK_BYTES, "-").encode(), MARK_BYTES)
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)

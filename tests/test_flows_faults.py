@@ -25,8 +25,8 @@ pytestmark = [
 
 
 @pytest.fixture
-def place(tmp_path: Path, prefect_server: str) -> Iterator[Place]:
-    place = Place(tmp_path, prefect_server)
+def place(tmp_path: Path, prefect_server: str, ready: list[str]) -> Iterator[Place]:
+    place = Place(tmp_path, prefect_server, ready)
     yield place
     kill_marked(place.mark)
 

@@ -15,7 +15,7 @@ import pytest
 from asset2sim.runs.plan.records import RECORDS_FOLDER
 from tests.assets import RAW, ROOT
 from tests.prefect_server import with_tables
-from tests.processes import alive, wait_until
+from tests.processes import MARK, alive, wait_until
 
 pytestmark = pytest.mark.system
 
@@ -42,13 +42,12 @@ def prefect_home(tmp_path_factory: pytest.TempPathFactory, prefect_tables: Path)
 
 @pytest.fixture
 def mark() -> str:
-    """A word in the environment of everything that a test starts, by which strays are found."""
     return f"asset2sim-test-{uuid.uuid4().hex}"
 
 
 @pytest.fixture
 def environment(prefect_home: Path, mark: str) -> dict[str, str]:
-    return {**os.environ, "PREFECT_HOME": str(prefect_home), "ASSET2SIM_TEST_MARK": mark}
+    return {**os.environ, "PREFECT_HOME": str(prefect_home), MARK: mark}
 
 
 def statuses(out: Path) -> dict[str, str]:
@@ -121,7 +120,7 @@ def test_a_killed_run_leaves_no_process(running: subprocess.Popen[str], tmp_path
 
 
 def test_a_sample_and_a_missing_one_end_to_end(
-    tmp_path: Path, environment: dict[str, str], prefect_server: str, mark: str
+    tmp_path: Path, environment: dict[str, str], prefect_server: str, mark: str, ready: list[str]
 ) -> None:
     rows = (RAW / "manifest.csv").read_text(encoding="utf-8").splitlines()
     data = tmp_path / "my data"
@@ -130,12 +129,10 @@ def test_a_sample_and_a_missing_one_end_to_end(
     lost = "lost,Box,Box/lost,sample,A box."
     (data / "manifest.csv").write_text("\n".join([*rows[:2], lost]) + "\n", encoding="utf-8")
     out = tmp_path / "my out"
-    command = [
-        sys.executable, "-m", "flows.command", "refine", str(data), "--out", str(out), "--workers", "2", "--strict",
-    ]  # fmt: skip
+    words = ["refine", str(data), "--out", str(out), "--workers", "2", "--strict"]
     done = subprocess.run(
-        command, cwd=ROOT, env={**environment, "PREFECT_API_URL": prefect_server}, text=True, capture_output=True,
-        timeout=LIMIT_S,
+        [*ready, "-m", "flows.command", *words], cwd=ROOT, env={**environment, "PREFECT_API_URL": prefect_server},
+        text=True, capture_output=True, timeout=LIMIT_S,
     )  # fmt: skip
     assert done.returncode == 1, done.stderr
     assert statuses(out) == {asset_id: "ok", "lost": "failed"}

@@ -40,7 +40,6 @@ from schemas.tables import HISTORY
 from schemas.vocabulary import Grouping
 from tests.assets import NO_VIEWS, RAW
 from tests.factories import make_record
-from tests.prefect_server import with_tables
 
 STAPLER = RAW / "Stapler" / "stapler_desk"
 
@@ -292,9 +291,9 @@ def test_the_bench_runs_and_writes_what_it_measured(tmp_path: Path, capsys: pyte
 
 @pytest.mark.system
 def test_a_run_of_the_flow_is_timed_as_the_command_runs_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_tables: Path
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefect_server: str
 ) -> None:
-    monkeypatch.setenv("PREFECT_HOME", str(with_tables(tmp_path / "prefect", prefect_tables)))
+    monkeypatch.setenv("PREFECT_API_URL", prefect_server)
     times = measure(FlowTimes, RUN, refine(tmp_path / "out", "stapler_desk"), tmp_path / "run")
     assert (times.assets, times.ok, times.unchanged) == (1, 1, 0)
     assert {"discover", "plan", "refine-assets", "publish", "report", "log-run"} <= set(times.tasks_s)
