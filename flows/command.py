@@ -18,7 +18,7 @@ from asset2sim.runs import option_groups as groups
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options, missing_package
 from flows import PIPELINE
-from schemas.declared import Command
+from schemas.declared import DeclaredCommand
 from schemas.errors import DONE, FAILED, UsageError, complain, exit_code_of
 from schemas.extensions import commands, object_at
 
@@ -108,7 +108,7 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
     return _print(options) if added is None else _run_added(added, options)
 
 
-def _run_added(command: Command, options: Options) -> int:
+def _run_added(command: DeclaredCommand, options: Options) -> int:
     """Run an extension's command. Returns the exit code."""
     from asset2sim.models.gateway.environment import quiet_environment
     from asset2sim.runs.request import settings_of

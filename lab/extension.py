@@ -1,30 +1,30 @@
 """Extension of the laboratory to ``asset2sim``: its commands, tables, model and methods."""
 
 from lab.noise.noise_level import NOISY, NOISY_FORM, NOISY_LABEL
-from schemas.declared import METHOD, TOOLS, Command, Extension, LocalModel
+from schemas.declared import METHOD, TOOLS, DeclaredCommand, Extension, LocalModel
 
 COMMANDS = (
-    Command(
+    DeclaredCommand(
         "rate", "a page on which people rate anonymous variants",
         "lab.options.rating_options:RateOptions", "lab.flows.rate:serve_rating",
     ),
-    Command(
+    DeclaredCommand(
         "judge-videos", "films of recorded interactions, scored by models side by side",
         "lab.options.rating_options:JudgeVideosOptions", "lab.flows.judge_films:judge_films",
     ),
-    Command(
+    DeclaredCommand(
         "ratings", "what people and judges made of variants, per method",
         "lab.options.rating_options:RatingsOptions", "lab.flows.rate:print_ratings",
     ),
-    Command(
+    DeclaredCommand(
         "record-motion", "a scripted arm's tasks with refined objects, filmed and judged",
         "lab.options.trial_options:RecordMotionOptions", "lab.flows.record_motion:record_motion",
     ),
-    Command(
+    DeclaredCommand(
         "probe", "a policy's tasks with refined objects, asked over a socket",
         "lab.options.trial_options:ProbeOptions", "lab.flows.probe:probe",
     ),
-    Command(
+    DeclaredCommand(
         "learn", "a robot learns to use refined objects: PPO, resumable",
         "lab.options.trial_options:LearnOptions", "lab.flows.learn:learn",
     ),

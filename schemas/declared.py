@@ -31,7 +31,7 @@ HOMES = {CHECK: "asset2sim.checks", METHOD: "asset2sim.baselines"}
 
 
 @dataclass(frozen=True)
-class Command:
+class DeclaredCommand:
     """A command of ``asset2sim``: its name, its line of help, its model of options, and the function that runs it."""
 
     name: str
@@ -78,7 +78,7 @@ class Extension:
     """Additions of a distribution. What it refers to is written ``module:attribute`` and imported where it is used, so
     that a list of names costs nothing."""
 
-    commands: tuple[Command, ...] = ()
+    commands: tuple[DeclaredCommand, ...] = ()
     checks: tuple[FurtherCheck, ...] = ()
     models: tuple[LocalModel, ...] = ()
     tables: str = ""

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator
 
-from schemas.declared import Command, FurtherCheck, LocalModel, extensions
+from schemas.declared import DeclaredCommand, FurtherCheck, LocalModel, extensions
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.hand_settings import HAND_CHECKS
 
@@ -25,7 +25,7 @@ def object_at(place: str) -> Any:
     return pkgutil.resolve_name(place)
 
 
-def commands() -> tuple[Command, ...]:
+def commands() -> tuple[DeclaredCommand, ...]:
     """The commands that extensions add."""
     return tuple(command for item in extensions() for command in item.commands)
 

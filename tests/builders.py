@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from asset2sim.assets.urdf.numbers import BIAS
-from asset2sim.engines.pybullet_object import PyBulletObject
+from asset2sim.engines.pybullet_object import PyBulletItem
 from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, origin_transform
@@ -142,7 +142,7 @@ def block_urdf(folder: Path, size: Vector3 = (0.1, 0.1, 0.1), mass: float = 1.0,
     return write_urdf(folder, [UrdfLink("block", mass, com, inertia, ((box(*size), ORIGIN),))])
 
 
-def joint_track(item: PyBulletObject, seconds: float) -> Array:
+def joint_track(item: PyBulletItem, seconds: float) -> Array:
     """(n + 1,) positions of the object's first joint over the next seconds, the present one first."""
     step = float(item.client.getPhysicsEngineParameters()["fixedTimeStep"])
     world = PyBulletWorld(item, step, plane=False)

@@ -16,7 +16,7 @@ import trimesh
 from pybullet_utils.bullet_client import BulletClient
 
 from asset2sim.assets.urdf.read import MOST_LINKS
-from asset2sim.engines.pybullet_object import IDLE, PyBulletObject, loaded
+from asset2sim.engines.pybullet_object import IDLE, PyBulletItem, loaded
 from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -92,7 +92,7 @@ FLYER = (
 )
 
 
-def momentum(item: PyBulletObject, links: tuple[UrdfLink, UrdfLink]) -> tuple[Array, float, float]:
+def momentum(item: PyBulletItem, links: tuple[UrdfLink, UrdfLink]) -> tuple[Array, float, float]:
     """(3,) linear momentum, spin about z around the centre of mass of a flat motion, and kinetic energy, SI units."""
     client, body = item.client, item.body
     base, turning = (np.array(v) for v in client.getBaseVelocity(body))

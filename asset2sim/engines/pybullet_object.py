@@ -54,7 +54,7 @@ GEAR_FORCE = 1e6
 
 
 @dataclass(frozen=True)
-class PyBulletObject:
+class PyBulletItem:
     """A loaded object: its client and body, link names by index (-1 is the root), and its movable joints in order."""
 
     client: BulletClient
@@ -159,7 +159,7 @@ def keep_clients() -> None:
 @contextmanager
 def loaded(
     urdf: Path, *, fixed_base: bool, timestep_s: float, gravity_m_s2: float = GRAVITY_M_S2, flags: int = FLAGS
-) -> Iterator[PyBulletObject]:
+) -> Iterator[PyBulletItem]:
     """Load a URDF into a client of its own, gravity along -z, joint dynamics applied, until the block ends.
     Raises AssetError (engine_refused) where PyBullet refuses the file, with what it printed."""
     with empty_client() as client:
@@ -189,7 +189,7 @@ def prepared(
     dynamics: dict[str, Dynamics],
     console: tuple[str, ...],
     mimics: Mapping[str, Mimic],
-) -> PyBulletObject:
+) -> PyBulletItem:
     """The object with PyBullet's own damping and motors off, its joints' damping and friction applied, and joints that
     follow others geared to them."""
     link_names = {-1: client.getBodyInfo(body)[0].decode()}
@@ -212,7 +212,7 @@ def prepared(
     for name, mimic in mimics.items():
         couple_joints(client, body, joint_index[name], joint_index[mimic.joint], mimic)
     dynamics = {name: dynamics[name] for name in joint_index}
-    return PyBulletObject(client, body, link_names, joint_index, dynamics, console, mimics)
+    return PyBulletItem(client, body, link_names, joint_index, dynamics, console, mimics)
 
 
 def couple_joints(client: BulletClient, body: int, follower: int, leader: int, mimic: Mimic) -> None:
@@ -224,7 +224,7 @@ def couple_joints(client: BulletClient, body: int, follower: int, leader: int, m
     )
 
 
-def static_pybullet(urdf: Path, timestep_s: float, *, parents: bool = False) -> AbstractContextManager[PyBulletObject]:
+def static_pybullet(urdf: Path, timestep_s: float, *, parents: bool = False) -> AbstractContextManager[PyBulletItem]:
     """``StaticObject``; ``parents``: a link collides with its parent, too."""
     flags = FLAGS | (pybullet.URDF_USE_SELF_COLLISION_INCLUDE_PARENT if parents else 0)
     return loaded(urdf, fixed_base=True, timestep_s=timestep_s, gravity_m_s2=0.0, flags=flags)

@@ -14,7 +14,7 @@ import numpy as np
 import pybullet
 from scipy.spatial.transform import Rotation
 
-from asset2sim.engines.pybullet_object import PyBulletObject
+from asset2sim.engines.pybullet_object import PyBulletItem
 from asset2sim.physics.arrays import Array
 
 SLACK = 1.01
@@ -33,7 +33,7 @@ class ArmatureSprings:
     weighs a hundredth of what its spring presses.
     """
 
-    def __init__(self, item: PyBulletObject, timestep_s: float) -> None:
+    def __init__(self, item: PyBulletItem, timestep_s: float) -> None:
         self.item, self.step = item, timestep_s
         self.names = tuple(name for name, term in item.dynamics.items() if term.armature > 0.0)
         terms = [item.dynamics[name] for name in self.names]

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.parallel_sliders import never_meeting
-from asset2sim.engines.pybullet_object import PyBulletObject, keep_clients, loaded
+from asset2sim.engines.pybullet_object import PyBulletItem, keep_clients, loaded
 from asset2sim.engines.pybullet_springs import ArmatureSprings
 from asset2sim.engines.static_object import MARGIN_M
 from asset2sim.engines.world import DeclaredEngine, bias_efforts, contact_distance_m, nothing_collides, with_followers
@@ -43,7 +43,7 @@ class PyBulletWorld:
     engine = Engine.PYBULLET
     skin_m = 2.0 * MARGIN_M
 
-    def __init__(self, item: PyBulletObject, timestep_s: float, plane: bool) -> None:
+    def __init__(self, item: PyBulletItem, timestep_s: float, plane: bool) -> None:
         self.item = item
         self.timestep_s = timestep_s
         self.console = item.console

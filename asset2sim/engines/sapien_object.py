@@ -62,7 +62,7 @@ UPWARDS = (0.7071068, 0.0, -0.7071068, 0.0)
 
 
 @dataclass(frozen=True)
-class SapienObject:
+class SapienItem:
     """A loaded object: PhysX' system and its articulation, its links in order, their shapes, its joints' terms,
     and what was read of its URDF."""
 
@@ -78,7 +78,7 @@ class SapienObject:
 @contextmanager
 def loaded(
     urdf: Path, *, plane: bool, timestep_s: float, contact_friction: float, gravity_m_s2: float
-) -> Iterator[SapienObject]:
+) -> Iterator[SapienItem]:
     """Load a URDF into a scene of its own; the root is free over a plane, or held without one.
 
     Raises AssetError: what ``read_urdf`` raises, or engine_crash where a moving link has no mass or PhysX cannot take
@@ -105,9 +105,7 @@ def loaded(
     links = tuple(link for link, _ in built.links)
     try:
         printed = (*console, *built.said)
-        yield SapienObject(
-            system, links[0].articulation, links, lowest.lowest_cloud(built.shapes), terms, printed, robot
-        )
+        yield SapienItem(system, links[0].articulation, links, lowest.lowest_cloud(built.shapes), terms, printed, robot)
     finally:
         for entity in list(scene.entities):
             scene.remove_entity(entity)

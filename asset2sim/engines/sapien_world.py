@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.assets.links import read_inertial
 from asset2sim.assets.urdf.read import root_of, tree_joint
 from asset2sim.engines.contacts import ContactPoint
-from asset2sim.engines.sapien_object import SapienObject, loaded
+from asset2sim.engines.sapien_object import SapienItem, loaded
 from asset2sim.engines.world import DeclaredEngine, bias_efforts, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
@@ -102,7 +102,7 @@ class SapienWorld:
     engine = Engine.SAPIEN
     skin_m = 0.0
 
-    def __init__(self, item: SapienObject, timestep_s: float, plane: bool) -> None:
+    def __init__(self, item: SapienItem, timestep_s: float, plane: bool) -> None:
         self.item = item
         self.timestep_s = timestep_s
         self.plane = plane

@@ -13,7 +13,7 @@ from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
 
 
-class Sample(NamedTuple):
+class Moment(NamedTuple):
     """A moment of a rollout, as ``Rollout`` has it of all."""
 
     position: float
@@ -48,14 +48,14 @@ class Rollout:
 
 def sample_of(
     data: mujoco.MjData, place: int, body: int, root: int, *, touched: bool = False, work_j: float = 0.0
-) -> Sample:
+) -> Moment:
     """The sample of this moment of a part's ``body``, whose joint has this ``place`` among positions, and of its
     object's ``root``."""
     center, up = data.xipos[root].copy(), data.xmat[root, 6:].copy()
-    return Sample(float(data.qpos[place]), touched, work_j, float(data.subtree_com[body, 2]), center, up)
+    return Moment(float(data.qpos[place]), touched, work_j, float(data.subtree_com[body, 2]), center, up)
 
 
-def rollout_of(samples: Sequence[Sample], joint: JointPhysics, ends: tuple[float, float], target: float) -> Rollout:
+def rollout_of(samples: Sequence[Moment], joint: JointPhysics, ends: tuple[float, float], target: float) -> Rollout:
     """The recording that these samples are of a joint, led to a target between these ends, rad or m."""
     positions, touched, work, heights, centers, ups = (np.array(column) for column in zip(*samples, strict=True))
     spring = joint.stiffness, joint.spring_reference

@@ -88,7 +88,7 @@ class LoadedPyBullet(ThroughLoad, PyBulletWorld):
         # Without armature, whose motors of the checks' own world would change the joints.
         terms = {name: replace(term, armature=0.0) for name, term in read_dynamics(urdf).items() if name in user.joints}
         super().__init__(
-            pybullet_object.PyBulletObject(
+            pybullet_object.PyBulletItem(
                 client, user.body, dict(sorted(names.items())), user.joints, terms, (), read_mimics(parsed_root(urdf))
             ),
             user.timestep_s,
@@ -117,7 +117,7 @@ class LoadedSapien(ThroughLoad, SapienWorld):
         shapes = [
             (i, lowest.corners(clouds[link.name]), np.eye(4)) for i, link in enumerate(links) if link.name in clouds
         ]
-        item = sapien_object.SapienObject(
+        item = sapien_object.SapienItem(
             user.scene.physx_system, user.articulation, links, lowest.lowest_cloud(shapes), read_dynamics(urdf), (),
             read_urdf(urdf),
         )  # fmt: skip

@@ -30,7 +30,7 @@ def test_it_is_installed_beside_the_product() -> None:
 
 
 @pytest.mark.parametrize("command", EXTENSION.commands, ids=lambda command: str(command.name))
-def test_every_command_has_options_and_a_function(command: declared.Command) -> None:
+def test_every_command_has_options_and_a_function(command: declared.DeclaredCommand) -> None:
     assert issubclass(extensions.object_at(command.options), Options) and callable(extensions.object_at(command.run))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.checks.mechanism import span_of
 from asset2sim.gym.contacts import pressures
-from asset2sim.gym.guards import Guards, Sample, guard, rollout_of, sample_of
+from asset2sim.gym.guards import Guards, Moment, guard, rollout_of, sample_of
 from asset2sim.gym.hand.gripper import HandWorld
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
@@ -32,7 +32,7 @@ class Recorder:
     touched: bool = False
     count: int = 0
     missed: int = 0
-    samples: list[Sample] = field(default_factory=list)
+    samples: list[Moment] = field(default_factory=list)
 
     def step(self) -> None:
         """A step of the world, and now and then a sample."""

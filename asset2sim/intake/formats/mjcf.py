@@ -45,7 +45,7 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
     """The URDF of an MJCF file; its meshes are written into ``work``. Raises AssetError as ``compiled`` does, and for
     joints that a URDF does not have."""
     mujoco, spec, model, notes = compiled(file, reach)
-    return _Model(file, work, mujoco, spec, model, notes).converted()
+    return _MjcfAsset(file, work, mujoco, spec, model, notes).converted()
 
 
 WHOLE_TURN_RAD = 6.0
@@ -57,7 +57,7 @@ DEFAULT_DENSITY_KG_M3, LEAST_DENSITY_KG_M3 = 1000.0, 200.0
 10, 50 or 100 into whatever it is, light woods have 350."""
 
 
-class _Model:
+class _MjcfAsset:
     """One compiled model being converted."""
 
     def __init__(self, file: Path, work: Path, mujoco: Any, spec: Any, model: Any, notes: Sequence[str]) -> None:

@@ -71,14 +71,16 @@ def urdf_of_sdf(file: Path, work: Path, reach: AllowedFolders, expanded: Path | 
                 model.set("name", unused(str(model.get("name")), taken))
             whole = etree.Element("model", name=str(worlds[0].get("name") or file.stem))
             whole.extend([*models, *worlds[0].findall("frame"), *worlds[0].findall("joint")])
-            return replace(_Model(file, work, whole, version_of(document), recovered).converted(), files=tuple(files))
+            return replace(
+                _SdfAsset(file, work, whole, version_of(document), recovered).converted(), files=tuple(files)
+            )
     if document.tag != "sdf" or len(models) != 1:
         problem = f"an SDF file of one <model> is needed; it has {len(models)} in <{document.tag}>; {FLATTEN}"
         raise unconvertible_error(file, "sdf_models", problem)
     inner, missing = included(models[0], file, reach)
     if missing:
         raise unconvertible_error(file, "sdf_nested", MISSING.format(", ".join(missing)))
-    made = _Model(file, work, models[0], version_of(document), recovered).converted()
+    made = _SdfAsset(file, work, models[0], version_of(document), recovered).converted()
     return replace(made, files=(*files, *inner))
 
 
@@ -88,7 +90,7 @@ def is_object(model: Element) -> bool:
     return not shapes or bool(shapes - {"plane", "heightmap"})
 
 
-class _Model(SdfModel):
+class _SdfAsset(SdfModel):
     """One model being converted."""
 
     def __init__(self, file: Path, work: Path, model: Element, version: tuple[int, ...], notes: Sequence[str]) -> None:
