@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from asset2sim.guidance.tables import part_effort
+from asset2sim.guidance.tables import mechanism, part_effort
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import SAFE_SHARE, Handling, handling, standing_part
 from asset2sim.validation.holding import NO_BALANCE, counterbalance, holding
@@ -170,5 +170,8 @@ def test_every_motion_of_every_part_has_a_range() -> None:
         for motion in ("hinge", "slider", "spin"):
             row = part_effort(part, "no such category", motion)
             assert 0.0 <= row.least_n < row.most_n and row.source
+    slide, pivot = (part_effort("blade", "Knife", motion) for motion in ("slider", "hinge"))
+    assert slide.least_n == 1.7 and "1.7 to 5.6 N" in slide.source and pivot.least_n == 1.0
+    assert mechanism("wheel", "Cart", "spin").coast_s >= 5.0, "its axle rubs: damping took a third of a barrow's effort"
     pedal = part_effort("pedal", "TrashCan", "hinge", 0.1)
     assert pedal.least_n == 15.0 and "15 to 30 N" in pedal.source, "no lighter than its own source has it"
