@@ -122,7 +122,7 @@ def test_the_same_push_moves_the_drawer_as_in_a_recorded_interaction(thing: Path
     assert info["S"] >= 0.9 and info["is_success"] and not info["degenerate"]
     plan = env.subject.plan
     assert plan is not None
-    track = record(build_stage(thing, franka_spec(), plan.base), plan, env.stage.about_positions)
+    track = record(build_stage(thing, franka_spec(), plan.base), plan, env.stage.about.positions_at())
     count = min(len(track.positions), len(env.samples))
     apart = np.abs(track.positions[:count, 0] - env.rollout().positions[:count]).max()
     assert count > 1000 and apart < 0.05 * np.ptp(track.positions[:, 0])

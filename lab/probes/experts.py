@@ -127,7 +127,7 @@ def plan_of(scene: DroidScene) -> ToolPlan | None:
     base = stage.base.copy()
     far = open_commands(stage.gripper)
     far[1] = -1.6  # out of the rays' way
-    place_joints(stage, stage.about_positions, far)
+    place_joints(stage, stage.about.positions_at(), far)
     ways = list(islice(ways_of(scene), MOST_WAYS))
     try:
         for way in ways:
@@ -140,7 +140,7 @@ def plan_of(scene: DroidScene) -> ToolPlan | None:
                 return plan
         return None
     finally:
-        place_joints(stage, stage.about_positions, open_commands(stage.gripper))
+        place_joints(stage, stage.about.positions_at(), open_commands(stage.gripper))
 
 
 def from_start(plan: ToolPlan, arm: Arm) -> ToolPlan:

@@ -91,7 +91,7 @@ def started(stage: TrialScene, joint: JointPhysics | None) -> TrialScene:
             replace(item, initial_position=position) if item.name == joint.name else item for item in stage.about.joints
         )
         stage = replace(stage, about=replace(stage.about, joints=joints))
-    place_joints(stage, stage.about_positions)
+    place_joints(stage, stage.about.positions_at())
     if stage.model.body_dofnum[stage.root] == 6:
         lowest = float(vertices(stage, frozenset(stage.bodies))[:, 2].min())
         stage.data.qpos[stage.model.jnt_qposadr[stage.model.body_jntadr[stage.root]] + 2] -= lowest

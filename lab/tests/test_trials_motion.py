@@ -59,7 +59,7 @@ def test_a_drawer_is_pushed_shut_with_the_work_that_its_friction_and_damping_tak
     assert tasks_of(overlay) == (CLOSE,)
     attempt, _ = planned(drawer, CLOSE, overlay.joints[0])
     assert attempt is not None and attempt.tool == "arm"
-    track = record(attempt.stage, attempt.plan, attempt.stage.about_positions)
+    track = record(attempt.stage, attempt.plan, attempt.stage.about.positions_at())
     assert track.finite and track.positions[-1, 0] == pytest.approx(0.0, abs=0.003)
     first = int(np.flatnonzero(track.touched)[0])
     assert track.times_s[first] > SETTLE_S and np.abs(track.positions[:first] - OPEN_M).max() < 1e-4
@@ -119,7 +119,7 @@ def test_the_guards_of_learning_hold_for_what_is_recorded(drawer: Path) -> None:
     assert joint is not None
     attempt, _ = planned(drawer, CLOSE, joint)
     assert attempt is not None
-    track = record(attempt.stage, attempt.plan, attempt.stage.about_positions)
+    track = record(attempt.stage, attempt.plan, attempt.stage.about.positions_at())
     assert missing(track, CLOSE, joint, attempt.stage) == ""
     there_and_back = np.sin(np.linspace(0.0, np.pi, len(track.times_s)))
     turned, shoved = track.poses.copy(), track.poses.copy()
@@ -167,7 +167,7 @@ def test_parts_that_overlap_burst_apart_and_the_judge_says_so(tmp_path: Path) ->
     stage = pushed_stage(folder)
     plan = ToolPlan(np.eye(4), np.array([0.0, 1.0]), np.array([[0.6, 0.0, 0.3]] * 2), ("settle", "rest"))
     assert stage.moving_kg == pytest.approx(0.4)
-    found = judge(record(stage, plan, stage.about_positions), stage.moving_kg, (), (), TrialSettings())
+    found = judge(record(stage, plan, stage.about.positions_at()), stage.moving_kg, (), (), TrialSettings())
     assert found.moved_before_contact and found.energy_appeared
 
 

@@ -35,7 +35,7 @@ def planned(
     bowl = bowl_for(build_trial(folder, None, np.eye(4))) if joint is None else None
     stage = build_trial(folder, franka_spec(gripper), base_at(0.0, 1.0), bowl, gripper)
     if bowl is not None:
-        place_joints(stage, stage.about_positions, waiting(gripper))
+        place_joints(stage, stage.about.positions_at(), waiting(gripper))
         mujoco.mj_forward(stage.model, stage.data)
         plan = plan_arm(stage, arm, None, grasp_paths(stage, bowl))
     elif joint is not None:
@@ -45,7 +45,7 @@ def planned(
     if joint is None:
         return None, bowl
     stage = pushed_stage(folder)
-    place_joints(stage, stage.about_positions, np.array([0.0, 0.0, 10.0]))
+    place_joints(stage, stage.about.positions_at(), np.array([0.0, 0.0, 10.0]))
     mujoco.mj_forward(stage.model, stage.data)
     plan = plan_pusher(stage, joint.name, push_paths(stage, joint, target_of(task, joint), task.verb))
     return (None if plan is None else PlannedTrial("pusher", stage, plan)), None

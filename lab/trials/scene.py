@@ -44,6 +44,15 @@ class TrialScene(CompiledScene):
 
     bowl: Bowl | None = None
 
+    @property
+    def moving_kg(self) -> float:
+        """Mass of the object, kg, but for what is fixed to the world."""
+        return float(self.model.body_mass[[body for body in self.bodies if self.model.body_weldid[body] != 0]].sum())
+
+    def positions(self) -> dict[str, float]:
+        """Joint → position, rad or m."""
+        return {joint.name: self.position(joint.name) for joint in self.about.joints}
+
 
 def build_trial(
     folder: Path, tool: mujoco.MjSpec | None, base: Array, bowl: Bowl | None = None, gripper: Gripper = PANDA

@@ -53,7 +53,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
         return row | failed(f"MuJoCo refuses it: {str(error).splitlines()[0]}", began)
     if attempt is None:
         return row | ended("unreachable", "neither the arm nor the pusher finds a way that runs into nothing", began)
-    track = record(attempt.stage, attempt.plan, attempt.stage.about_positions)
+    track = record(attempt.stage, attempt.plan, attempt.stage.about.positions_at())
     write_track(track, to / TRACK)
     sliders = {item.name for item in overlay.joints if item.type == "prismatic"}
     free = {item.name for item in overlay.joints if not item.holds}

@@ -49,7 +49,7 @@ def push_paths(stage: CompiledScene, joint: JointPhysics, target: float, verb: V
     """Ways to push a part from where it starts to a target, each at another place or with another hand, best first.
     None where no place of the part can be seen from the side that must be pushed."""
     body = int(stage.model.jnt_bodyid[stage.joint(joint.name)])
-    start = stage.about_positions[joint.name]
+    start = stage.about.positions_at()[joint.name]
     for contact, normal in pushed_places(stage, joint, body, math.copysign(1.0, start - target)):
         for lean in LEANS:
             path = push_path(stage, joint, body, contact, normal, (start, target), lean, verb)

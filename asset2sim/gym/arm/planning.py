@@ -103,7 +103,7 @@ def hand_fits(stage: CompiledScene, arm: Arm, path: ToolPath, base: Array, near:
     found = arm.reach(turn @ (path.points[last] - base[:3, 3]), turn @ path.axes[last], near, turn @ across)
     move_base(stage, base)
     fingers = arm.gripper.servos(path.opening[last : last + 1])[0]
-    place_joints(stage, stage.about_positions, np.concatenate([found.joints, fingers]))
+    place_joints(stage, stage.about.positions_at(), np.concatenate([found.joints, fingers]))
     deep = deepest_overlap(stage, tips=True)
     return found.off_m <= OFF_M and found.tilt_rad <= tilt_rad and deep <= OVERLAP_M
 
@@ -160,7 +160,7 @@ def runs_into(stage: CompiledScene, joint: str | None, path: ToolPath, plan: Too
     hold, that is meant. What is carried is not looked at."""
     if (plan.base != stage.base).any():
         move_base(stage, plan.base)
-    start = stage.about_positions.get(joint or "", 0.0)
+    start = stage.about.positions_at().get(joint or "", 0.0)
     first = len(plan.commands) - len(path.points) - 3
     whole = np.concatenate([np.full(first, start), path.positions, np.full(3, path.positions[-1])])
     try:
@@ -179,7 +179,7 @@ def runs_into(stage: CompiledScene, joint: str | None, path: ToolPath, plan: Too
                     return True
         return False
     finally:
-        place_joints(stage, stage.about_positions, plan.commands[0])
+        place_joints(stage, stage.about.positions_at(), plan.commands[0])
 
 
 def deepest_overlap(stage: CompiledScene, *, tips: bool) -> float:
@@ -204,7 +204,7 @@ def move_base(stage: CompiledScene, base: Array) -> None:
 
 def moving_plan(stage: CompiledScene, arm: Arm, task: Task, joint: JointPhysics) -> ToolPlan | None:
     """The arm's motion for a task that moves a joint, in a world in which the arm is anywhere; None for none."""
-    place_joints(stage, stage.about_positions, waiting(arm.gripper))
+    place_joints(stage, stage.about.positions_at(), waiting(arm.gripper))
     mujoco.mj_forward(stage.model, stage.data)
     target, plan = target_of(task, joint), None
     if task.verb is Verb.OPEN:

@@ -38,20 +38,6 @@ class CompiledScene(ObjectWorld):
         tips = [f"{TOOL}{tip}" for tip in self.gripper.tips]
         return np.array([self.model.body(int(body)).name in tips for body in self.model.geom_bodyid])
 
-    @property
-    def about_positions(self) -> dict[str, float]:
-        """Joint → position in which the object was written, rad or m."""
-        return {joint.name: joint.initial_position for joint in self.about.joints}
-
-    @property
-    def moving_kg(self) -> float:
-        """Mass of the object, kg, but for what is fixed to the world."""
-        return float(self.model.body_mass[[body for body in self.bodies if self.model.body_weldid[body] != 0]].sum())
-
-    def positions(self) -> dict[str, float]:
-        """Joint → position, rad or m."""
-        return {joint.name: self.position(joint.name) for joint in self.about.joints}
-
 
 def build_stage(
     folder: Path,
