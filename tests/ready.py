@@ -88,7 +88,7 @@ def started(home: Path, alive: IO[bytes]) -> str:
             [sys.executable, "-m", "tests.ready", str(place)], cwd=ROOT, stdin=alive, stdout=log, stderr=log,
             start_new_session=True, env={**os.environ, MARK: "-" * MARK_BYTES},
         )  # fmt: skip
-    assert wait_until(lambda: process.poll() is not None or answers(str(place)), 300.0)
+    assert wait_until(lambda: process.poll() is not None or answers(str(place)), 900.0)
     assert process.poll() is None, (home / "log").read_text(encoding="utf-8")
     return str(place)
 
