@@ -8,10 +8,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from asset2sim.assets.surfaces.load import load_surfaces
-from asset2sim.assets.surfaces.surface import Paint, Surface
-from asset2sim.render import VIEW_NAMES, render_views, renderer, write_views
-from asset2sim.render.batch import MAX_FACES, MAX_VERTICES, batches_of
+from asset2sim.assets.surfaces.scene import load_scene
+from asset2sim.render import VIEW_NAMES, first_hits, render_views, write_views
+from asset2sim.render.faces import faces_of
 from schemas.errors import AssetError
 from schemas.settings import ViewSettings
 from schemas.vocabulary import FailureMode
@@ -20,11 +19,11 @@ from tests.assets import SHARED
 pytestmark = pytest.mark.system
 
 
-@pytest.fixture(params=["pybullet", "numpy"], autouse=True)
+@pytest.fixture(params=["embree", "numpy"], autouse=True)
 def drawn_by(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both renderers must pass: numpy's draws where PyBullet is not installed."""
+    """Both ways must pass: NumPy looks for what is seen where Embree is not installed."""
     if request.param == "numpy":
-        monkeypatch.setattr(renderer, "pybullet", None)
+        monkeypatch.setattr(first_hits, "EmbreeScene", None)
 
 
 SMALL = ViewSettings(width=64, height=64)
@@ -219,8 +218,7 @@ def test_two_faces_back_to_back_keep_their_own_colours(tmp_path: Path) -> None:
     images = shown(tmp_path, visual("sheet.obj"), "front", "back")
     assert hue(middle(images["front"])) == "red"
     assert hue(middle(images["back"])) == "blue"
-    surfaces = load_surfaces(tmp_path / "sheet.obj")
-    assert sum(len(batch.faces) for batch in batches_of(surfaces)) == 4
+    assert len(faces_of(load_scene(tmp_path / "model.urdf", {})).corners) == 4
 
 
 def test_small_decal_in_the_same_plane_is_whole(tmp_path: Path) -> None:
@@ -357,18 +355,6 @@ def test_other_mesh_formats(tmp_path: Path, suffix: str) -> None:
     tag = '<material name="m"><color rgba="1 0 0 1"/></material>'
     images = shown(tmp_path, visual(f"box.{suffix}", tag), "front")
     assert hue(middle(images["front"])) == ("red" if suffix == "stl" else "blue")
-
-
-def test_large_meshes_are_split_and_whole() -> None:
-    side = 380
-    y, z = np.meshgrid(np.arange(side, dtype=float), np.arange(side, dtype=float))
-    vertices = np.stack([np.zeros(side * side), y.ravel(), z.ravel()], axis=1)
-    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
-    faces = np.concatenate([np.stack([corner, corner + 1, corner + side], axis=1)])
-    batches = batches_of([Surface(vertices, faces, None, None, Paint((1.0, 0.0, 0.0, 1.0)))])
-    assert all(len(batch.vertices) <= MAX_VERTICES and len(batch.faces) <= MAX_FACES for batch in batches)
-    assert len(batches) > 1
-    assert sum(len(batch.faces) for batch in batches) == 2 * len(faces)
 
 
 def test_written_files_are_whole_and_alone(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Clouds of points cover what they are of, links are where the joints have them, and sizes are true to the pixel."""
+"""Nothing that is seen is left out, links are where the joints have them, and sizes are true to the pixel."""
 
 import io
 import math
@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 from asset2sim.physics.kinematics import link_to_root, tree_of
-from asset2sim.render.cloud import cloud_of
+from asset2sim.render import first_hits
+from asset2sim.render.camera import FILM_FOV, Camera, fitted_camera
 from asset2sim.render.draw import background, pictures
-from asset2sim.render.zbuffer import Layers, lens_for, ranges_moving_together, splat
+from asset2sim.render.sight import seen
 from asset2sim.report.loops.figure import LoopFigure, link_poses, read_alike, read_figure, sweep, swept
-from asset2sim.report.loops.film import clouds_of
 from asset2sim.report.loops.make import SWEEP_FRAMES
 from asset2sim.report.loops.record import LoopMotion
 from asset2sim.report.loops.stills import (
@@ -23,7 +23,6 @@ from asset2sim.report.loops.stills import (
     axes_picture,
     axis_lines,
     cube,
-    in_a_row,
     length_text,
     size_picture,
     standing_item,
@@ -37,22 +36,20 @@ def still() -> LoopMotion:
     return LoopMotion(np.eye(4)[None], {})
 
 
-def test_no_pixel_of_a_surface_is_without_a_point(tmp_path: Path) -> None:
+def camera_for(figure: LoopFigure, motions: np.ndarray, side: int) -> Camera:
+    return fitted_camera(figure.spanned(motions), np.array([0.5, 0.4, 0.77]), FILM_FOV, side, side)
+
+
+@pytest.mark.parametrize("way", ["embree", "numpy"])
+def test_no_pixel_of_a_surface_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
+    if way == "numpy":
+        monkeypatch.setattr(first_hits, "EmbreeScene", None)
     figure = read_figure(written(tmp_path, BOX) / "mobility.urdf", {}, {})
     motions = figure.normalised(figure.placed(still()), floor=True)
-    lens = lens_for(figure.spanned(motions).astype(np.float32), np.array([0.5, 0.4, 0.77], dtype=np.float32), 200, 200)
-    nearest = float(lens.project(figure.spanned(motions).T.astype(np.float32))[2].min())
-    spacing = 0.75 * nearest * 2.0 * math.tan(math.radians(12.0)) / 200.0
-    cloud = cloud_of(figure.faces, spacing * figure.size_m, [(motions[0], lens)])
-    layers = Layers.empty(lens)
-    for number, first, last in ranges_moving_together(cloud.starts, motions[0], np.ones(1, dtype=bool)):
-        splat(layers, cloud.points, first, last, motions[0][number], lens)
-    drawn = layers.point.reshape(202, 202)[1:-1, 1:-1] >= 0
+    drawn = seen([(figure.faces, motions[0])], camera_for(figure, motions, 200)).opacity.reshape(200, 200) > 0.0
     assert drawn.mean() > 0.3
     rows = [np.flatnonzero(row) for row in drawn if row.any()]
-    # A box is convex: between two pixels of a row there is no hole, but along its edges in one pixel of a thousand.
-    assert sum(len(row) for row in rows) >= 0.999 * sum(row[-1] - row[0] + 1 for row in rows)
-    assert cloud.points.shape[1] < 12 * drawn.sum(), "the three sides that are turned away are left out"
+    assert all(len(row) == row[-1] - row[0] + 1 for row in rows), "a box is convex"
 
 
 def test_links_are_where_the_joints_have_them(tmp_path: Path) -> None:
@@ -72,7 +69,7 @@ def test_links_are_where_the_joints_have_them(tmp_path: Path) -> None:
     assert np.flatnonzero(played.joints["lid_hinge"] != 0.3)[0] < np.flatnonzero(played.joints["knob_turn"])[0]
 
 
-def test_the_same_object_at_another_scale_is_drawn_from_the_same_points(tmp_path: Path) -> None:
+def test_the_same_object_at_another_scale_is_drawn_from_the_same_triangles(tmp_path: Path) -> None:
     small = robot(link("a", shape("0.2 0.1 0.1")), link("b", shape("0.1 0.1 0.1")),
                   joint("hinge", "revolute", "a", "b", xyz="0.2 0 0", axis="0 0 1", limit="0 1"))  # fmt: skip
     large = robot(link("a", shape("2 1 1")), link("b", shape("1 1 1")),
@@ -98,18 +95,15 @@ def orange(picture: bytes) -> np.ndarray:
 
 def test_the_cube_of_the_size_picture_is_as_large_as_it_must_be(tmp_path: Path) -> None:
     figure = read_figure(written(tmp_path, BOX) / "mobility.urdf", {}, {})
-    row = in_a_row([standing_item(figure, still(), "refined"), cube()])
-    clouds = clouds_of(
-        [], [], [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
-    )
-    found = orange(size_picture(row, clouds))
-    # Seen from 35° beside its front and 30° above, its height alone decides the scale: see camera.directions.
+    items = [standing_item(figure, still(), "refined"), cube()]
+    found = orange(size_picture(items))
+    # Seen from 35° beside its front and 30° above, its height alone decides the scale: see view_directions.
     sine, cosine, up, level = math.sin(math.radians(35)), math.cos(math.radians(35)), math.cos(math.pi / 6), 0.5
     height = 0.6 * up + (0.4 * cosine + 0.5 * sine) * level
     scale = (HEIGHT - TOP - BOTTOM) / height
     cube_m = 0.1 * up + 0.1 * (cosine + sine) * level, 0.1 * (cosine + sine)
     assert found == pytest.approx(scale * np.array(cube_m), abs=2.5)
-    assert row.items[0].words == ("refined", "60 cm")
+    assert items[0].words == ("refined", "60 cm")
 
 
 def test_lengths_in_words() -> None:
@@ -122,12 +116,11 @@ def test_a_link_that_turns_changes_the_picture_and_one_at_rest_does_not(tmp_path
     turn = np.array([0.0, 0.0, 0.8])
     placed = figure.placed(LoopMotion(np.tile(np.eye(4), (3, 1, 1)), {"lid_hinge": turn}))
     motions = figure.normalised(placed, floor=True)
-    lens = lens_for(figure.spanned(motions).astype(np.float32), np.array([0.6, -0.5, 0.62], dtype=np.float32), 96, 96)
-    cloud = cloud_of(figure.faces, 0.01, [(motion, lens) for motion in motions])
+    camera = fitted_camera(figure.spanned(motions), np.array([0.6, -0.5, 0.62]), FILM_FOV, 96, 96)
     drawn: list[tuple[np.ndarray, np.ndarray]] = []
-    first, second, third = pictures(cloud, motions, lens, background(lens, disc=True), drawn)
+    first, second, third = pictures(figure.faces, motions, camera, drawn)
     assert first is second and np.abs(third.astype(int) - first).max() > 30
-    again = list(pictures(cloud, motions[[2, 0]], lens, background(lens, disc=True), drawn))
+    again = list(pictures(figure.faces, motions[[2, 0]], camera, drawn))
     assert again[0] is third and again[1] is first and len(drawn) == 2, "what the other object has drawn"
 
 
@@ -135,12 +128,9 @@ def test_an_object_all_of_glass_is_drawn_with_its_shadow(tmp_path: Path) -> None
     pane = BOX.replace("</visual>", '<material name="glass"><color rgba="0.5 0.7 0.9 0.3"/></material></visual>')
     figure = read_figure(written(tmp_path, pane) / "mobility.urdf", {}, {})
     motions = figure.normalised(figure.placed(still()), floor=True)
-    towards = np.array([0.5, 0.4, 0.77], dtype=np.float32)
-    lens = lens_for(figure.spanned(motions).astype(np.float32), towards, 120, 120)
-    cloud = cloud_of(figure.faces, 0.01 * figure.size_m, [(motions[0], lens)])
-    ground = background(lens, disc=True)
-    (picture,) = pictures(cloud, motions, lens, ground)
-    assert cloud.starts[-1] == 0 and (picture != ground).any(axis=2).mean() > 0.3
+    camera = camera_for(figure, motions, 120)
+    (picture,) = pictures(figure.faces, motions, camera, [])
+    assert (picture != background(camera, disc=True)).any(axis=2).mean() > 0.3
 
 
 def test_the_joints_of_an_object_are_drawn_where_they_are(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of objects: the five canonical views, marked views, and the splats of moving ones."""
+"""Pictures of objects: the five canonical views, marked views, and moving ones over a floor."""
 
 from asset2sim.render.canonical import VIEW_NAMES, png_bytes, render_views, write_views
 

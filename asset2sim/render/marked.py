@@ -11,15 +11,14 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import distance_transform_edt
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.surfaces.scene import Scene, load_scene, nothing_to_draw
-from asset2sim.assets.surfaces.surface import Batch, Floats, Paint, Surface
+from asset2sim.assets.surfaces.scene import Scene, load_scene
+from asset2sim.assets.surfaces.surface import Floats, Paint, Surface
 from asset2sim.guidance.link_colors import GREY, PALETTE, mark_names
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
-from asset2sim.render.batch import batches_of
-from asset2sim.render.camera import NARROW_FOV, WIDE_FOV, Camera, fitted_camera, view_directions
+from asset2sim.render.camera import Camera, Singles, view_camera
 from asset2sim.render.canonical import over_background, png_bytes
-from asset2sim.render.raster import Pixels
-from asset2sim.render.renderer import RenderedPicture, render, render_bodies
+from asset2sim.render.faces import faces_of
+from asset2sim.render.sight import Sight, seen, standing
 from schemas.features import Features, JointFeatures
 from schemas.model_names import is_local
 from schemas.request import LabelledImage
@@ -63,7 +62,7 @@ def question_pictures(
     side = settings.model.image_side_px
     loaded: dict[Path, tuple[Surface, ...]] = {}
     scene = load_scene(extraction.urdf, {}, loaded, extraction.features.front)
-    pictures = plain_pictures(scene, extraction, side, views)
+    pictures = plain_pictures(scene, side, views)
     names = {link: link for link in mark_names(extraction.features)} if names is None else names
     parts = marked_pictures(scene, extraction.features, side)
     behind = marked_pictures(scene, extraction.features, side, behind=True)
@@ -85,20 +84,15 @@ def question_pictures(
     return tuple(LabelledImage(label=label, png=png_bytes(image)) for label, image in pictures.items())
 
 
-def plain_pictures(scene: Scene, extraction: Extraction, side: int, views: Sequence[str]) -> dict[str, Image.Image]:
+def plain_pictures(scene: Scene, side: int, views: Sequence[str]) -> dict[str, Image.Image]:
     """View → picture of the asset as it looks, with its edges."""
-    batches = batches_of(scene.surfaces)
-    if not batches:
-        raise nothing_to_draw(extraction.urdf)
-    points = np.concatenate([batch.vertices for batch in batches])
-    towards = view_directions(scene.front)
-    cameras = {
-        name: fitted_camera(points, towards[name], WIDE_FOV if name == "perspective" else NARROW_FOV, 1.0)
-        for name in views
-    }
-    pixels = round(OVERSAMPLING * side)
-    frames = render(batches, cameras, pixels, pixels)
-    return {name: over_background(frame, side, side, outlines(frame, cameras[name])) for name, frame in frames.items()}
+    faces = faces_of(scene)
+    found = {}
+    for name in views:
+        camera = view_camera(name, faces.points, scene.front, side, side).magnified(OVERSAMPLING)
+        sight = seen([standing(faces)], camera)
+        found[name] = over_background(sight, camera, side, side, outlines(sight, camera))
+    return found
 
 
 def marked_pictures(scene: Scene, features: Features, side: int, *, behind: bool = False) -> Marked:
@@ -106,45 +100,34 @@ def marked_pictures(scene: Scene, features: Features, side: int, *, behind: bool
     colors = mark_names(features)
     links = tuple(colors)
     paints = {link: Paint((*PALETTE.get(color, GREY), 1.0)) for link, color in colors.items()}
-    batches: list[Batch] = []
-    owners: list[int] = []
-    for index, link in enumerate(links):
-        own = [
-            replace(surface, paint=paints[link], uv=None)
-            for surface, name in zip(scene.surfaces, scene.links, strict=True)
-            if name == link
-        ]
-        found = batches_of(own) if own else ()
-        batches.extend(found)
-        owners.extend(index for _ in found)
-    towards = view_directions(scene.front)["perspective"]
-    if behind:
-        towards = towards * np.array([-1.0, -1.0, 1.0])
-    points = np.concatenate([batch.vertices for batch in batches])
-    camera = fitted_camera(points, towards, WIDE_FOV, 1.0)
-    pixels = round(OVERSAMPLING * side)
-    frame, bodies = render_bodies(batches, camera, pixels, pixels)
-    shown = np.append(np.asarray(owners, dtype=np.int64), -1)[bodies]
-    edges = np.maximum(outlines(frame, camera), borders(shown))
-    image = over_background(frame, side, side, edges)
-    steps = np.minimum((np.arange(side) + 0.5) * OVERSAMPLING, pixels - 1).astype(np.int64)
+    surfaces = tuple(
+        replace(surface, paint=paints[link], uv=None) for surface, link in zip(scene.surfaces, scene.links, strict=True)
+    )
+    faces = faces_of(replace(scene, surfaces=surfaces))
+    front = -scene.front if behind else scene.front
+    camera = view_camera("perspective", faces.points, front, side, side).magnified(OVERSAMPLING)
+    sight = seen([standing(faces)], camera)
+    owner = np.array([links.index(link) for link in faces.links])
+    shown = np.where(sight.face >= 0, owner[faces.link[sight.face]], -1).reshape(camera.height, camera.width)
+    edges = np.maximum(outlines(sight, camera), borders(shown))
+    image = over_background(sight, camera, side, side, edges)
+    steps = np.minimum((np.arange(side) + 0.5) * OVERSAMPLING, camera.width - 1).astype(np.int64)
     return Marked(image, shown[steps][:, steps], links)
 
 
-def outlines(frame: RenderedPicture, camera: Camera) -> Pixels:
+def outlines(sight: Sight, camera: Camera) -> Singles:
     """(h, w) 0 to 1: silhouettes, and creases where the surface bends. Over a plane one over the distance is linear in
     the picture, so that its second difference, over itself, is how the slope changes."""
-    near = frame.nearness
-    focal = 0.5 * near.shape[0] / np.tan(0.5 * camera.fov)
-    distance = 1.0 / np.where(near > 0.0, near, 1.0)
+    distance = sight.depth.reshape(camera.height, camera.width)
+    near = 1.0 / distance
     bend = np.zeros_like(near)
     bend[1:-1] = np.abs(near[2:] - 2.0 * near[1:-1] + near[:-2])[:]
     bend[:, 1:-1] = np.maximum(bend[:, 1:-1], np.abs(near[:, 2:] - 2.0 * near[:, 1:-1] + near[:, :-2]))
-    slope = bend * distance**2 * focal / np.maximum(distance, 1e-9)
-    return np.asarray(np.where(frame.drawn, np.clip(slope / CREASE - 1.0, 0.0, 1.0), 0.0), dtype=np.float32)
+    slope = bend * np.where(np.isfinite(distance), distance, 0.0) * camera.focal
+    return np.clip(slope / CREASE - 1.0, 0.0, 1.0).astype(np.float32)
 
 
-def borders(shown: Links) -> Pixels:
+def borders(shown: Links) -> Singles:
     """(h, w) 1 where a pixel and its right or lower neighbour show different links."""
     edge = np.zeros(shown.shape, dtype=np.float32)
     edge[:, :-1] = shown[:, :-1] != shown[:, 1:]

@@ -18,8 +18,8 @@ from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.gym.arm.franka import Arm, franka_tree
 from asset2sim.gym.arm.gripper import PANDA, Gripper
 from asset2sim.physics.arrays import Array
+from asset2sim.render.camera import Singles
 from asset2sim.render.faces import Faces, faces_of
-from asset2sim.render.zbuffer import Singles
 from lab.trials.record import Track
 from lab.trials.scene import PUSHER_M, Bowl
 

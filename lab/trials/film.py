@@ -1,9 +1,7 @@
 """The film of a trial: the object, the arm and the bowl as the recording has them, as an MP4 that browsers play."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from fractions import Fraction
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +9,9 @@ import numpy as np
 from asset2sim.assets.surfaces.surface import Ints
 from asset2sim.gym.arm.gripper import PANDA, Gripper
 from asset2sim.physics.arrays import Array
-from asset2sim.render.cloud import Cloud, cloud_of, merged_clouds
-from asset2sim.render.draw import Picture, background, brightness, shaded, shadow_points, shadowed, with_translucent
-from asset2sim.render.zbuffer import Layers, Lens, Singles, lens_for, ranges_moving_together, splat
+from asset2sim.render.camera import FILM_FOV, Camera, fitted_camera
+from asset2sim.render.draw import Picture, background, over_ground
+from asset2sim.render.sight import Known
 from lab.trials.actors import Actor, arm_actor, bowl_actor, object_actor, pusher_actor
 from lab.trials.record import Track
 from lab.trials.scene import Bowl
@@ -24,12 +22,6 @@ SIDE, RATE = 512, 15
 BEFORE_S, AFTER_S, MOVES = 1.0, 1.0, 0.02
 """Time shown before the action and after it, s, and the speed of a joint or link from which it is one, rad/s or m/s:
 slower creeping is not seen."""
-SPACING = 1.4
-"""Distance between two points of a surface, pixels: each covers two by two."""
-MOST_POINTS, SHADOW_POINTS = 800_000, 12_000
-"""Points of an actor, about: an arm is near and seen from all sides; and points that cast the shadow."""
-KEYS = 16
-"""Frames at which is found out which points are seen."""
 VIEWS = (0.6, -0.6, 0.2, -0.2, 1.1, -1.1)
 """Azimuths from which it may be filmed, rad from where the object's front faces, best first."""
 BESIDE = 0.9
@@ -63,40 +55,15 @@ def film(folder: Path, track: Track, base: Array, bowl: Bowl | None, gripper: Gr
     actors = [pusher_actor(tool) if tool.shape[1] == 3 else arm_actor(tool, base, gripper), thing]
     if bowl is not None:
         actors.append(bowl_actor(bowl, len(chosen)))
-    lens = lens_of(thing, front, base, bowl)
-    clouds = [
-        cloud_of(actor.faces, pixel_m(lens, actor) * SPACING, views(actor, lens), MOST_POINTS) for actor in actors
-    ]
-    cloud = merged_clouds(clouds)
-    casting = shadow_points(cloud, SHADOW_POINTS)
-    motions = np.concatenate([actor.motions for actor in actors], axis=1)
-    ground, before = background(lens, disc=False), np.zeros_like(motions[0])
-    for motion in motions:
-        if np.abs(motion - before).max() > STILL_M:
-            picture, before = np.ascontiguousarray(drawn(cloud, casting, motion, lens, ground)[:, :, :3]), motion
+    camera = camera_of(thing, front, base, bowl)
+    ground, known = background(camera, disc=False), Known()
+    before: list[Array] = []
+    for frame in range(len(chosen)):
+        motions = [actor.motions[frame] for actor in actors]
+        if not before or max(np.abs(now - then).max() for now, then in zip(motions, before, strict=True)) > STILL_M:
+            faces = [actor.faces for actor in actors]
+            picture, before = over_ground(list(zip(faces, motions, strict=True)), camera, ground, known), motions
         yield picture
-
-
-def drawn(
-    cloud: Cloud, casting: tuple[Singles, tuple[int, ...]], motion: Singles, lens: Lens, ground: Picture
-) -> Picture:
-    """One picture over the ground with the shadow of the points that are ``casting`` it; a point covers two by two
-    pixels, so that what is near has no holes."""
-    layers, everything = Layers.empty(lens), np.ones(len(cloud.links), dtype=bool)
-    for x, y in product((-0.5, 0.5), repeat=2):
-        shift = np.array([[x], [y], [0.0]], dtype=np.float32) * lens.matrix[2]
-        moved = replace(lens, matrix=lens.matrix + shift)
-        for link, first, last in ranges_moving_together(cloud.starts, motion, everything):
-            splat(layers, cloud.points, first, last, motion[link], moved)
-    light = brightness(motion, lens)
-    picture = shaded(cloud, layers, light, lens, shadowed(ground, casting, motion, lens))
-    return picture if cloud.glass is None else with_translucent(cloud.glass, layers, motion, light, lens, picture)
-
-
-def views(actor: Actor, lens: Lens) -> list[tuple[Singles, Lens]]:
-    """The key frames of an actor, and the lens."""
-    frames = np.unique(np.linspace(0, len(actor.motions) - 1, KEYS).round().astype(int))
-    return [(actor.motions[frame], lens) for frame in frames]
 
 
 def wrapped(angle: float) -> float:
@@ -104,23 +71,8 @@ def wrapped(angle: float) -> float:
     return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-def pixel_m(lens: Lens, actor: Actor) -> float:
-    """Edge of what a pixel shows where the actor is nearest, m."""
-    points = actor.faces.corners.reshape(-1, 3)[:: max(1, len(actor.faces.corners) // 500)]
-    links = np.repeat(actor.faces.link, 3)[:: max(1, len(actor.faces.corners) // 500)]
-    depth = np.inf
-    for motion, _ in views(actor, lens):
-        at = np.einsum("pjk,pk->jp", motion[links, :, :3], points) + motion[links, :, 3].T
-        x, y, z = lens.project(at.astype(np.float32))
-        seen = (x > 0) & (x < lens.width) & (y > 0) & (y < lens.height) & (z > 0)
-        depth = min(depth, float(z[seen].min(initial=np.inf)))
-    if not np.isfinite(depth):
-        depth = float(lens.project(np.zeros((3, 1), dtype=np.float32))[2, 0])
-    return depth / float(np.linalg.norm(lens.matrix[0, :3] - 0.5 * lens.width * lens.matrix[2, :3]))
-
-
-def lens_of(thing: Actor, front: Array, base: Array, bowl: Bowl | None) -> Lens:
-    """A lens beside the arm that shows the object wherever it is at the start, and the hand about it."""
+def camera_of(thing: Actor, front: Array, base: Array, bowl: Bowl | None) -> Camera:
+    """A camera beside the arm that shows the object wherever it is at the start, and the hand about it."""
     corners = thing.faces.corners.reshape(-1, 3)
     links = np.repeat(thing.faces.link, 3)
     first = thing.motions[0]
@@ -136,7 +88,7 @@ def lens_of(thing: Actor, front: Array, base: Array, bowl: Bowl | None) -> Lens:
     azimuth = next((ahead + view for view in VIEWS if abs(wrapped(ahead + view - arm)) >= BESIDE), arm + BESIDE)
     towards = np.array([np.cos(azimuth), np.sin(azimuth), ABOVE])
     towards /= np.linalg.norm(towards)
-    return lens_for(box.astype(np.float32), towards.astype(np.float32), SIDE, SIDE)
+    return fitted_camera(box, towards, FILM_FOV, SIDE, SIDE)
 
 
 def write_mp4(frames: Iterator[Picture], to: Path, rate: float = RATE) -> int:

@@ -1,7 +1,6 @@
 """Painted surfaces, the form in which every mesh format and primitive is drawn, and textures made ready for that:
 decoded, shrunk, colours and opacity apart."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,18 +44,6 @@ class Surface:
     paint: Paint | None
 
 
-@dataclass(frozen=True, eq=False)
-class Batch:
-    """Triangles of one paint, each wound so that its front is towards the side its normals point to. ``vertices`` and
-    ``normals`` (n, 3) float in the root frame, ``uv`` (n, 2) float, ``faces`` (m, 3) int."""
-
-    vertices: Floats
-    normals: Floats
-    uv: Floats | None
-    faces: Ints
-    paint: Paint
-
-
 def posed(surface: Surface, surface_to_root: Floats, scale: Floats, fallback: Paint) -> Surface:
     """The surface scaled by (3,) ``scale`` and moved by a (4, 4) transform; ``fallback`` paints it if it is bare."""
     linear = surface_to_root[:3, :3] * scale
@@ -86,53 +73,13 @@ def face_normals(corners: Floats) -> Floats:
     return found
 
 
-def compact(batch: Batch) -> Batch:
-    """The batch without vertices that no face uses."""
-    used = np.zeros(len(batch.vertices), dtype=bool)
-    used[batch.faces] = True
-    index = np.cumsum(used) - 1
-    uv = None if batch.uv is None else batch.uv[used]
-    return Batch(batch.vertices[used], batch.normals[used], uv, index[batch.faces], batch.paint)
-
-
 TEXTURE_SIDE = 256
 """Textures are shrunk to this many pixels on their longer side: a view shows no more."""
-OPAQUE = 250
-"""Texels whose opacity (0 to 255) is at least this are taken for opaque."""
 
 
-@dataclass(frozen=True, eq=False)
-class DecodedTexture:
-    """A texture's RGB picture, and its opacity as a grey RGB picture, or None where it is opaque throughout."""
-
-    color: Image.Image
-    opacity: Image.Image | None
-
-
-def decode_textures(batches: Iterable[Batch]) -> dict[Texture, DecodedTexture]:
-    """The textures of these batches that can be decoded; a broken one is left out, and its surface keeps its colour."""
-    skins: dict[Texture, DecodedTexture] = {}
-    for batch in batches:
-        texture = batch.paint.texture
-        if texture is None or texture in skins or batch.uv is None:
-            continue
-        try:
-            skins[texture] = decode_texture(texture.image)
-        except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):  # what Pillow raises on a bad picture
-            continue
-    return skins
-
-
-def decode_texture(image: Image.Image) -> DecodedTexture:
-    """Decode and shrink one picture."""
+def decode_texture(image: Image.Image) -> Image.Image:
+    """A picture decoded and shrunk, as RGBA."""
     image.draft("RGB", (TEXTURE_SIDE, TEXTURE_SIDE))  # lets a JPEG be decoded at a fraction of its size
-    if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
-        whole = image.convert("RGBA")
-        whole.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE), Image.Resampling.BOX)
-        alpha = whole.getchannel("A")
-        if int(np.asarray(alpha).min()) < OPAQUE:
-            return DecodedTexture(whole.convert("RGB"), Image.merge("RGB", (alpha, alpha, alpha)))
-        return DecodedTexture(whole.convert("RGB"), None)
-    color = image.convert("RGB")
-    color.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE), Image.Resampling.BOX)
-    return DecodedTexture(color, None)
+    found = image.convert("RGBA")
+    found.thumbnail((TEXTURE_SIDE, TEXTURE_SIDE), Image.Resampling.BOX)
+    return found

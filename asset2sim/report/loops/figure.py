@@ -13,14 +13,14 @@ from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.read import read_urdf, root_of, tree_joint
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, parents_first
+from asset2sim.render.camera import Singles
 from asset2sim.render.faces import Faces, faces_of
-from asset2sim.render.zbuffer import Singles
 from asset2sim.report.loops.record import LoopMotion
 
 WIDEST = 4.0 * math.pi
 """Widest range of a joint, rad or m, that counts as one: beyond it URDFs mean that there is no limit."""
 SAME = 1e-3
-"""Difference of two objects' corners, as a share of their size, up to which they are drawn from the same points."""
+"""Difference of two objects' corners, as a share of their size, up to which they are drawn from the same triangles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ def read_alike(
     urdf: Path, positions: Mapping[str, float], loaded: dict[Path, tuple[Surface, ...]], other: LoopFigure, scale: float
 ) -> LoopFigure:
     """As ``read_figure``, drawn from the triangles of the ``other`` object where that has the same, ``scale`` times as
-    large: one cloud of points is made then, not two."""
+    large: what is drawn of one is drawn of both then."""
     scene = load_scene(urdf, positions, loaded)
     own = figure_of(urdf, positions, scene, other.faces)
     alike = scene.links == other.scene.links and all(

@@ -1,7 +1,7 @@
 """The loops and the size picture of one object: raw beside refined, from the same view, in step."""
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, floor
@@ -10,19 +10,14 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from asset2sim.physics.arrays import Array
-from asset2sim.render.camera import view_directions
-from asset2sim.render.cloud import Cloud, cloud_of
-from asset2sim.render.draw import Picture, background, image_of, pictures
-from asset2sim.render.zbuffer import FOV, Lens, Singles, changing_frames, lens_for
+from asset2sim.render.camera import FILM_FOV, Camera, Singles, fitted_camera, view_directions
+from asset2sim.render.draw import Picture, pictures
+from asset2sim.render.sight import ALIKE
 from asset2sim.report.loops.figure import LoopFigure
 
 SIDE = 160
 """Edge of one of the two pictures side by side, pixels: a page shows both 320 wide, and time goes with the square.
 Pictures are drawn at the size at which the page shows them, without supersampling."""
-SPACING = 0.75
-"""Distance between two points, in pixels: any pixel of a surface has one."""
-KEYS = 4
-"""Frames of each picture at which is found out what is seen."""
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
 QUALITIES, METHOD = (70, 40), 0
@@ -39,10 +34,8 @@ FIRST, LAST = 6, 10
 """How many times as long as the others the first and the last frame are shown."""
 
 
-Clouds = dict[int, Cloud]
-"""The ``id`` of a figure's triangles → the cloud of them."""
 Drawn = dict[int, list[tuple[Singles, Picture]]]
-"""The same → what is drawn of them in one loop: transforms and picture."""
+"""The ``id`` of a figure's triangles → what is drawn of them in one loop: transforms and picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,65 +59,34 @@ class Scenes:
     shown_ms: int
 
 
-def lens_of(scenes: Scenes) -> Lens:
-    """The lens that shows everything that happens in a loop, but what flies away."""
+def camera_of(scenes: Scenes) -> Camera:
+    """The camera that shows everything that happens in a loop, but what flies away."""
     points = []
     for act in scenes.acts:
         if act is not None:
-            points.append(in_room(act.figure.spanned(act.motions[changing_frames(act.motions)])))
+            spanned = act.figure.spanned(act.motions[changing_frames(act.motions)])
+            points.append(np.clip(spanned, [-ROOM[0], -ROOM[1], -0.15], ROOM))
     towards = view_directions(scenes.acts[1].figure.scene.front)["perspective"]
-    return lens_for(np.concatenate(points).astype(np.float32), towards.astype(np.float32), SIDE, SIDE)
+    return fitted_camera(np.concatenate(points), towards, FILM_FOV, SIDE, SIDE)
 
 
-def in_room(points: Array) -> Array:
-    """(n, 3) points, those that are further off than an object is followed moved to the border of that."""
-    return np.clip(points, [-ROOM[0], -ROOM[1], -0.15], ROOM)
+def changing_frames(motions: Singles) -> list[int]:
+    """The frames of (frames, links, 3, 4) transforms that show another picture than the one before."""
+    chosen = [0]
+    for frame in range(1, len(motions)):
+        if np.abs(motions[frame] - motions[chosen[-1]]).max() > ALIKE:
+            chosen.append(frame)
+    return chosen
 
 
-def clouds_of(
-    films: Sequence[Scenes], lenses: Sequence[Lens], still: Sequence[tuple[LoopFigure, Singles, Lens]]
-) -> Clouds:
-    """The clouds of everyone's triangles for the loops, and of who is in none for a still picture, in which each is at
-    (links, 3, 4) transforms."""
-    views: dict[int, list[tuple[Singles, Lens]]] = {}
-    figures: dict[int, LoopFigure] = {}
-    finest: dict[int, float] = {}
-    for scenes, lens in zip(films, lenses, strict=True):
-        for act in scenes.acts:
-            if act is None:
-                continue
-            key = id(act.figure.faces)
-            figures[key] = act.figure
-            chosen = changing_frames(act.motions)
-            keys = [chosen[round(share * (len(chosen) - 1))] for share in np.linspace(0.0, 1.0, min(KEYS, len(chosen)))]
-            views.setdefault(key, []).extend((act.motions[frame], lens) for frame in keys)
-            spanned = in_room(act.figure.spanned(act.motions[keys]))
-            nearest = float(lens.project(spanned.T.astype(np.float32))[2].min())
-            pixels = 0.5 * lens.height / np.tan(0.5 * FOV) / nearest
-            finest[key] = min(finest.get(key, np.inf), SPACING / pixels)
-    for figure, motion, lens in still:
-        key = id(figure.faces)
-        if key not in figures:
-            figures[key] = figure
-            finest[key] = SPACING / (lengthening(lens, motion) * figure.faces.size_m)
-            views[key] = [(motion, lens)]
-    return {
-        key: cloud_of(figure.faces, finest[key] * figure.faces.size_m, views[key]) for key, figure in figures.items()
-    }
-
-
-def lengthening(lens: Lens, motion: Singles) -> float:
-    """Pixels a metre of triangles that are drawn at these (links, 3, 4) transforms through a ``flat`` lens."""
-    return float(np.linalg.norm(lens.matrix[0, :3]) * np.cbrt(np.linalg.det(motion[0, :, :3])))
-
-
-def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
+def filmed(scenes: Scenes) -> bytes:
     """A loop as an animated WebP."""
+    camera = camera_of(scenes)
     frames = len(scenes.acts[1].motions)
     sheets = [Image.new("RGB", (2 * SIDE, SIDE)) for _ in range(frames)]
     drawn: Drawn = {}
     for left, act, name in zip((0, SIDE), scenes.acts, ("raw", "refined"), strict=True):
-        for sheet, picture in zip(sheets, panels(act, name, lens, clouds, frames, drawn), strict=True):
+        for sheet, picture in zip(sheets, panels(act, name, camera, frames, drawn), strict=True):
             sheet.paste(picture, (left, 0))
     for number, sheet in enumerate(sheets):
         sheet.paste(LINE, (SIDE - 1, 0, SIDE + 1, SIDE))
@@ -143,17 +105,16 @@ def filmed(scenes: Scenes, lens: Lens, clouds: Clouds) -> bytes:
     return found
 
 
-def panels(act: Act | None, name: str, lens: Lens, clouds: Clouds, frames: int, drawn: Drawn) -> Iterator[Image.Image]:
+def panels(act: Act | None, name: str, camera: Camera, frames: int, drawn: Drawn) -> Iterator[Image.Image]:
     """One of the two pictures of a loop, frame by frame; of what the other one has ``drawn`` nothing is drawn again."""
     if act is None:
         empty = Image.new("RGB", (SIDE, SIDE), EMPTY)
         yield from [captioned(empty, name, "cannot be shown")] * frames
         return
-    key, panel = id(act.figure.faces), {}
-    ground, known = background(lens, disc=True), drawn.setdefault(key, [])
-    for picture in pictures(clouds[key], act.motions, lens, ground, known):
+    faces, panel = act.figure.faces, {}
+    for picture in pictures(faces, act.motions, camera, drawn.setdefault(id(faces), [])):
         if id(picture) not in panel:
-            panel[id(picture)] = captioned(image_of(picture), name, act.word)
+            panel[id(picture)] = captioned(Image.fromarray(picture), name, act.word)
         yield panel[id(picture)]
 
 

@@ -20,9 +20,9 @@ from asset2sim.engines.child import ChildOutcome, in_child
 from asset2sim.engines.registry import installed
 from asset2sim.intake.origin import open_origin
 from asset2sim.render import render_views
-from asset2sim.render.zbuffer import ALIKE
+from asset2sim.render.sight import ALIKE
 from asset2sim.report.loops.figure import LoopFigure, read_alike, read_figure, sweep
-from asset2sim.report.loops.film import Act, Scenes, clouds_of, filmed, lens_of
+from asset2sim.report.loops.film import Act, Scenes, filmed
 from asset2sim.report.loops.record import (
     DROP_TIMES_S,
     RELEASE_TIMES_S,
@@ -32,7 +32,7 @@ from asset2sim.report.loops.record import (
     let_fall,
     let_go,
 )
-from asset2sim.report.loops.stills import axes_picture, cube, in_a_row, size_picture, standing_item
+from asset2sim.report.loops.stills import axes_picture, cube, size_picture, standing_item
 from asset2sim.storage.regular_files import write_whole
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay
@@ -105,16 +105,10 @@ def make_loops(
         for name in (SWEEP, DROP, RELEASE)
         if name in played
     ]
-    lenses = [lens_of(film) for film in films]
-    row = in_a_row(items)
-    stills = [(item.figure, motion, row.lens) for item, motion in zip(row.items, row.motions, strict=True)]
-    clouds = clouds_of(films, lenses, stills)
     to.mkdir(parents=True, exist_ok=True)
     view = refined / "views" / "perspective.png"
-    drawn: dict[str, bytes | None] = {
-        film.name: filmed(film, lens, clouds) for film, lens in zip(films, lenses, strict=True)
-    }
-    drawn |= {SIZE: size_picture(row, clouds), AXES: axes_picture(figure, view)}
+    drawn: dict[str, bytes | None] = {film.name: filmed(film) for film in films}
+    drawn |= {SIZE: size_picture(items), AXES: axes_picture(figure, view)}
     written = [f"{name}.webp" for name in NAMES if drawn.get(name) is not None]
     for name in NAMES:
         content = drawn.get(name)

@@ -16,7 +16,7 @@ from asset2sim.engines.contacts import penetration
 from asset2sim.intake.confine import references
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import pose_of
-from asset2sim.render.batch import mixed_hashes
+from asset2sim.render.faces import mixed_hashes
 from schemas.settings import EngineSettings
 
 if TYPE_CHECKING:

@@ -15,14 +15,12 @@ from asset2sim.assets.surfaces.surface import Paint, Surface
 from asset2sim.guidance.link_colors import PALETTE
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.render.camera import WIDE_FOV, camera_axes, fitted_camera, view_directions
-from asset2sim.render.cloud import merged_clouds
-from asset2sim.render.draw import background, image_of, pictures
+from asset2sim.render.camera import Camera, camera_axes, view_camera, view_directions
+from asset2sim.render.draw import background, over_ground
 from asset2sim.render.faces import faces_of
 from asset2sim.render.marked import MARGIN, Box, tag_box
-from asset2sim.render.zbuffer import Lens, Singles
 from asset2sim.report.loops.figure import LoopFigure
-from asset2sim.report.loops.film import INK, SOFT_INK, SPACING, Clouds, lengthening, text
+from asset2sim.report.loops.film import INK, SOFT_INK, text
 from asset2sim.report.loops.record import LoopMotion
 
 WIDTH, HEIGHT = 640, 320
@@ -87,19 +85,9 @@ def scale_of(boxes: Sequence[tuple[float, float]]) -> float:
     return scale
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedItems:
-    """The items' places in the picture: the x of each one's middle, pixels, their (links, 3, 4) transforms to one world
-    whose unit is the longest of them, and the lens, in pixels that are shown."""
-
-    items: tuple[SizeItem, ...]
-    centers: tuple[float, ...]
-    motions: tuple[Singles, ...]
-    lens: Lens
-
-
-def in_a_row(items: Sequence[SizeItem]) -> PlacedItems:
-    """The items side by side, from the left."""
+def in_a_row(items: Sequence[SizeItem]) -> tuple[list[float], list[Array], Camera]:
+    """The items side by side, from the left: the x of each one's middle, pixels, their (links, 3, 4) transforms to one
+    world whose unit is the longest of them, and the camera."""
     right, up, back = camera_axes(view_directions(items[0].figure.scene.front)["perspective"])
     spans = [item.figure.spanned(item.motion[None]) @ np.stack([right, up]).T for item in items]
     boxes = [(float(np.ptp(span[:, 0])), float(np.ptp(span[:, 1]))) for span in spans]
@@ -112,25 +100,21 @@ def in_a_row(items: Sequence[SizeItem]) -> PlacedItems:
         left += slot + GAP
         motion = item.motion.copy()
         motion[:, :, 3] += (centers[-1] / scale - 0.5 * (span[:, 0].min() + span[:, 0].max())) * right
-        motions.append((motion / unit).astype(np.float32))
+        motions.append(motion / unit)
     pixels = scale * unit
     bottom = HEIGHT - BOTTOM + scale * min(float(span[:, 1].min()) for span in spans)
     matrix = np.column_stack([np.stack([pixels * right, -pixels * up, -back]), [0.0, bottom, 4.0]])
-    lens = Lens(matrix.astype(np.float32), WIDTH, HEIGHT, back.astype(np.float32), flat=True)
-    return PlacedItems(tuple(items), tuple(centers), tuple(motions), lens)
+    return centers, motions, Camera(matrix, WIDTH, HEIGHT, back, flat=True)
 
 
-def size_picture(row: PlacedItems, clouds: Clouds) -> bytes:
-    """The picture as WebP, drawn from these clouds."""
-    chosen = [clouds[id(item.figure.faces)] for item in row.items]
-    density = [
-        SPACING / (cloud.spacing_m * lengthening(row.lens, motion))
-        for cloud, motion in zip(chosen, row.motions, strict=True)
-    ]
-    lens = row.lens.shrunk(1.0 / min(OVERSAMPLING, *density))
-    drawn = next(pictures(merged_clouds(chosen), np.concatenate(row.motions)[None], lens, background(lens, disc=False)))
-    image = image_of(drawn).resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
-    for center, item in zip(row.centers, row.items, strict=True):
+def size_picture(items: Sequence[SizeItem]) -> bytes:
+    """The items side by side as WebP."""
+    centers, motions, camera = in_a_row(items)
+    camera = camera.magnified(OVERSAMPLING)
+    objects = [(item.figure.faces, motion) for item, motion in zip(items, motions, strict=True)]
+    drawn = over_ground(objects, camera, background(camera, disc=False))
+    image = Image.fromarray(drawn).resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
+    for center, item in zip(centers, items, strict=True):
         text(image, (center, HEIGHT - 22), item.words[0], 14, INK, "ms")
         text(image, (center, HEIGHT - 7), item.words[1], 12, SOFT_INK, "ms")
     stream = io.BytesIO()
@@ -171,13 +155,10 @@ def axes_picture(figure: LoopFigure, view: Path) -> bytes | None:
     factor = AXES_PX / max(seen.size)
     seen = seen.resize((round(factor * seen.width), round(factor * seen.height)), Image.Resampling.LANCZOS)
     image = Image.blend(seen, Image.new("RGB", seen.size, "white"), FADED)
-    towards = view_directions(figure.scene.front)["perspective"]
-    camera = fitted_camera(figure.faces.corners.reshape(-1, 3), towards, WIDE_FOV, image.width / image.height)
-    frame, focal = camera_axes(towards), 0.5 * image.height / np.tan(0.5 * camera.fov)
+    camera = view_camera("perspective", figure.faces.points, figure.scene.front, *image.size)
 
     def pixels(points: Array) -> list[tuple[float, float]]:
-        right, up, back = ((points - camera.eye) @ frame.T).T
-        return [(0.5 * image.width + x, 0.5 * image.height - y) for x, y in (focal * np.stack([right, up]) / -back).T]
+        return [(x, y) for x, y in camera.project(points.T)[:2].T.tolist()]
 
     pen, font = ImageDraw.Draw(image), ImageFont.load_default(TEXT_PX)
     taken = Image.new("L", image.size)
