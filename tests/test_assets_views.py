@@ -244,6 +244,19 @@ def test_glass_lets_through_and_what_is_hardly_there_is_not_drawn(tmp_path: Path
     assert np.allclose(seen[0.5], 0.5 * (seen[0.05] + seen[1.0]), atol=4)
 
 
+def test_glass_that_lies_on_something_is_even(tmp_path: Path) -> None:
+    """Glass whose far side is in one plane with a wall, either of which might be met first."""
+    write_sheet(tmp_path, "newmtl m\nKd 1 1 1\n", f"usemtl m\n{FRONT}", "wall")
+    write_sheet(tmp_path, "newmtl m\nKd 0 0 0\n", f"usemtl m\n{FRONT}", "base", x=-0.1)
+    glass = (
+        '<visual><origin xyz="-0.05 0 0.03"/><geometry><box size="0.1 0.61 0.57"/></geometry>'
+        '<material name="m"><color rgba="0.2 0.3 0.9 0.6"/></material></visual>'
+    )
+    turned = visual("base.obj") + glass.replace("-0.05 0 0.03", "0.05 0 0.03") + visual("wall.obj")
+    pixels = array(shown(tmp_path, turned, "front")["front"])[24:38, 24:40]
+    assert np.ptp(pixels, axis=(0, 1)).max() < 12
+
+
 SLIDER = (
     '<material name="crimson"><color rgba="0.9 0 0 1"/></material>'
     '<link name="a"><visual><geometry><box size="1 1 1"/></geometry>'

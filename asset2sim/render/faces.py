@@ -103,15 +103,18 @@ class Faces:
         return np.split(np.concatenate([points, np.ones((SCATTERED, 1))], axis=1).T, bounds, axis=1)
 
     @cached_property
-    def _of_links(self) -> dict[tuple[int, ...], tuple[Ints, Triangles]]:
+    def _of_links(self) -> dict[tuple[tuple[int, ...], bool], tuple[Ints, Triangles]]:
         return {}
 
-    def of_links(self, links: tuple[int, ...]) -> tuple[Ints, Triangles]:
-        """The triangles of some links, by number and ready to be looked at."""
-        if links not in self._of_links:
-            chosen = np.flatnonzero(np.isin(self.link, links))
-            self._of_links[links] = chosen, Triangles(self.corners[chosen])
-        return self._of_links[links]
+    def of_links(self, links: tuple[int, ...], clear: bool) -> tuple[Ints, Triangles]:
+        """The opaque triangles of some links, or the ``clear`` ones, by number and ready to be looked at."""
+        if (links, clear) not in self._of_links:
+            opacity = self.paints[:, 3].copy()
+            for index, skin in self.skins.items():
+                opacity[index] *= skin[..., 3].min()
+            chosen = np.flatnonzero(np.isin(self.link, links) & ((opacity < OPAQUE)[self.surface] == clear))
+            self._of_links[links, clear] = chosen, Triangles(self.corners[chosen])
+        return self._of_links[links, clear]
 
     @cached_property
     def at_corners(self) -> tuple[Singles, ...]:

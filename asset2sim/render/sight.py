@@ -16,8 +16,12 @@ LAMP = (-0.35, 0.75, 1.0)
 """The lamp's direction in the camera's frame (right, up, to the viewer): every view is lit alike, from above left."""
 LAYERS = 8
 """Translucent surfaces that are looked through, at most."""
-BEHIND = 1e-5
-"""How far behind a translucent surface the next one is looked for, as a share of the object's size."""
+BEHIND = 3e-4
+"""How far behind a translucent surface the next one begins, as a share of the object's size: both sides of a pane are
+one."""
+BESIDE = 3e-6
+"""Share of its depth by which a translucent surface lies before an opaque one, or it is hidden: where both are in one
+plane either might be met first."""
 ALIKE = 1e-3
 """Transforms that differ by less show the same picture: the object is one unit long, and some 200 pixels."""
 
@@ -82,30 +86,29 @@ def seen(objects: Sequence[Posed], camera: Camera, known: Known | None = None) -
 def fragments_of(faces: Faces, links: tuple[int, ...], motion: Floats, camera: Camera, lamp: Floats) -> Fragments:
     """What the camera sees of some links of an object, all at a (3, 4) transform, alone in the world, under a lamp in
     the (3,) direction."""
-    view = camera.moved(motion)
-    numbers, triangles = faces.of_links(links)
-    pixel = pixels_around(view, faces, links)
-    beyond, step = np.zeros(len(pixel), np.float32), BEHIND * faces.size_m * float(np.linalg.norm(motion[:, 0]))
+    view, parts = camera.moved(motion), []
+    around = pixels_around(view, faces, links)
+    step = np.float32(BEHIND * faces.size_m * float(np.linalg.norm(motion[:, 0])))
     lamp = lamp @ motion[:, :3]
     lamp = (lamp / np.linalg.norm(lamp)).astype(np.float32)
-    side = np.where(view.behind(faces.corners[numbers, 0], faces.flat[numbers]), -1.0, 1.0).astype(np.float32)
-    parts, last = [], np.full(len(pixel), -1)
-    for _ in range(LAYERS):
-        number, weights, depth = triangles.first_hits(view, pixel, beyond)
-        met = number >= 0
-        pixel, depth, number = pixel[met], depth[met], number[met]
-        face = numbers[number]
-        color, normal = faces.looks(face, weights[met])
-        light = np.maximum((normal @ lamp) * side[number], np.float32(0.0))
-        color[:, :3] *= (np.float32(255.0) * (AMBIENT + np.float32(DIFFUSE) * light))[:, None]
-        through, surface = color[:, 3] < OPAQUE, faces.surface[face]
-        # A pane's far side is the same surface again: it counts once.
-        drawn = (color[:, 3] >= INVISIBLE) & ~(through & (surface == last[met]))
-        parts.append((pixel[drawn], depth[drawn], face[drawn], color[drawn]))
-        pixel, beyond, last = pixel[through], depth[through] + np.float32(step), surface[through]
-        if not len(pixel):
-            break
-    return Fragments(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    for clear in (False, True):
+        numbers, triangles = faces.of_links(links, clear)
+        side = np.where(view.behind(faces.corners[numbers, 0], faces.flat[numbers]), -1.0, 1.0).astype(np.float32)
+        pixel, beyond = around, np.zeros(len(around), np.float32)
+        for _ in range(LAYERS if len(numbers) else 0):
+            number, weights, depth = triangles.first_hits(view, pixel, beyond)
+            met = number >= 0
+            pixel, depth, number = pixel[met], depth[met], number[met]
+            face = numbers[number]
+            color, normal = faces.looks(face, weights[met])
+            light = np.maximum((normal @ lamp) * side[number], np.float32(0.0))
+            color[:, :3] *= (np.float32(255.0) * (AMBIENT + np.float32(DIFFUSE) * light))[:, None]
+            drawn, through = color[:, 3] >= INVISIBLE, color[:, 3] < OPAQUE
+            parts.append(Fragments(pixel, depth, face, color).pick(drawn))
+            pixel, beyond = pixel[through], depth[through] + step
+            if not len(pixel):
+                break
+    return Fragments(*(np.concatenate(part) for part in zip(*(vars(part).values() for part in parts), strict=True)))
 
 
 def pixels_around(camera: Camera, faces: Faces, links: tuple[int, ...]) -> Ints:
@@ -135,7 +138,7 @@ def layered(parts: Sequence[Fragments], pixels: int) -> Sight:
     if not clear:
         return Sight(color, opacity, depth, face)
     left = Fragments(*(np.concatenate(values) for values in zip(*(vars(part).values() for part in clear), strict=True)))
-    left = left.pick(left.depth < depth[left.pixel])
+    left = left.pick(left.depth < (1.0 - BESIDE) * depth[left.pixel])
     # The furthest of each pixel, then the next.
     left = left.pick(np.lexsort((-left.depth, left.pixel)))
     while len(left.pixel):
