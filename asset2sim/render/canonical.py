@@ -54,7 +54,7 @@ def render_views(
 def over_background(
     sight: Sight, camera: Camera, width: int, height: int, outlines: Singles | None = None
 ) -> Image.Image:
-    """What the camera sees over the background, averaged down to ``width`` by ``height`` pixels; over empty background
+    """The camera's picture over the background, averaged down to ``width`` by ``height`` pixels; over empty background
     glass keeps its colour. ``outlines``: (h, w), 0 to 1, how strongly each pixel is drawn as an edge: darker, and
     lighter where it is dark itself."""
     shape = (camera.height, camera.width, 1)

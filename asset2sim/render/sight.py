@@ -1,4 +1,4 @@
-"""What a camera sees of objects whose links are somewhere: the colours of what is nearest, and what shows through."""
+"""Pictures of objects by a camera: the colours of what is nearest, and of what shows through."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ Posed = tuple[Faces, Array | Singles]
 
 @dataclass(frozen=True, eq=False)
 class Fragments:
-    """What is seen of links that move as one: (n,) the ``pixel``, ``depth`` and ``face`` of each, and (n, 4) ``color``,
+    """Pixels that show links that move as one: (n,) the ``pixel``, ``depth`` and ``face`` of each, and (n, 4) ``color``,
     0 to 255 in its light, with the opacity, 0 to 1."""
 
     pixel: Ints
@@ -45,7 +45,7 @@ class Fragments:
 
 
 Known = dict[tuple[int, tuple[int, ...], bytes], Fragments]
-"""What was seen of an object's links at a transform."""
+"""The fragments of an object's links at a transform."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def standing(faces: Faces) -> Posed:
 
 
 def seen(objects: Sequence[Posed], camera: Camera, known: Known | None = None) -> Sight:
-    """What the camera sees of these objects. What is ``known`` of the picture before is not looked at again, and
+    """The picture of these objects. What is ``known`` of the picture before is not looked at again, and
     replaced by what is seen now."""
     found: Known = {}
     lamp = np.array(LAMP) @ camera_axes(camera.towards)
@@ -84,7 +84,7 @@ def seen(objects: Sequence[Posed], camera: Camera, known: Known | None = None) -
 
 
 def fragments_of(faces: Faces, links: tuple[int, ...], motion: Floats, camera: Camera, lamp: Floats) -> Fragments:
-    """What the camera sees of some links of an object, all at a (3, 4) transform, alone in the world, under a lamp in
+    """The fragments that show some links of an object, all at a (3, 4) transform, alone in the world, under a lamp in
     the (3,) direction."""
     view, parts = camera.moved(motion), []
     around = pixels_around(view, faces, links)
