@@ -31,7 +31,7 @@ Posed = tuple[Faces, Array | Singles]
 
 @dataclass(frozen=True, eq=False)
 class Fragments:
-    """Pixels that show links that move as one: (n,) the ``pixel``, ``depth`` and ``face`` of each, and (n, 4) ``color``,
+    """Pixels of links that move as one: (n,) the ``pixel``, ``depth`` and ``face`` of each, and (n, 4) ``color``,
     0 to 255 in its light, with the opacity, 0 to 1."""
 
     pixel: Ints
