@@ -7,7 +7,6 @@ so an overlap is real if it remains after one part is moved by ``TOUCHING_M``.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import fcl
 import numpy as np
@@ -15,7 +14,6 @@ import yourdfpy
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes.load import primitive
-from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.physics.arrays import Array, Faces
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from schemas.features import RestOverlap
@@ -49,8 +47,9 @@ class AuthoredShapes:
 
 def authored_shapes(extraction: Extraction, scale: float) -> AuthoredShapes:
     """The authored collision meshes of an asset's links, at a scale; hierarchies are kept in the extraction."""
-    links = cache(lambda: {link.name: link for link in read_urdf(extraction.urdf).links})
-    return AuthoredShapes(lambda name: link_triangles(extraction, links()[name]), extraction.hierarchies, scale)
+    return AuthoredShapes(
+        lambda name: link_triangles(extraction, extraction.links[name]), extraction.hierarchies, scale
+    )
 
 
 def link_triangles(extraction: Extraction, link: yourdfpy.Link) -> tuple[Array, Faces] | None:

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+import yourdfpy
 from lxml import etree
 from scipy.optimize import linear_sum_assignment
 
@@ -98,6 +99,8 @@ class Extraction:
     findings: tuple[Finding, ...]
     geometry: dict[str, LinkGeometry]
     mesh_files: dict[str, Path | None]
+    links: Mapping[str, yourdfpy.Link] = field(default_factory=dict, repr=False, compare=False)
+    """Name → link as ``urdf`` states it, no mesh loaded."""
     hierarchies: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
     """Link → its triangle hierarchy for ``collision.cause``, filled on demand; None for a link without triangles."""
     triangles: Triangles = field(default_factory=Triangles, repr=False, compare=False)
@@ -213,8 +216,8 @@ def read_asset(
         keep=keep,
     )
     return Extraction(
-        folder, urdf, features, tuple(reader.findings), geometry, reader.files, triangles=triangles, opened=opened,
-        companions=companions,
+        folder, urdf, features, tuple(reader.findings), geometry, reader.files,
+        links={link.name: link for link in robot.links}, triangles=triangles, opened=opened, companions=companions,
     )  # fmt: skip
 
 

@@ -16,7 +16,6 @@ from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, author
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
-from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.guidance.parts import part_name
 from asset2sim.intake.authored_numbers import read_stated_joints
 from asset2sim.physics.arrays import Array
@@ -73,7 +72,7 @@ class LinkShapes:
     @cached_property
     def primitives(self) -> dict[str, list[Array]]:
         """Link → (n, 3) points of each of its boxes, cylinders and spheres."""
-        return {link.name: [points for points, _ in primitives(link)] for link in read_urdf(self.extraction.urdf).links}
+        return {name: [points for points, _ in primitives(link)] for name, link in self.extraction.links.items()}
 
     def points(self, link: str) -> tuple[Array, np.ndarray] | None:
         """A link's pieces in its frame, m at the authored scale; None where it has no shape."""

@@ -13,7 +13,6 @@ from asset2sim.assets.hulls import Hulls, collision_hulls, simplified
 from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
 from asset2sim.assets.meshes.hollow import samples
 from asset2sim.assets.meshes.load import scale_vector
-from asset2sim.assets.urdf.read import read_urdf
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.refinement.collision.link_pieces import (
@@ -82,7 +81,7 @@ def collision_shapes(
     if settings.mode is CollisionMode.KEEP:
         return {}, ()
     made, told = pieces_of(extraction, scale, settings, cache)
-    hulls, rounded = with_round_wheels(made, extraction)
+    hulls, rounded = with_round_wheels(made, extraction.features, extraction.geometry)
     return hulls, (*told, *rounded)
 
 
@@ -128,9 +127,9 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
 def visual_triangles(extraction: Extraction, links: Collection[str]) -> dict[str, Array]:
     """Link → (k, 3, 3) triangles of its visual meshes in its frame, of these links; none for one without."""
     found: dict[str, Array] = {}
-    for link in read_urdf(extraction.urdf).links if links else ():
+    for link in links:
         drawn = [np.zeros((0, 3, 3))]
-        for item in link.visuals if link.name in links else ():
+        for item in extraction.links[link].visuals:
             mesh = item.geometry.mesh
             file = None if mesh is None else extraction.mesh_files.get(mesh.filename)
             if mesh is not None and file is not None:
@@ -138,7 +137,7 @@ def visual_triangles(extraction: Extraction, links: Collection[str]) -> dict[str
                 placed = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
                 drawn.append(apply(placed, np.asarray(read.vertices, dtype=float))[np.asarray(read.faces)])
         if len(drawn) > 1:
-            found[link.name] = np.vstack(drawn)
+            found[link] = np.vstack(drawn)
     return found
 
 

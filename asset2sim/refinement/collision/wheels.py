@@ -1,14 +1,16 @@
 """Wheels that collide as the cylinders that they are drawn for: over the corners of facets a cart would not roll."""
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
 
-from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.links import LinkGeometry
 from asset2sim.assets.meshes.cylinder import beside, tread
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
+from schemas.features import Features
 from schemas.finding import Finding
 from schemas.vocabulary import Severity, Stage
 
@@ -22,13 +24,10 @@ TOUCHING = 0.02
 info = partial(Finding, stage=Stage.APPLY, severity=Severity.INFO)
 
 
-def axles(extraction: Extraction) -> dict[str, Array]:
+def axles(features: Features, geometry: Mapping[str, LinkGeometry]) -> dict[str, Array]:
     """Link → the (3,) unit axis through its origin about which it turns without end, level, on the ground as drawn."""
-    features = extraction.features
     poses = link_to_root(tree_of(features.joints), features.root, {})
-    lowest = {
-        name: apply(poses[name], item.points)[:, 2] for name, item in extraction.geometry.items() if len(item.points)
-    }
+    lowest = {name: apply(poses[name], item.points)[:, 2] for name, item in geometry.items() if len(item.points)}
     floor = min((float(heights.min()) for heights in lowest.values()), default=0.0)
     top = max((float(heights.max()) for heights in lowest.values()), default=0.0)
     return {
@@ -41,10 +40,12 @@ def axles(extraction: Extraction) -> dict[str, Array]:
     }
 
 
-def with_round_wheels(hulls: Hulls, extraction: Extraction) -> tuple[Hulls, tuple[Finding, ...]]:
+def with_round_wheels(
+    hulls: Hulls, features: Features, geometry: Mapping[str, LinkGeometry]
+) -> tuple[Hulls, tuple[Finding, ...]]:
     """The hulls in which what rolls on the ground has a cylinder in place of its tread; a finding for each."""
     found, notes = dict(hulls), list[Finding]()
-    for link, axis in axles(extraction).items():
+    for link, axis in axles(features, geometry).items():
         pieces = hulls.get(link, ())
         wheel = tread(np.vstack(pieces), axis) if pieces else None
         if wheel is not None:
