@@ -59,6 +59,7 @@ def creases(depth: Singles) -> Singles:
     behind = np.where(drawn, half, half[drawn].max())
     least, most = (np.float32(bound) for bound in CREASE_DEPTH)
     deeper = np.clip((behind - uniform_filter(behind, CREASE_PIXELS) - least) / (most - least), 0.0, 1.0)
+    deeper[~drawn] = 0.0  # else an edge before the background is dashed
     shade = np.float32(CREASE) * deeper.repeat(2, axis=0).repeat(2, axis=1)
     return np.asarray(shade[: depth.shape[0], : depth.shape[1]])
 
@@ -89,7 +90,7 @@ def shadowed(ground: Picture, objects: Sequence[Posed], camera: Camera) -> Pictu
         x, y = small.project(place)[:2]
         inside = (x >= 0) & (y >= 0) & (x < small.width) & (y < small.height)
         mask[y[inside].astype(int), x[inside].astype(int)] = SHADOW
-    soft = Image.fromarray(mask).filter(ImageFilter.GaussianBlur(1.6))
+    soft = Image.fromarray(mask).filter(ImageFilter.MaxFilter(3)).filter(ImageFilter.GaussianBlur(1.6))
     share = soft.resize((camera.width, camera.height), Image.Resampling.BILINEAR)
     below = Image.fromarray(ground)
     return np.asarray(Image.composite(Image.new("RGB", below.size, SHADE), below, share))
