@@ -13,6 +13,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.document import known_robot
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.guidance.amounts import LARGEST_M, SMALLEST_M
+from asset2sim.guidance.parts import part_name
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import rigid_links, tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
@@ -35,6 +36,8 @@ OTHER_UNIT = 100.0
 in one of one unit it is seldom over 10."""
 LONGEST_SLIDE = 10.0
 """Range of a slider over the object's longest edge from which it is not believed: a telescopic pole of ten parts."""
+FULLY_OUT = 1.2
+"""Range of a drawer over its length from which it leaves its slides: those that go furthest go a tenth beyond it."""
 AXIS_SLACK = 1e-3
 """Rounding slack in a unit axis' length."""
 NO_INERTIA = 1e-15
@@ -170,7 +173,7 @@ def warn_of_dynamics(extraction: Extraction, settings: PhysicsSettings, notes: N
             )
             notes.warn("moves_nothing", message, joint=joint.name, link=moved[0])
         warn_of_form(joint, raw[joint.name], notes)
-        warn_of_reach(joint, max(features.rest_size), notes)
+        warn_of_reach(joint, features, notes)
         warn_of_signs(joint, terms[joint.name], notes)
         warn_of_steps(joint, terms[joint.name], moves.get(joint.name, 0.0), settings, notes)
         effort = raw[joint.name].effort
@@ -206,17 +209,25 @@ def warn_of_form(joint: JointFeatures, raw: StatedJoint, notes: Notes) -> None:
             notes.warn(f"{what}_zero", message, joint=joint.name)
 
 
-def warn_of_reach(joint: JointFeatures, longest: float, notes: Notes) -> None:
-    """Warn where a slider's range is many times the object's longest edge, m."""
+def warn_of_reach(joint: JointFeatures, features: Features, notes: Notes) -> None:
+    """Warn where a slider's range is many times the object's longest edge, or takes a drawer out of what holds it."""
     if not joint.prismatic or joint.lower is None or joint.upper is None:
         return
-    span = abs(joint.upper - joint.lower)
+    span, longest = abs(joint.upper - joint.lower), max(features.rest_size)
     if span > LONGEST_SLIDE * longest > 0.0:
         message = (
             f"joint '{joint.name}' slides over {span:.4g} m, {span / longest:.3g} times the object's longest edge: is "
             "its range in metres?"
         )
         notes.warn("range_implausible", message, joint=joint.name, value=span / longest, limit=LONGEST_SLIDE)
+    length = float(np.abs(joint.axis_in_root) @ features.link_boxes.get(joint.child, (0.0, 0.0, 0.0)))
+    drawer = part_name(features.link(joint.child).label, joint.child, joint.name) == "drawer"
+    if drawer and span > FULLY_OUT * length > 0.0:
+        message = (
+            f"joint '{joint.name}' slides a drawer of {length:.4g} m by {span:.4g} m: it leaves what holds it; state a "
+            "range of at most its length"
+        )
+        notes.warn("drawer_leaves", message, joint=joint.name, value=span, limit=length)
 
 
 def warn_of_signs(joint: JointFeatures, terms: Dynamics, notes: Notes) -> None:
