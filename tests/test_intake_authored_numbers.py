@@ -99,7 +99,7 @@ def test_a_joint_that_is_not_as_urdf_wants_it(tmp_path: Path, axis: str, limit: 
 @pytest.mark.parametrize(
     ("part", "upper", "said"), [("drawer", 0.5, True), ("drawer", 0.43, False), ("lift", 0.5, False)]
 )
-def test_a_drawer_that_slides_out_of_what_holds_it(tmp_path: Path, part: str, upper: float, said: bool) -> None:
+def test_what_slides_out_is_said_of_drawers(tmp_path: Path, part: str, upper: float, said: bool) -> None:
     text = robot(
         link("case", shape("0.4 0.4 0.2")), link(part, shape("0.4 0.36 0.1", xyz="0 0 0.2")),
         joint("slide", "prismatic", "case", part, axis="1 0 0", limit=f"0 {upper}"),

@@ -221,7 +221,8 @@ def warn_of_reach(joint: JointFeatures, features: Features, notes: Notes) -> Non
         )
         notes.warn("range_implausible", message, joint=joint.name, value=span / longest, limit=LONGEST_SLIDE)
     length = float(np.abs(joint.axis_in_root) @ features.link_boxes.get(joint.child, (0.0, 0.0, 0.0)))
-    drawer = part_name(features.link(joint.child).label, joint.child, joint.name) == "drawer"
+    names = joint.child, joint.name, features.asset_id
+    drawer = part_name(features.link(joint.child).label, *names) == "drawer"
     if drawer and span > FULLY_OUT * length > 0.0:
         message = (
             f"joint '{joint.name}' slides a drawer of {length:.4g} m by {span:.4g} m: it leaves what holds it; state a "
