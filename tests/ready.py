@@ -36,7 +36,7 @@ MODULES = (
     *("mlflow.tracking", "mlflow.store.tracking.sqlalchemy_store", "distributed", "litellm", "tests.faulty"),
     *("asset2sim.runs.check_request", "asset2sim.report.site", "asset2sim.experiments.isolation.preload"),
 )
-"""What commands load, and, last, what the fork server of each loads."""
+"""Modules that commands load; the last are those of each command's fork server."""
 MARK_BYTES = 64
 """Room for the mark of a test, by which strays are found."""
 CLIENT = """

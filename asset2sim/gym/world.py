@@ -17,7 +17,7 @@ from asset2sim.physics.arrays import Array
 Mask = NDArray[np.bool_]
 
 TOOL = "tool/"
-"""What the names of the bodies begin with that use the object."""
+"""Prefix of the names of the bodies that use the object."""
 THIN_M = 0.0005
 """Thickness that flat meshes are given, m."""
 FLAT = 1e-5

@@ -106,10 +106,10 @@ def open_origin(
         findings.append(remark(Stage.EXTRACT, code, message))
     files = (file, *(path for path in converted.files if reach.allows(path)))
     form = FORMATS[file.suffix]
-    scene, held = part is None and bool(converted.free), converted.held if part is None else ""
+    scene = part is None and bool(converted.free)
+    held, stood = (converted.held, converted.stood) if part is None else ("", "")
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
-    found = DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up, held)
-    return replace(found, stood=converted.stood if part is None else "")
+    return DescriptionFile(file, urdf, files, tuple(findings), confined.refused, work, metric, scene, up, held, stood)
 
 
 def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":

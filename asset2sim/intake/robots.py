@@ -94,10 +94,10 @@ class _Hung:
         names = {joint.name for joint in self.tree if joint.child in gone}
         rest, free = [top for top in self.held if top not in notes], tuple(n for n in converted.free if n not in gone)
         world, told = converted.world, list(converted.notes)
-        if free != converted.free:
+        alone = len(rest) == 1 and rest[0] in free and bare(links[self.root])
+        if alone or free != converted.free:
             told = [note for note in told if not note.startswith(f"{', '.join(converted.free)}: free in it")]
-        if len(rest) == 1 and rest[0] in free and bare(links[self.root]):
-            told = [note for note in told if not note.startswith(f"{', '.join(converted.free)}: free in it")]
+        if alone:
             gone.add(self.root)
             names |= {joint.name for joint in self.tree if joint.parent == self.root}
             world, free = "", ()

@@ -12,7 +12,7 @@ from asset2sim.physics.arrays import Array
 FLOOR = re.compile(r"(?<![a-z])(floor|ground|table(top|link)?|workbench)(?![a-z])")
 RIM = re.compile(r"(?<![a-z])([a-z]*walls?|fence|rim|border)(?![a-z])")
 SCENE = "the floor or table under all else"
-"""What a note says of a floor or table that is left out."""
+"""Words for a floor or table that is left out, by which its note is known again."""
 TOUCHING_M = 0.01
 """Depth to which what stands on a floor may reach into it as it is drawn."""
 APART_M = 0.005
