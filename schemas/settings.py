@@ -214,8 +214,8 @@ class SearchSettings(Frozen):
     """Most iterations of the loop in which a model proposes every step, and most model calls about an asset's state
     there, repeats included (the paper: 25)."""
     max_model_calls: int = Field(2, ge=0)
-    """Most model calls about an asset's state where the search proposes, repeats included: where it left overlap or the
-    requested state, or a joint fell."""
+    """Most model calls about an asset's state where the search proposes, repeats included: where it left
+    overlap."""
 
 
 class MethodSettings(Frozen):

@@ -61,14 +61,14 @@ def asked(situation: StateProblem, *focus: str, features: Features | None = None
 def test_it_states_focus_joints_and_worst_pairs_first() -> None:
     pairs = [pair("body", f"link_{index}", 0.001 * index) for index in range(MAX_PAIRS + 5)]
     image = LabelledImage(label="front", png=b"png")
-    situation = StateProblem("overlap", {"slider": 0.25, "hinge": 0.5}, 0.0123456, pairs)
+    situation = StateProblem({"slider": 0.25, "hinge": 0.5}, 0.0123456, pairs)
     request = refinement_request(
         make_features("7"), overlay("hinge", "slider"), situation, ["slider"], {"slider": (0.0, 0.2)}, [image]
     )
     assert request.purpose == "refinement" and request.system == system_text("refinement")
     assert request.images == (image,) and request.answer_schema == refinement_schema()
     told = facts(request)
-    assert (told["purpose"], told["problem"], told["phi_m"]) == ("refinement", "overlap", 0.012346)
+    assert (told["purpose"], told["phi_m"]) == ("refinement", 0.012346)
     assert told["severity"] == "moderate: 12.3 mm" and len(told["collisions"]) == MAX_PAIRS
     assert told["collisions"][0] == {
         "link_a": "body", "link_b": "link_24", "label_a": "body", "label_b": "", "depth_mm": 24.0,
@@ -78,14 +78,14 @@ def test_it_states_focus_joints_and_worst_pairs_first() -> None:
         "name": "slider", "type": "prismatic", "label": "door", "parent": "body", "child": "drawer", "position": 0.25,
         "desired": 0.1, "asked": True, "lower": 0.0, "upper": 1.0, "closed": 0.0, "open": 1.0, "reach": [0.0, 0.2],
     }]  # fmt: skip
-    assert not {"tried", "desired_phi_m", "solved_pairs"} & told.keys()
+    assert not {"tried", "solved_pairs"} & told.keys()
 
 
 def test_it_states_the_users_words_where_parts_overlap_what_parts_them_and_what_is_solved() -> None:
     place = OverlapPlace("front top", "back", "front", {"slider": -0.02, "hinge": 0.3})
     tried = (TriedProposal({"hinge": 0.2, "slider": 0.1}, 0.02, accepted=True),)
     situation = StateProblem(
-        "overlap", {"hinge": 0.1, "slider": 0.1}, 0.01, (pair("door", "drawer", 0.01),), tried=tried,
+        {"hinge": 0.1, "slider": 0.1}, 0.01, (pair("door", "drawer", 0.01),), tried=tried,
         places={("door", "drawer"): place}, solved=(("body", "door"),),
     )  # fmt: skip
     reach = dict.fromkeys(("slider", "hinge"), (0.0, 0.4))
@@ -117,29 +117,14 @@ def test_severity_has_a_word_and_millimetres(phi_m: float, word: str) -> None:
     assert severity(phi_m) == word
 
 
-def test_it_states_what_was_refused_and_where_joints_came_to_rest() -> None:
-    tried = TriedProposal({"hinge": 0.3, "slider": 0.1}, 0.004, {"hinge": 0.01})
-    situation = StateProblem("fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, tried=(tried,))
-    told = facts(asked(situation, "hinge"))
-    assert told["focus_joints"][0]["settled"] == 0.0 and told["problem"] == "fell"
-    assert told["tried"] == [{"positions": {"hinge": 0.3}, "phi_m": 0.004, "settled": {"hinge": 0.01}}]
-    moved = facts(asked(StateProblem("moved", {"hinge": 0.1, "slider": 0.1}, 0.0, desired_phi_m=0.01), "hinge"))
-    assert moved["desired_phi_m"] == 0.01 and "settled" not in moved["focus_joints"][0]
-
-
 def test_the_system_text_has_the_papers_steps_and_every_word_of_the_block() -> None:
     system = system_text("refinement")
     for words in ("10 to 40 %", "5 to 25 %", "0.02", "0.01", "0.002", "state_ok", "approved", "deltas", "radians"):
         assert words in system, words
-    situation = StateProblem(
-        "fell", {"hinge": 0.1, "slider": 0.1}, 0.0, settled={"hinge": 0.0}, desired_phi_m=0.1,
-        tried=(TriedProposal({"hinge": 0.3}, 0.1),),
-    )  # fmt: skip
+    situation = StateProblem({"hinge": 0.1, "slider": 0.1}, 0.0, tried=(TriedProposal({"hinge": 0.3}, 0.1),))
     told = facts(asked(situation, "hinge"))
     for key in {*told, *told["focus_joints"][0]} - {"purpose", "asset_id", "category", "name", "type", "label"}:
         assert key in system, key
-    for problem in ("overlap", "moved", "fell"):
-        assert f"`{problem}`" in system
 
 
 def test_the_answers_schema_holds_what_is_parsed() -> None:
@@ -203,7 +188,7 @@ def test_an_instruction_in_a_state_stays_data(place: str) -> None:
     else:
         pairs = [pair(EVIL, "b", 0.1)]
     positions = {focus: 0.1, "slider": 0.1}
-    situation = StateProblem("overlap", positions, 0.1, pairs, tried=(TriedProposal(positions, 0.2),))
+    situation = StateProblem(positions, 0.1, pairs, tried=(TriedProposal(positions, 0.2),))
     request = refinement_request(features, physics, situation, [focus], {focus: (0.0, 1.0)})
     only_data(request, ["structured_information", "user_guidance"])
     assert facts(request)["focus_joints"][0]["name"] == focus

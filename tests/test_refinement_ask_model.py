@@ -7,11 +7,11 @@ import pytest
 
 from asset2sim.models.answers import RefinementAnswer
 from asset2sim.models.prompts import StateProblem
-from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, next_pose
-from asset2sim.refinement.position_bands import joints_outside_state, reachable_bands
+from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, propose_pose
+from asset2sim.refinement.position_bands import reachable_bands
 from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer, ModelCall, ModelRequest
-from schemas.settings import ModelSettings, SearchSettings, Settings
+from schemas.settings import ModelSettings, Settings
 from schemas.vocabulary import Source, Stage
 from tests.factories import make_call, make_features, make_joint
 
@@ -131,7 +131,7 @@ def scene(script: Script, source: Source = Source.USER, model: ModelSettings = P
 
 def pose_after(step: dict[str, object], source: Source) -> dict[str, float] | None:
     content = json.dumps({"state_ok": False, "approved": False, **step})
-    return next_pose(scene(Script(said(content)), source), StateProblem("overlap", {"hinge": 0.5}, 0.1), ("hinge",))
+    return propose_pose(scene(Script(said(content)), source), StateProblem({"hinge": 0.5}, 0.1), ("hinge",)).pose
 
 
 @pytest.mark.parametrize(
@@ -153,18 +153,5 @@ def test_an_approval_and_no_step_are_no_pose(step: dict[str, object]) -> None:
 def test_nothing_is_drawn_for_a_prior_and_what_cannot_be_drawn_is_asked_without() -> None:
     for model in (PRIOR, ModelSettings(model="openai/x"), ModelSettings(refinement_model="openai/x")):
         script = Script(said(STEP))
-        assert (
-            next_pose(scene(script, model=model), StateProblem("overlap", {"hinge": 0.5}, 0.1), ("hinge",)) is not None
-        )
+        assert propose_pose(scene(script, model=model), StateProblem({"hinge": 0.5}, 0.1), ("hinge",)).pose is not None
         assert script.asked[0].images == ()
-
-
-@pytest.mark.parametrize(("position", "source", "left"), [
-    (0.59, Source.USER, ()), (0.61, Source.USER, ("hinge",)), (0.61, Source.RULE, ()), (0.39, Source.MODEL, ("hinge",)),
-])  # fmt: skip
-def test_a_state_is_left_where_a_joint_that_was_asked_for_is_beyond_its_tolerance(
-    position: float, source: Source, left: tuple[str, ...]
-) -> None:
-    assert (
-        joints_outside_state(scene(Script(said(STEP)), source).overlay, {"hinge": position}, SearchSettings()) == left
-    )

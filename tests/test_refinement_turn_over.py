@@ -14,9 +14,11 @@ from asset2sim.refinement.dynamics.remedies import lie_down
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay, PhysicsOverlay
-from schemas.vocabulary import Source, Status
+from schemas.settings import EngineSettings
+from schemas.vocabulary import Engine, Source, Status
 from tasks.pipeline import refine_asset
-from tests.assets import NO_VIEWS, joint, link, prior, read, robot, shape, written
+from tests.assets import NO_VIEWS, joint, link, prior, read, robot, sample, shape, written
+from tests.marks import OBJECTS, needs_objects
 
 TALL = robot(
     link("body", shape("0.02 0.02 0.14", xyz="0 0 0.07")),
@@ -68,3 +70,19 @@ def test_a_pen_that_is_authored_upright_on_its_tip_is_written_lying(tmp_path: Pa
         item.find("origin") for item in etree.parse(str(urdf)).getroot().iterfind("link[@name='body']/collision")
     ]
     assert origins and all(origin is not None and "rpy" in origin.attrib for origin in origins)
+
+
+@pytest.mark.system
+@needs_objects
+def test_a_real_suitcase_that_its_lid_pulls_over_is_laid_on_its_back_and_keeps_the_state_that_is_asked(
+    tmp_path: Path,
+) -> None:
+    settings = NO_VIEWS.model_copy(update={"engine": EngineSettings(verify=(Engine.PYBULLET,), interact=True)})
+    record = refine_asset(sample("103755", OBJECTS), tmp_path, settings, prior)
+    assert record.status is Status.OK and record.overlay is not None, record.reason
+    assert [finding.code for finding in record.findings].count("laid_down") == 1
+    lid = next(item for item in record.overlay.joints if item.name == "joint_1")
+    (report,) = record.reports
+    assert report.interaction is not None and lid.asked_position is not None
+    (seen,) = [item for item in report.interaction.settled if item.joint == "joint_1"]
+    assert seen.share <= settings.thresholds.state_share and seen.asked == lid.asked_position

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 from asset2sim.models.answers import RefinementAnswer, overlay_schema, trimmed
 from asset2sim.models.object_facts import rounded_floats, synthesis_facts
@@ -99,19 +98,13 @@ SEVERITIES = ((0.02, "severe"), (0.01, "moderate"), (0.002, "small"), (1e-4, "sl
 """(Φ above which, m, word): the paper's steps change at 20 and 10 mm, and it approves at 2 mm."""
 MM_PER_M = 1e3
 
-Problem = Literal["overlap", "moved", "fell"]
-"""Why a model is asked: parts overlap in the present state, the search had to leave the desired state, or joints that
-must stay where they are put do not."""
-
 
 @dataclass(frozen=True)
 class TriedProposal:
-    """An earlier proposal: its joint positions (rad or m), the Φ measured there (m), whether it was accepted, and where
-    the joints settled, if the problem is that they moved by themselves."""
+    """An earlier proposal: its joint positions (rad or m), the Φ measured there (m), and whether it was accepted."""
 
     positions: Mapping[str, float]
     phi_m: float
-    settled: Mapping[str, float] = field(default_factory=dict)
     accepted: bool = False
 
 
@@ -130,16 +123,12 @@ class OverlapPlace:
 @dataclass(frozen=True)
 class StateProblem:
     """A joint state to improve: joint name → position in rad, or m at the final scale, its Φ (m) and colliding pairs.
-    ``places`` maps pairs of links to where they overlap. ``solved`` are pairs that the last step parted. ``settled``
-    maps joints to where they settled untouched, for the problem "fell". ``desired_phi_m`` is Φ in the desired state,
-    for the problem "moved". ``tried`` are earlier proposals, oldest first."""
+    ``places`` maps pairs of links to where they overlap. ``solved`` are pairs that the last step parted. ``tried`` are
+    earlier proposals, oldest first."""
 
-    problem: Problem
     positions: dict[str, float]
     phi_m: float
     pairs: Sequence[ContactPair] = ()
-    settled: Mapping[str, float] = field(default_factory=dict)
-    desired_phi_m: float | None = None
     tried: Sequence[TriedProposal] = ()
     places: Mapping[tuple[str, str], OverlapPlace] = field(default_factory=dict)
     solved: Sequence[tuple[str, str]] = ()
@@ -163,7 +152,6 @@ def refinement_request(
         "purpose": REFINEMENT_PURPOSE,
         "asset_id": features.asset_id,
         "category": features.category,
-        "problem": situation.problem,
         "phi_m": situation.phi_m,
         "severity": severity(situation.phi_m),
         "collisions": [_collision(pair, labels, joints, situation.places) for pair in worst],
@@ -171,8 +159,7 @@ def refinement_request(
     }
     if situation.solved:
         information["solved_pairs"] = [list(pair) for pair in situation.solved]
-    if situation.desired_phi_m is not None:
-        information["desired_phi_m"] = situation.desired_phi_m
+
     if situation.tried:
         information["tried"] = [_tried(item, focus) for item in situation.tried]
     return ModelRequest(
@@ -227,7 +214,6 @@ def _toward(joint: JointPhysics, change: float) -> str:
 def _focus_joint(
     joint: JointPhysics, authored: JointFeatures, situation: StateProblem, reach: tuple[float, float]
 ) -> dict[str, object]:
-    settled = {"settled": situation.settled[joint.name]} if joint.name in situation.settled else {}
     return {
         "name": joint.name,
         "type": joint.type,
@@ -237,7 +223,6 @@ def _focus_joint(
         "position": situation.positions[joint.name],
         "desired": joint.initial_position,
         "asked": joint.position_source is not Source.RULE,
-        **settled,
         "lower": joint.lower,
         "upper": joint.upper,
         "closed": joint.closed,
@@ -247,9 +232,5 @@ def _focus_joint(
 
 
 def _tried(item: TriedProposal, focus: Sequence[str]) -> dict[str, object]:
-    told: dict[str, object] = {
-        "positions": {name: value for name, value in item.positions.items() if name in focus},
-        "phi_m": item.phi_m,
-    }
-    accepted = {"accepted": True} if item.accepted else {}
-    return {**told, **accepted, "settled": dict(item.settled)} if item.settled else {**told, **accepted}
+    told = {name: value for name, value in item.positions.items() if name in focus}
+    return {"positions": told, "phi_m": item.phi_m, **({"accepted": True} if item.accepted else {})}

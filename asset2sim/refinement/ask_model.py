@@ -106,9 +106,7 @@ class QuestionContext:
     def overlap(self, pose: Pose, tried: Sequence[TriedProposal], solved: Sequence[tuple[str, str]]) -> StateProblem:
         """The problem of links that overlap at a pose, with where they do, as a fresh world has it."""
         found = locate_overlaps(self.features, self.overlay, self.urdf, pose, self.settings.engine)
-        return StateProblem(
-            "overlap", pose, found.phi_m, found.pairs, tried=tuple(tried), places=found.places, solved=tuple(solved)
-        )
+        return StateProblem(pose, found.phi_m, found.pairs, tuple(tried), found.places, tuple(solved))
 
 
 @dataclass(frozen=True)
@@ -126,25 +124,16 @@ def model_asker(scene: QuestionContext) -> Ask:
     """Callback that asks the model for a step while links overlap."""
 
     def propose(best: Pose, focus: tuple[str, ...], tried: tuple[TriedProposal, ...]) -> Pose | None:
-        return next_pose(scene, scene.overlap(best, tried, ()), focus)
+        return propose_pose(scene, scene.overlap(best, tried, ()), focus).pose
 
     return propose
 
 
-def next_pose(
-    scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None
-) -> Pose | None:
-    """Pose after the model's step; None where the model has no step or the call limit is reached."""
-    return propose_pose(scene, situation, focus, shown).pose
-
-
-def propose_pose(
-    scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...], shown: Pose | None = None
-) -> ProposedPose:
-    """The model's proposal for the focus joints. ``shown`` is the pose to render, by default the present one."""
+def propose_pose(scene: QuestionContext, situation: StateProblem, focus: tuple[str, ...]) -> ProposedPose:
+    """The model's proposal for the focus joints."""
     present = situation.positions
     reach = {name: (scene.reach[name].low, scene.reach[name].high) for name in focus}
-    views = model_views(scene, shown or present)
+    views = model_views(scene, present)
     request = refinement_request(scene.features, scene.overlay, situation, focus, reach, views, scene.guidance)
     step = scene.questions.answer(request, focus)
     if isinstance(step, str):

@@ -80,11 +80,3 @@ class RefinementContext:
             overlay.support, placed=placed, keep_terms=keep_terms, contact_source=overlay.contact_source,
         )  # fmt: skip
         return made.model_copy(update={"passing": overlay.passing})
-
-
-def as_refused(step: TraceStep) -> TraceStep:
-    """The step marked as refused: after all checks it was no better."""
-    if not step.accepted:
-        return step
-    taken_back = {"accepted": False, "moved": {}, "phi_after_m": step.phi_before_m}
-    return step.model_copy(update={**taken_back, "reason": "judged in full, it is no better"})

@@ -12,7 +12,6 @@ from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.engines.static_object import MARGIN_M, contact_points, phi_at, static_object
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
-from asset2sim.refinement.ask_state import nearer_to_request
 from asset2sim.refinement.collision.hull_world import candidates, clear_pose
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt, hull_world
@@ -78,8 +77,7 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
     """Lower Φ: first by joint positions near the requested state; where that fails, by cutting collision hulls.
 
     Joint dynamics are derived again for joints that moved. A search proposes first, and a model is asked where links
-    still overlap, and where separating them needed another state than the requested one; or the model proposes every
-    step (paper, "Refine the state").
+    still overlap; or the model proposes every step (paper, "Refine the state").
     """
     loop = with_crossing_flaps(loop, folder)
     overlay, settings = loop.overlay, loop.settings
@@ -100,8 +98,6 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
             tried.append(wider)
             again = cut_attempt(loop, folder, wider)
             best = again if again.phi < best.phi else best
-    if best.positions != requested:
-        best = nearer_to_request(scene, loop, folder, best, phi_at(folder.urdf, requested, settings.engine))
     return write_best(loop, folder, best)
 
 

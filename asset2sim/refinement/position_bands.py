@@ -68,8 +68,6 @@ CLOSED_SHARE = 0.02
 """Share of its range from its closed end within which a joint counts as closed."""
 AJAR_SHARE = 0.4
 """How far, as a share of how far it is asked to be open, a part may be moved: what is slightly open is not shut."""
-ROUNDING_SHARE = 1e-6
-"""Rounding allowance at the edge of a band, as a share of the joint's range."""
 
 
 def band_of(joint: JointPhysics, tolerance: float, closed_tolerance: float) -> Band:
@@ -101,28 +99,3 @@ def model_band(joint: JointPhysics, settings: SearchSettings) -> Band:
 def reachable_bands(overlay: PhysicsOverlay, settings: SearchSettings) -> dict[str, Band]:
     """Joint name → band in which a model may place it."""
     return {joint.name: model_band(joint, settings) for joint in overlay.joints}
-
-
-def joints_outside_state(
-    overlay: PhysicsOverlay, positions: Mapping[str, float], settings: SearchSettings
-) -> tuple[str, ...]:
-    """Joints that left the state requested of them, furthest first (as a share of the range)."""
-    away: dict[str, float] = {}
-    for joint in overlay.joints:
-        if joint.position_source is Source.RULE:
-            continue
-        band = band_of(joint, settings.state_tolerance, settings.closed_tolerance)
-        edge, value = ROUNDING_SHARE * band.span, positions[joint.name]
-        if not band.low - edge <= value <= band.high + edge:
-            away[joint.name] = share_away(band, value)
-    return tuple(sorted(away, key=lambda name: -away[name]))
-
-
-def share_away(band: Band, position: float) -> float:
-    """Distance from the requested position, as a share of the joint's range."""
-    return abs(position - band.requested) / band.span if band.span > 0.0 else 0.0
-
-
-def distance(positions: Pose, bands: Mapping[str, Band]) -> float:
-    """‖q − q_requested‖, each joint as a share of its range."""
-    return float(sum(share_away(band, positions[name]) ** 2 for name, band in bands.items()) ** 0.5)

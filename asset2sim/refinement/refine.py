@@ -13,16 +13,14 @@ from asset2sim.checks.known_reports import KnownReports, verify_known
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import engines_of
 from asset2sim.physics.support_polygon import LEANING_RAD
-from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext
-from asset2sim.refinement.ask_state import ask_lasting_state, joints_not_holding, rest_measurement
+from asset2sim.refinement.ask_model import AskedSoFar
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.collision.wheels import ROUNDED
-from asset2sim.refinement.context import Log, RefinementContext, as_refused, warning
+from asset2sim.refinement.context import Log, RefinementContext, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend_failures, with_supplied_terms
 from asset2sim.refinement.dynamics.remedies import has_remedies
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
 from asset2sim.refinement.notes import changed_numbers, move_findings
-from asset2sim.refinement.position_bands import moved_joints, reachable_bands
 from asset2sim.validation.lying import AS_AUTHORED_RAD
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport
@@ -112,7 +110,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     search = job.settings.search
     questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
-    best = opened_less(chosen, without_fatal_shapes(chosen, with_lasting_state(chosen, best, questions)), questions)
+    best = opened_less(chosen, without_fatal_shapes(chosen, best), questions)
     told = (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings)
     job.known.keep()
     return RefinementResult(
@@ -164,32 +162,6 @@ def unmendable(tried: RefinedAttempt, settings: Settings) -> tuple[FailureMode, 
     failed = all_failures(tried.mended.overlay, tried.mended.reports, settings)
     modes = dict.fromkeys(failure.mode for failure in failed if not has_remedies(failure.mode))
     return tuple(mode for mode in modes if mode not in NOT_MEASURED)
-
-
-def with_lasting_state(job: RefinementJob, tried: RefinedAttempt, questions: AskedSoFar) -> RefinedAttempt:
-    """The attempt, or, where joints do not hold their initial positions, one from a model's state that lasts, if its
-    verdict is no worse."""
-    measured = rest_measurement(tried.mended.reports)
-    names = joints_not_holding(job.overlay, measured, job.settings) if measured is not None else ()
-    if measured is None or not names:
-        return tried
-    urdf, reach = tried.state.folder.urdf, reachable_bands(job.overlay, job.settings.search)
-    scene = QuestionContext(job.extraction.features, job.overlay, job.settings, urdf, reach, questions, job.guidance)
-    found = ask_lasting_state(scene, tried.mended.overlay, measured, names)
-    if found.pose is None:
-        return with_steps(tried, found.steps)
-    requested = job.overlay.initial_positions
-    moved = moved_joints(found.pose, requested)
-    overlay = at_positions(context_of(job, {}), found.pose, moved)
-    again = attempt_again(replace(job, overlay=overlay), questions)
-    rest = rest_measurement(again.mended.reports)
-    lasts = rest is not None and not joints_not_holding(job.overlay, rest, job.settings)
-    if lasts and again.verdict.passed >= tried.verdict.passed:
-        told = move_findings(requested, moved, "from there it stays as it was asked for")
-        return with_steps(replace(again, notes=(*tried.notes, *told)), found.steps)
-    # The folder must be as it was; what engines said of it is known.
-    before = replace(attempt_again(job, questions), notes=tried.notes)
-    return with_steps(before, tuple(as_refused(step) for step in found.steps))
 
 
 def opened_less(job: RefinementJob, tried: RefinedAttempt, questions: AskedSoFar) -> RefinedAttempt:
@@ -245,11 +217,6 @@ def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAt
     tried = replace(tried, state=replace(tried.state, folder=folder))
     mended, verdict = verify_and_mend(job, overlay, folder, ())
     return replace(tried, notes=notes, mended=mended, verdict=verdict)
-
-
-def with_steps(tried: RefinedAttempt, steps: tuple[TraceStep, ...]) -> RefinedAttempt:
-    """The attempt with these steps after those of its state."""
-    return replace(tried, state=replace(tried.state, trace=(*tried.state.trace, *steps)))
 
 
 def largest_phi(tried: RefinedAttempt) -> float:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from asset2sim.guidance.object_info import dicts, finite_number, number_or_none, text_or_empty, unique
+from asset2sim.guidance.object_info import dicts, finite_number, text_or_empty, unique
 
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""
@@ -23,11 +23,10 @@ MARGIN = 1.15
 
 @dataclass(frozen=True)
 class FocusJoint:
-    """A joint under refinement: where it is, where it was asked to be, where it came to rest (None: not watched), the
-    positions that refused proposals gave it since the last accepted one, its range, and its reach; rad or m. ``apart``
-    is the change of position that parts the worst of the collisions that it can part, 0 for none, ``first`` whether it
-    is the cheapest joint to do so. ``asked`` is false
-    where the prompt says nothing of the joint; its ``desired`` position is then only where it started."""
+    """A joint under refinement: where it is, where it was asked to be, the positions that refused proposals gave it
+    since the last accepted one, its range, and its reach; rad or m. ``apart`` is the change of position that parts the
+    worst of the collisions that it can part, 0 for none, ``first`` whether it is the cheapest joint to do so. ``asked``
+    is false where the prompt says nothing of the joint; its ``desired`` position is then only where it started."""
 
     name: str
     position: float
@@ -36,7 +35,7 @@ class FocusJoint:
     upper: float
     closed: float
     open: float
-    settled: float | None = None
+
     tried: tuple[float, ...] = ()
     reach: tuple[float, float] = (-math.inf, math.inf)
     apart: float = 0.0
@@ -67,7 +66,6 @@ def read_refinement(data: Mapping[str, object]) -> tuple[float, tuple[FocusJoint
                 upper=max(lower, upper),
                 closed=finite_number(item.get("closed"), lower),
                 open=finite_number(item.get("open"), upper),
-                settled=number_or_none(item.get("settled")),
                 tried=tuple(finite_number(places.get(name), position) for places in tried),
                 reach=(finite_number(low, -math.inf), finite_number(high, math.inf)),
                 apart=apart.get(name, 0.0),
@@ -98,12 +96,10 @@ def refinement_step(phi_m: float, joints: Sequence[FocusJoint]) -> dict[str, obj
     Joints out of the asked state go back to it. While parts overlap, the joints that part them go as far as the prompt
     says that it takes; after a refusal in another of ``parting_ways``, while there are any.
     Where the prompt names none, joints go towards open (doors, drawers and lids overlap with their body when they are
-    closed too far), and back to the asked position once they are as open as its tolerance allows. A joint that fell
-    moves away from where it settled, within the tolerance. After a refusal such a step goes the other way, once; then
-    nothing is proposed.
+    closed too far), and back to the asked position once they are as open as its tolerance allows. After a refusal such
+    a step goes the other way, once; then nothing is proposed.
     """
-    fell = any(_off(joint, joint.settled) for joint in joints)
-    state_ok = not fell and not any(_off(joint, joint.position) for joint in joints)
+    state_ok = not any(_off(joint) for joint in joints)
     approved = state_ok and phi_m <= APPROVE_M
     deltas: dict[str, float] = {}
     if state_ok and not approved and any(joint.apart for joint in joints):
@@ -114,9 +110,7 @@ def refinement_step(phi_m: float, joints: Sequence[FocusJoint]) -> dict[str, obj
         span = joint.upper - joint.lower
         if approved or span <= 0.0 or len(joint.tried) > 1:
             continue
-        if joint.settled is not None and _off(joint, joint.settled):
-            step = math.copysign(STATE_TOLERANCE * span, joint.position - joint.settled)
-        elif _off(joint, joint.position):
+        if _off(joint):
             gap = joint.desired - joint.position
             step = math.copysign(min(abs(gap), WRONG_STATE_STEP * span), gap)
         else:
@@ -148,12 +142,10 @@ def _within(joint: FocusJoint, step: float) -> dict[str, float]:
     return {joint.name: target - joint.position} if target != joint.position else {}
 
 
-def _off(joint: FocusJoint, position: float | None) -> bool:
-    """Whether a position lies outside the state that is asked."""
+def _off(joint: FocusJoint) -> bool:
+    """Whether a joint is out of the state that is asked."""
     span = joint.upper - joint.lower
-    if position is None or span <= 0.0 or not joint.asked:
-        return False
-    return abs(position - joint.desired) > (STATE_TOLERANCE + ROUNDING) * span
+    return joint.asked and span > 0.0 and abs(joint.position - joint.desired) > (STATE_TOLERANCE + ROUNDING) * span
 
 
 def _opening_step(joint: FocusJoint, span: float, phi_m: float) -> float:
