@@ -1,243 +1,117 @@
-"""``make bench``: DATA WORK [--limit N] [--only PART] [--strict]. Prints the tables, and writes them into WORK.
+"""``make bench``: DATA WORK [--limit N]. Runs ``asset2sim refine`` without caches, in every engine, with views and
+report: of one object alone, with one worker, with two, and once more with nothing changed. Prints the table of it, and
+writes it into WORK/bench.md.
 
-Each measured run is a fresh process and has a fresh output folder, into which nothing but the warm caches of meshes,
-their shapes and their convex pieces, is copied. A run that is not measured fills them; they stay in WORK for the next
-bench.
+Each run is a process of its own, ``python -m lab.flows.bench --timed RESULT refine …``, which counts all that it
+started.
 """
 
+import contextlib
+import os
+import resource
 import shutil
+import subprocess
 import sys
+import time
 from collections.abc import Sequence
+from multiprocessing import forkserver
 from pathlib import Path
 
-from asset2sim.assets.meshes.shape_cache import PIECE_CACHE, SHAPE_CACHE
+from pydantic import Field
+from pydantic_settings import CliPositionalArg
+
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.text import output
+from asset2sim.experiments.isolation.child import MEGABYTE, adopt_orphans
 from asset2sim.intake.dataset import load_dataset
-from asset2sim.models.gateway.environment import checkout_folder, quiet_environment
-from asset2sim.runs.request import parse_request as parse_refine
-from asset2sim.runs.spread.refine_all import refine_all
-from flows import PIPELINE
-from lab.flows.bench_loop import run_loop
-from lab.flows.bench_night import MODULE as NIGHT
-from lab.flows.bench_run import MODULE as RUN
-from lab.speed.bench_figures import bench_markdown, figures, missed, stage_seconds
-from lab.speed.history_rows import MODULE as QUERY
-from lab.speed.history_rows import write_history
-from lab.speed.measured import BenchMeasurements, BenchRequest, FlowTimes, QueryTimes, parse_request
-from lab.speed.process import evenly_spaced, machine, measure, one_core, time_checker
-from lab.speed.replay import leave_records, make_entries, write_samples
-from lab.speed.synthetic import make_unchanged
-from schemas.asset import AssetRecord
-from schemas.errors import DONE, FAILED, exit_code_of
-from schemas.vocabulary import Engine, Grouping
+from asset2sim.runs.command_line import Options, parse
+from asset2sim.runs.option_types import N
+from flows import command
+from lab.speed.bench_figures import BenchRun, Used, bench_markdown
+from schemas.errors import DONE, Asset2SimError, exit_code_of
+from schemas.vocabulary import Engine
 
-ENGINES = {"one": (Engine.PYBULLET,), "both": (Engine.PYBULLET, Engine.MUJOCO), "all": tuple(Engine)}
-SAMPLE = "stapler_desk"
-"""The sample object whose record and files the synthetic entries have."""
+PROGRAM = "python -m lab.flows.bench"
+TIMED = "--timed"
+ENDING_S = 20.0
+"""Time in which all that a run has started must end to be counted, s."""
+KIB_PER_MB = MEGABYTE / 1024.0
 
 
-def tell(line: str) -> None:
-    """A line of progress."""
-    sys.stderr.write(f"bench: {line}\n")
-    sys.stderr.flush()
+class BenchRequest(Options):
+    """Measure what refining a dataset takes."""
+
+    data: CliPositionalArg[Path] = Field(description="the dataset")
+    work: CliPositionalArg[Path] = Field(description="a folder for everything that is made; bench.md in it")
+    limit: N | None = Field(None, description="only N of the dataset's objects, evenly spaced")
 
 
-def command(
-    request: BenchRequest,
-    data: Path,
-    out: Path,
-    workers: int,
-    engines: str = "one",
-    ids: Sequence[str] = (),
-    views: bool = False,
-) -> list[str]:
-    """The arguments of an ``asset2sim refine`` command."""
-    words = ["refine", str(data), "--out", str(out), "--workers", str(workers), *([] if views else ["--no-views"])]
-    words += ["--engines", ",".join(engine.value for engine in ENGINES[engines])]
-    ids = ids or (chosen(request) if request.limit is not None and data == request.data else ())
-    words += ["--assets", ",".join(ids)] if ids else []
-    return [*words, *([] if request.interaction else ["--no-interaction"])]
+def evenly_spaced(asset_ids: Sequence[str], count: int) -> tuple[str, ...]:
+    """``count`` of a dataset's assets, evenly spaced in its order: of 150, every 7th makes 20."""
+    step = max(1, len(asset_ids) // max(1, count))
+    return tuple(asset_ids[::step][:count])
 
 
-def chosen(request: BenchRequest) -> tuple[str, ...]:
-    """The dataset's assets that are measured, by their ids."""
+def machine() -> str:
+    """How many cores may be used, the memory, and the load, in one line."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    return f"{len(os.sched_getaffinity(0))} cores, {memory:.0f} GB, load {os.getloadavg()[0]:.1f} at the start"
+
+
+def run(request: BenchRequest, out: Path, workers: int, ids: Sequence[str]) -> BenchRun:
+    """One run of the command in a process of its own. Raises Asset2SimError, which names its log, if it fails."""
+    result, log = out.with_suffix(".json"), out.with_suffix(".log")
+    words = ["refine", str(request.data), "--out", str(out), "--workers", str(workers)]
+    words += ["--engines", ",".join(Engine), "--assets", ",".join(ids)]
+    with log.open("wb") as stream:
+        command = [sys.executable, "-m", "lab.flows.bench", TIMED, str(result), *words]
+        code = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream).returncode
+    if code:
+        raise Asset2SimError(f"asset2sim {' '.join(words)} ended with exit code {code}; see {log}")
+    last = read_table(out, "runs").sort_values("started_at").iloc[-1]
+    used = Used.model_validate_json(result.read_text(encoding="utf-8"))
+    return BenchRun(workers, used, last, read_table(out, "assets"))
+
+
+def timed(result: Path, words: Sequence[str]) -> int:
+    """Run a command of ``asset2sim`` and write what it and all that it started used. Returns its exit code."""
+    adopt_orphans()
+    code = command.main(words)
+    # It lives as long as this process, else; what it forked ends a few seconds after its last work.
+    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    until = time.monotonic() + ENDING_S
+    with contextlib.suppress(ChildProcessError):
+        while time.monotonic() < until:
+            if os.waitpid(-1, os.WNOHANG)[0] == 0:
+                time.sleep(0.1)
+    driver, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    used = Used(processor_s=sum(os.times()[:4]), driver_mb=driver / KIB_PER_MB, largest_mb=others / KIB_PER_MB)
+    result.write_text(used.model_dump_json(), encoding="utf-8")
+    return code
+
+
+def bench(request: BenchRequest) -> int:
+    """Measure, print the table and write it. Raises UsageError for a dataset that cannot be read."""
     ids = [ref.asset_id for ref in load_dataset(request.data)]
-    return evenly_spaced(ids, request.limit or len(ids))
-
-
-def fresh(request: BenchRequest, name: str) -> Path:
-    """An output folder that holds only the warm caches of mesh shapes and convex pieces."""
-    out = request.work / name
-    shutil.rmtree(out, ignore_errors=True)
-    for cache in (SHAPE_CACHE, PIECE_CACHE):
-        warm = request.work / "warm" / cache
-        if warm.is_dir():
-            shutil.copytree(warm, out / cache)
-    return out
-
-
-def flow(request: BenchRequest, name: str, words: Sequence[str]) -> FlowTimes:
-    """One run of the flow in a process of its own."""
-    times = measure(FlowTimes, RUN, words, request.work / "numbers" / name)
-    seconds = f"{times.flow_s:.1f} s after {times.startup_s:.1f} s"
-    tell(f"{name}: {times.assets} assets, {times.unchanged} unchanged: {seconds}")
-    return times
-
-
-def fill_caches(request: BenchRequest) -> None:
-    """Fill the caches of meshes; where an earlier bench did, with the same code and settings, nothing is refined."""
-    flow(request, "warm", command(request, request.data, request.work / "warm", 2))
-
-
-def rates(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure one worker, the plain loop over the same assets, and two workers."""
-    fill_caches(request)
-    outs = {name: fresh(request, name) for name in ("one", "loop", "two")}
-    one = flow(request, "one", command(request, request.data, outs["one"], 1))
-    loop = run_loop(command(request, request.data, outs["loop"], 1), request.work / "numbers" / "loop")
-    tell(f"loop: {loop.assets} assets in {loop.loop_s:.1f} s {loop.problem}")
-    two = flow(request, "two", command(request, request.data, outs["two"], 2))
-    return found.model_copy(update={"one": one, "loop": loop, "two": two, "stages": stage_seconds(outs["one"])})
-
-
-def cold(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure one object alone, one worker and two, without caches, in every engine, with views and report."""
-    ids = chosen(request)
-    times = {}
-    for name, workers, some in (("alone", 1, ids[:1]), ("cold", 1, ids), ("cold-two", 2, ids)):
-        out = request.work / name
-        shutil.rmtree(out, ignore_errors=True)
-        times[name] = flow(request, name, command(request, request.data, out, workers, "all", some, views=True))
-    known = read_table(request.work / "cold", "assets").dropna(subset=["processor_s_total"])
-    seconds = {str(kind): tuple(own) for kind, own in known.groupby("category", dropna=False)["processor_s_total"]}
-    own = float(read_table(request.work / "alone", "assets")["processor_s_total"].sum())
-    update = {"cold": times["cold"], "cold_two": times["cold-two"], "alone": times["alone"], "alone_s": own}
-    return found.model_copy(update={**update, "cold_assets_s": seconds})
-
-
-def unchanged(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure a second run into the two workers' output, with nothing changed."""
-    words = command(request, request.data, request.work / "two", 2)
-    if found.two is None:
-        flow(request, "two", words)
-    return found.model_copy(update={"again": flow(request, "again", words)})
-
-
-def synthetic(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure runs over few and over many synthetic entries, none of which changed."""
-    record = sample_record(request)
-    runs = []
-    for count in (request.few, request.entries):
-        folder = request.work / "synthetic" / str(count)
-        shutil.rmtree(folder, ignore_errors=True)
-        tell(f"making {count:,} synthetic entries")
-        words = command(request, folder / "data", folder / "out", 2)
-        data, out = make_unchanged(record, folder, count, parse_refine(words).settings, PIPELINE)
-        runs.append(flow(request, f"synthetic-{count}", command(request, data, out, 2)))
-    return found.model_copy(update={"synthetic": tuple(runs)})
-
-
-def night(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure nights that refine few and many entries, each of which hands back the record of a real sample object."""
-    samples = request.work / "samples"
-    if not samples.is_dir():
-        tell("refining the sample dataset, whose records the entries have")
-        raw = (checkout_folder() or Path()) / "data" / "raw"
-        words = command(request, raw, request.work / "sampled", 2, "all")
-        refs = load_dataset(raw)
-        out = (request.work / "sampled").resolve()
-        write_samples(refine_all(refs, out, parse_refine(words).settings, PIPELINE).records, samples)
-    runs = []
-    for count in (request.few, request.entries):
-        folder = request.work / "nights" / str(count)
-        shutil.rmtree(folder, ignore_errors=True)
-        tell(f"making {count:,} entries")
-        refs = make_entries(samples, folder / "data", count)
-        words = command(request, folder / "data", folder / "out", 2)
-        if request.left:
-            leave_records(refs, folder / "out", parse_refine(words).settings)
-        runs.append(measure(FlowTimes, NIGHT, words, request.work / "numbers" / f"night-{count}"))
-        tell(f"night of {count:,}: {runs[-1].flow_s:.1f} s, {runs[-1].peak_memory_mb:.0f} MB")
-    return found.model_copy(update={"nights": tuple(runs)})
-
-
-def sample_record(request: BenchRequest) -> AssetRecord:
-    """The record of a real refinement of a sample object."""
-    raw = (checkout_folder() or Path()) / "data" / "raw"
-    out = fresh(request, "sample").resolve()
-    words = command(request, raw, out, 1, ids=[SAMPLE])
-    refs = load_dataset(raw, None, (SAMPLE,), None)
-    return refine_all(refs, out, parse_refine(words).settings, PIPELINE).records[0]
-
-
-def history(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure the query that groups failures, over a year of nights."""
-    out = request.work / "history"
-    shutil.rmtree(out, ignore_errors=True)
-    tell(f"writing {request.rows:,} rows of history")
-    write_history(out, sample_record(request), request.rows)
-    groupings = (Grouping.FAILURE_MODE, Grouping.CATEGORY)
-    places = {grouping: request.work / "numbers" / f"query-{grouping.value}" for grouping in groupings}
-    queries = [measure(QueryTimes, QUERY, [str(out), grouping.value], place) for grouping, place in places.items()]
-    return found.model_copy(update={"queries": tuple(queries)})
-
-
-def checker(request: BenchRequest, found: BenchMeasurements) -> BenchMeasurements:
-    """Measure our refinement, verified in two engines, and the independent checker on its output, on one core."""
-    if "rates" not in request.parts:
-        fill_caches(request)
-    ids = evenly_spaced(chosen(request), request.objects)
-    out = fresh(request, "both")
-    with one_core():
-        both = flow(request, "both", command(request, request.data, out, 1, "both", ids))
-        checked = time_checker(checkout_folder() or Path.cwd(), out, ids, tell)
-    return found.model_copy(update={"both": both, "checked": checked})
-
-
-MEASURE = {
-    "cold": cold,
-    "rates": rates,
-    "unchanged": unchanged,
-    "synthetic": synthetic,
-    "night": night,
-    "history": history,
-    "checker": checker,
-}
-
-
-def bench(request: BenchRequest) -> BenchMeasurements:
-    """Measure what is asked for; raises UsageError for a dataset that cannot be read, before anything is made."""
-    load_dataset(request.data)
-    found = BenchMeasurements(machine=machine())
-    for part in request.parts:
-        found = MEASURE[part](request, found)
-        write(request, found)
-    return found
-
-
-def write(request: BenchRequest, found: BenchMeasurements) -> str:
-    """Write the figures so far. Returns the Markdown."""
-    text = bench_markdown(found)
+    ids = list(evenly_spaced(ids, request.limit or len(ids)))
+    request.work.mkdir(parents=True, exist_ok=True)
+    began_on = machine()
+    runs = {}
+    for name, workers, some in (("alone", 1, ids[:1]), ("one", 1, ids), ("two", 2, ids)):
+        shutil.rmtree(request.work / name, ignore_errors=True)
+        runs[name] = run(request, request.work / name, workers, some)
+    again = run(request, request.work / "two", 2, ids)
+    text = f"Measured on {began_on}.\n\n{bench_markdown(runs['alone'], runs['one'], runs['two'], again)}\n"
     (request.work / "bench.md").write_text(text, encoding="utf-8")
-    (request.work / "bench.json").write_text(found.model_dump_json(indent=2), encoding="utf-8")
-    return text
-
-
-def bench_and_print(request: BenchRequest) -> int:
-    """Measure, print tables, name missed targets. Returns the exit code; a miss fails only under ``--strict``."""
-    found = bench(request)
-    output().print(write(request, found), soft_wrap=True)
-    left = missed(figures(found))
-    if left:
-        tell(f"not met: {'; '.join(left)}")
-    return FAILED if left and request.strict else DONE
+    output().print(text, soft_wrap=True)
+    return DONE
 
 
 def main(words: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
-    quiet_environment()
-    return exit_code_of("bench", lambda: bench_and_print(parse_request(words)))
+    if words[:1] == [TIMED]:
+        return timed(Path(words[1]), words[2:])
+    return exit_code_of("bench", lambda: bench(parse(BenchRequest, words, PROGRAM)))
 
 
 if __name__ == "__main__":
