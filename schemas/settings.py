@@ -1,7 +1,5 @@
 """Every number that steers a run, in one frozen place, each with its unit and its reason."""
 
-from typing import Literal
-
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
@@ -172,9 +170,7 @@ class CollisionSettings(Frozen):
     """How collision geometry is made, and its limits."""
 
     mode: CollisionMode = CollisionMode.DECOMPOSE
-    cutter: Literal["faces", "coacd"] = "faces"
-    """What cuts a concave shell: its own faces, grouped so that hollows stay empty, or CoACD (V-HACD for open meshes),
-    which fills more, leaves faces out, and takes 5 to 20 times as long on the real objects."""
+
     max_link_hulls: int = Field(48, ge=1)
     """Most convex pieces of one link: contacts get slower with each."""
     max_asset_hulls: int = Field(256, ge=1)

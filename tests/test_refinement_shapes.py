@@ -155,13 +155,6 @@ def test_the_cap_leaves_every_link_a_piece() -> None:
     assert piece_limit([], 5) == 1
 
 
-@pytest.mark.system
-def test_coacd_cuts_too(tmp_path: Path) -> None:
-    item = read(case(tmp_path / "case"))
-    hulls, _ = collision_shapes(item, 1.0, CollisionSettings(cutter="coacd"))
-    assert len(hulls["body"]) > 1 and not inside(hulls, "body", (0.2, 0.2, 0.15))
-
-
 @needs_objects
 @pytest.mark.parametrize(
     ("path", "scale", "body"), [("TrashCan/102181", 0.2, "link_2"), ("Microwave/7221", 0.3, "link_1")]

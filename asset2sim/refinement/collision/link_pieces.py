@@ -10,7 +10,6 @@ from scipy import ndimage
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import without_enclosed
-from asset2sim.assets.meshes.decompose import DecomposeSettings, decompose
 from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, Hollow, grid_over, hollow_of, samples
 from asset2sim.assets.meshes.hull import distinct_faces, shells
 from asset2sim.assets.meshes.patches import ENOUGH, PatchPiece, join_pieces, piece_of, pieces_around_hollow
@@ -107,13 +106,7 @@ class LinkPieces:
         return 0.0 if self.hollow is None else sum(self.hollow.filled_m3(piece.points) for piece in self.pieces)
 
 
-Cutter = Callable[[Shell, Hollow, Sizes], list[PatchPiece]]
-"""Decomposes a shell whose hull fills the hollow into convex pieces."""
-
-
-def link_pieces(
-    shells: Sequence[Shell], others: Callable[[], Array], sizes: Sizes, most: int, cutter: Cutter
-) -> LinkPieces:
+def link_pieces(shells: Sequence[Shell], others: Callable[[], Array], sizes: Sizes, most: int) -> LinkPieces:
     """Convex pieces of one link's shells, at most ``most``; ``others`` returns (n, 3) points that other links reach.
 
     Sheets that lie on the link's solids are left out; other sheets become thin walls.
@@ -132,7 +125,7 @@ def link_pieces(
     cuts: list[list[PatchPiece]] = []
     for (shell, whole), filled in zip(pairs, fills, strict=True):
         if hollow is not None and must_be_cut(shell, whole, filled, hollow, sizes):
-            cuts.append(cutter(shell, hollow, sizes))
+            cuts.append(pieces_around_hollow(shell.vertices, shell.faces, hollow, sizes.thickness))
         else:
             pieces.append(whole)
     cut_pieces = [piece for own in cuts for piece in own]
@@ -166,18 +159,6 @@ def must_be_cut(shell: Shell, whole: PatchPiece, filled: float, hollow: Hollow, 
     area = float(np.linalg.norm(np.cross(*np.diff(whole.triangles, axis=1).swapaxes(0, 1)), axis=1).sum()) / 2.0
     thin = 2.0 * whole.volume < sizes.ball_radius * area
     return thin and hollow.opened_m2(whole.triangles) > LEAST_BALLS * np.pi * sizes.ball_radius**2
-
-
-def by_faces(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
-    """A shell's pieces by grouping its faces."""
-    return pieces_around_hollow(shell.vertices, shell.faces, hollow, sizes.thickness)
-
-
-def by_coacd(shell: Shell, hollow: Hollow, sizes: Sizes) -> list[PatchPiece]:
-    """A shell's pieces by CoACD or V-HACD; by its faces where both fail."""
-    used, faces = np.unique(shell.faces, return_inverse=True)
-    found = decompose(shell.vertices[used], faces.reshape(-1, 3), DecomposeSettings())
-    return by_faces(shell, hollow, sizes) if found is None else [piece_of(points, 0.0) for points in found]
 
 
 def with_at_most(link: LinkPieces, sizes: Sizes, most: int) -> LinkPieces:

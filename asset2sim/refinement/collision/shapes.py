@@ -18,8 +18,6 @@ from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.refinement.collision.link_pieces import (
     LinkPieces,
     Sizes,
-    by_coacd,
-    by_faces,
     link_pieces,
     link_shells,
     on_floors,
@@ -111,9 +109,8 @@ def decomposed(extraction: Extraction, scale: float, settings: CollisionSettings
     triangles = {link: np.vstack([shell.triangles for shell in own]) for link, own in shells.items() if own}
     occupied = {link: samples(corners, sizes.ball_radius) for link, corners in triangles.items()}
     poses = link_poses_of_states(extraction)
-    cutter = by_coacd if settings.cutter == "coacd" else by_faces
     found = {
-        link: link_pieces(own, partial(standing_near, link, occupied, poses), sizes, settings.max_link_hulls, cutter)
+        link: link_pieces(own, partial(standing_near, link, occupied, poses), sizes, settings.max_link_hulls)
         for link, own in shells.items()
     }
     most = piece_limit([len(item.pieces) for item in found.values()], settings.max_asset_hulls)
