@@ -20,10 +20,6 @@ from asset2sim.refinement.dynamics.remedies import (
     less_friction,
     lower_mass_ratio,
     more_damping,
-    more_inertia,
-    rougher_contact,
-    softer_spring,
-    stiffer_spring,
     with_more_damping,
 )
 from asset2sim.validation.validate import validate
@@ -274,18 +270,10 @@ def test_friction_grows_with_damping_where_there_is_no_spring(bench: Bench) -> N
     assert second is not None and near(second.joints[0].friction, 3.0 * first.joints[0].friction)
 
 
-def test_a_spring_gets_no_friction_and_keeps_its_force_when_softened(bench: Bench) -> None:
+def test_a_spring_gets_no_friction(bench: Bench) -> None:
     loose = bench.swinging()
     damped = with_more_damping(case(bench), loose)
     assert damped is not None and damped.joints[0].friction == 0.0
-    soft = softer_spring(case(bench), loose)
-    assert soft is not None
-    (was,), (now,) = loose.joints, soft.joints
-    force = [part.stiffness * (part.spring_reference - part.initial_position) for part in (was, now)]
-    assert near(now.stiffness, was.stiffness / 2.0) and near(force[0], force[1])
-    stiff = stiffer_spring(case(bench), loose)
-    bound = NO_VIEWS.physics.max_stiffness_step * was.least_inertia / NO_VIEWS.physics.coarse_timestep_s**2
-    assert stiff is None or stiff.joints[0].stiffness <= bound * (1.0 + 1e-9)
 
 
 def test_damping_stays_within_the_time_step(bench: Bench) -> None:
@@ -305,23 +293,12 @@ def test_damping_stays_within_the_time_step(bench: Bench) -> None:
     assert halved is not None and near(halved.joints[0].damping, part.damping / 2.0)
 
 
-def test_light_links_gain_inertia_and_mass_only_where_others_hang_on_them(bench: Bench) -> None:
-    heavier = more_inertia(case(bench), bench.calm)
-    assert heavier is not None
-    was, now = ({item.name: item for item in overlay.links} for overlay in (bench.calm, heavier))
-    assert now["body"] == was["body"] and near(now["gate"].inertia[0], 3.0 * was["gate"].inertia[0])
-    assert now["gate"].mass_kg == was["gate"].mass_kg
+def test_light_links_gain_mass_only_where_others_hang_on_them(bench: Bench) -> None:
     assert lower_mass_ratio(case(bench), bench.calm) is None, "nothing hangs on the gate"
     weights = {"body": 0.1, "gate": 200.0}
     links = tuple(item.model_copy(update={"mass_kg": weights[item.name]}) for item in bench.calm.links)
     closer = lower_mass_ratio(case(bench), bench.calm.model_copy(update={"links": links}))
     assert closer is not None and min(item.mass_kg for item in closer.links) >= 200.0 / 100.0 * (1.0 - 1e-9)
-
-
-def test_contact_friction_stays_within_what_materials_have(bench: Bench) -> None:
-    rough = rougher_contact(case(bench), bench.calm)
-    assert rough is not None and near(rough.contact_friction, 0.75)
-    assert rougher_contact(case(bench), bench.calm.model_copy(update={"contact_friction": 1.0})) is None
 
 
 def test_a_joint_that_must_hold_is_not_freed(bench: Bench) -> None:

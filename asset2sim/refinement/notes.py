@@ -42,9 +42,6 @@ mended = partial(info, code="mended")
 
 def changed_numbers(before: PhysicsOverlay, after: PhysicsOverlay, why: str) -> Iterator[Finding]:
     """A finding for every number that differs; ``why`` names the check that failed before."""
-    was, now = before.contact_friction, after.contact_friction
-    if was != now:
-        yield mended(message=f"contact friction set from {was:.3g} to {now:.3g}: {why}", value=now, limit=was)
     was, now = before.rolling_friction_m, after.rolling_friction_m
     if was != now:
         text = f"rolling resistance of contacts set from {1e3 * was:.3g} to {1e3 * now:.3g} mm: {why}"
@@ -62,10 +59,6 @@ def _link(old: LinkPhysics, new: LinkPhysics, why: str) -> Iterator[Finding]:
     if old.mass_kg != new.mass_kg:
         text = f"mass of link '{new.name}' raised from {old.mass_kg:.3g} to {new.mass_kg:.3g} kg: {why}"
         yield mended(message=text, value=new.mass_kg, limit=old.mass_kg, link=new.name)
-    elif old.inertia != new.inertia:
-        factor = sum(new.inertia[i] for i in (0, 3, 5)) / sum(old.inertia[i] for i in (0, 3, 5))
-        text = f"inertia of link '{new.name}' times {factor:.3g}: {why}"
-        yield mended(message=text, value=factor, limit=1.0, link=new.name)
 
 
 def _joint(old: JointPhysics, new: JointPhysics, why: str) -> Iterator[Finding]:

@@ -20,18 +20,12 @@ from schemas.vocabulary import FailureMode, Source
 ROLLING_M, MOST_ROLLING_M = 5e-4, 2e-3
 """Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood, doubled up to
 that of one on rubber or felt."""
-MAX_CONTACT_FRICTION = 1.0
-"""Largest contact friction that a remedy sets: rubber on a table."""
 HOLD_FRICTION_FACTOR = 1.5
 """Factor on the friction of a joint that slips, per step."""
 LOOSENING_FACTOR = 0.3
 """Factor on the friction or damping of a joint that sticks, per step."""
 LOOSER_FACTOR = 0.6
 """Factor on the friction of a joint that a hand cannot move, per step."""
-LIGHT_INERTIA_FACTOR = 3.0
-"""Factor on the inertia of light links of an object that explodes, per step."""
-LIGHT_SHARE = 0.1
-"""Share of the heaviest link's inertia below which a link counts as light."""
 UP = 2
 """Index of the vertical among the axes of the root's frame."""
 LEAST_TURN_RAD = 1e-3
@@ -77,31 +71,6 @@ def less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     return with_joints(
         case, overlay, lambda joint: set_by_search("damping", 0.5 * joint.damping) if joint.damping > 0.0 else {}
     )
-
-
-def softer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Half the stiffness of a spring, its force at the reference position kept."""
-
-    def change(joint: JointPhysics) -> dict[str, object]:
-        if joint.stiffness <= 0.0:
-            return {}
-        away = joint.spring_reference - joint.initial_position
-        softer = set_by_search("stiffness", 0.5 * joint.stiffness)
-        return softer | {"spring_reference": joint.initial_position + 2.0 * away}
-
-    return with_joints(case, overlay, change)
-
-
-def stiffer_spring(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Twice the stiffness, within the stability limit of the time step."""
-
-    def change(joint: JointPhysics) -> dict[str, object]:
-        physics = case.settings.physics
-        most = physics.max_stiffness_step * (least_inertia(joint) + joint.armature) / physics.coarse_timestep_s**2
-        stiffness = min(2.0 * joint.stiffness, most)
-        return set_by_search("stiffness", stiffness) if stiffness > 1.001 * joint.stiffness else {}
-
-    return with_joints(case, overlay, change)
 
 
 def more_friction(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
@@ -168,27 +137,6 @@ def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | N
     )
 
 
-def with_links(overlay: PhysicsOverlay, change: Callable[[LinkPhysics], dict[str, object]]) -> PhysicsOverlay | None:
-    """The overlay with ``change`` applied to its links; None where nothing changes."""
-    links = tuple(link.model_copy(update=change(link)) for link in overlay.links)
-    return None if links == overlay.links else overlay.model_copy(update={"links": links})
-
-
-def with_more_inertia(link: LinkPhysics, factor: float) -> dict[str, object]:
-    """Update of a link: its inertia times ``factor``."""
-    return {"inertia": tuple(factor * v for v in link.inertia), "inertia_source": Source.SEARCH}
-
-
-def more_inertia(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More inertia for links that are light beside the heaviest: solvers are unstable between heavy neighbours."""
-
-    def size(link: LinkPhysics) -> float:
-        return float(link.inertia[0] + link.inertia[3] + link.inertia[5])
-
-    least = LIGHT_SHARE * max(map(size, overlay.links))
-    return with_links(overlay, lambda link: with_more_inertia(link, LIGHT_INERTIA_FACTOR) if size(link) < least else {})
-
-
 def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     """More mass and inertia for light links that others hang from, where the mass ratio exceeds a tenth of the solvers'
     limit. Keys and buttons keep their masses: they have an armature."""
@@ -196,22 +144,15 @@ def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | No
     heaviest = max(link.mass_kg for link in overlay.links)
     least = heaviest / (0.1 * case.settings.physics.max_mass_ratio)
 
-    def change(link: LinkPhysics) -> dict[str, object]:
-        raised = {"mass_kg": least, "mass_source": Source.SEARCH}
-        light = link.name in carriers and link.mass_kg < least
-        return raised | with_more_inertia(link, least / link.mass_kg) if light else {}
+    def raised(link: LinkPhysics) -> LinkPhysics:
+        if link.name not in carriers or link.mass_kg >= least:
+            return link
+        inertia = tuple(least / link.mass_kg * term for term in link.inertia)
+        sources = {"mass_source": Source.SEARCH, "inertia_source": Source.SEARCH}
+        return link.model_copy(update={"mass_kg": least, "inertia": inertia, **sources})
 
-    return with_links(overlay, change)
-
-
-def rougher_contact(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More contact friction, so that the object does not creep or slide."""
-    friction = min(1.5 * overlay.contact_friction, MAX_CONTACT_FRICTION)
-    return (
-        overlay.model_copy(update={"contact_friction": friction, "contact_source": Source.RULE})
-        if friction > overlay.contact_friction
-        else None
-    )
+    links = tuple(map(raised, overlay.links))
+    return None if links == overlay.links else overlay.model_copy(update={"links": links})
 
 
 def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
@@ -250,27 +191,21 @@ def lie_broad(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
 
 _DAMPED = Remedy("more damping", more_damping)
 _FIRMER, _HOLD = Remedy("more damping and friction", with_more_damping), Remedy("firmer hold", firmer_hold)
-_ROLLING, _ROUGHER = Remedy("rolling resistance", rolling_resistance), Remedy("rougher contact", rougher_contact)
-_INERTIA, _SOFTER = Remedy("more inertia of light links", more_inertia), Remedy("softer spring", softer_spring)
-_EXPLOSION = (Remedy("less damping", less_damping), _INERTIA, Remedy("mass ratio lowered", lower_mass_ratio), _SOFTER)
-_BROAD = Remedy("laid on its broadest side", lie_broad)
-_STILL = (_FIRMER, _ROLLING, _ROUGHER, _INERTIA)
+_ROLLING, _BROAD = Remedy("rolling resistance", rolling_resistance), Remedy("laid on its broadest side", lie_broad)
+_EXPLOSION = (Remedy("less damping", less_damping), Remedy("mass ratio lowered", lower_mass_ratio))
+_STILL = (_FIRMER, _ROLLING)
 
 _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
-    FailureMode.STANDS: (Remedy("written as it lies", lie_down), _ROUGHER, _BROAD),
+    FailureMode.STANDS: (Remedy("written as it lies", lie_down), _BROAD),
     FailureMode.STATE: (_HOLD, _DAMPED),
-    FailureMode.OSCILLATION: (_FIRMER, _SOFTER),
-    FailureMode.DRIFT: (_FIRMER, _ROLLING, _ROUGHER, *_EXPLOSION),
-    FailureMode.DROP: (*_EXPLOSION, _FIRMER, _ROUGHER),
+    FailureMode.OSCILLATION: (_FIRMER,),
+    FailureMode.DRIFT: (_FIRMER, _ROLLING, *_EXPLOSION),
+    FailureMode.DROP: (*_EXPLOSION, _FIRMER),
     FailureMode.NUDGE: (_DAMPED, Remedy("more friction", more_friction), *_EXPLOSION),
-    FailureMode.HOLD: (_HOLD, _SOFTER),
-    FailureMode.RELEASE: (
-        Remedy("less friction", less_friction),
-        Remedy("less damping", much_less_damping),
-        Remedy("stiffer spring", stiffer_spring),
-    ),
+    FailureMode.HOLD: (_HOLD,),
+    FailureMode.RELEASE: (Remedy("less friction", less_friction), Remedy("less damping", much_less_damping)),
     FailureMode.EFFORT: (Remedy("looser hold", looser_hold), _BROAD),
-    FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER, _ROUGHER),
+    FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER),
 }
 """Failing check → remedies, least intrusive first. Penetration and jams are mended by state and collision shape."""
 
