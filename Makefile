@@ -27,7 +27,7 @@ PARALLEL = --numprocesses $(if $(JOBS),$(JOBS),4) --dist loadfile --no-loadscope
 comma := ,
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules dataset withheld proposers corrections origins compare first bench-defects bench-gym samples questions summary loaders held touched weights docs picture clean bench
+.PHONY: help install flow test test-fast lint typecheck failures report screenshots settings learn view rate ratings views doctor nightly ui judge judged probe clone recorded figures shapes rules dataset withheld corrections origins compare first bench-defects bench-gym samples questions summary loaders held touched weights docs picture clean bench
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' Makefile
@@ -149,10 +149,6 @@ dataset: $(INSTALLED) ## runs over whole datasets, ARGS="NAME=OUT …": a column
 
 withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
 	@$(BIN)/python -m lab.flows.compare withheld "$(DATA)" "$(OUT)" docs/measured.md
-
-proposers: $(INSTALLED) ## a search first, or a model at every step, on what overlaps: a table of docs/method.md
-	@$(BIN)/python -m lab.flows.compare proposers "$(DATA)" $(if $(filter file,$(origin DATA)),,data/raw) --out "$(OUT)" \
-		--page docs/method.md $(ARGS)
 
 corrections: $(INSTALLED) ## answers of models as they are, corrected, asked again: a table of docs/measured.md; ARGS="--models … --subset paper9"
 	@$(BIN)/python -m lab.flows.compare corrections "$(DATA)" "$(OUT)" --page docs/measured.md $(ARGS)

@@ -86,7 +86,7 @@ def test_make_lists_every_target_that_a_user_may_ask_for() -> None:
         "help install flow test test-fast lint typecheck failures settings views doctor nightly ui judge rules compare"
     )
     expected += " bench-defects bench samples questions summary loaders held weights withheld docs picture clean"
-    expected += " proposers corrections origins first view rate ratings report screenshots judged probe clone learn"
+    expected += " corrections origins first view rate ratings report screenshots judged probe clone learn"
     expected += " bench-gym recorded figures shapes touched dataset"
     assert " ".join(sorted(targets)) == " ".join(sorted(expected.split()))
 

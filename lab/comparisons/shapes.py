@@ -15,7 +15,6 @@ from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.engines.static_object import phi_at
 from lab.comparisons.markdown import name_of
 from lab.comparisons.method_runs import NO_MODEL, MethodRun
-from lab.comparisons.proposers import STATE_STEPS
 from schemas.errors import AssetError, UsageError
 from schemas.model_names import described
 from schemas.overlay import PhysicsOverlay
@@ -28,8 +27,8 @@ SHAPES = "shapes"
 """Name of the page's block."""
 OVERLAP_MM = 0.1
 """Φ from which an object counts as overlapping, mm: a tenth of the verdict's bound."""
-ASKED = ("request", "authored")
-"""Steps of the trace that state where the search begins."""
+SEARCHED = ("line", "perturbation", "grid", "groups", "return")
+"""Proposers of the search for joint positions in the table ``trace``."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +122,7 @@ def done_sentence(model: str, count: int, findings: pd.DataFrame, trace: pd.Data
     cut = findings[findings["code"] == "collision_cut"]
     shares = [int(found[1]) for text in cut["message"] if (found := re.search(r"\((\d+)% of a hull\)", text))]
     steps = trace[trace["accepted"] & (trace["phi_after_mm"] < trace["phi_before_mm"])]
-    searched = steps[steps["proposer"].isin(set(STATE_STEPS) - {"model", *ASKED})]
+    searched = steps[steps["proposer"].isin(SEARCHED)]
     modelled = steps[steps["proposer"] == "model"]
     return (
         f"What brought Φ of ours down with {described(model)}: of {count} objects hulls were cut on "

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -18,10 +17,10 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_request, check_run
 from asset2sim.runs.command_line import Options, parse
-from asset2sim.runs.option_types import FILE, FOLDERS, IDS, NAME, Listed
+from asset2sim.runs.option_types import FILE, FOLDERS, NAME, Listed
 from asset2sim.runs.request import RefineRequest, usable_cores
 from flows.command import refine
-from lab.comparisons import corrections, origins, proposers, rules, withheld
+from lab.comparisons import corrections, origins, rules, withheld
 from lab.comparisons.method_runs import MODELS, slug
 from lab.pages.blocks import Pages
 from schemas.asset import FoundAssets
@@ -31,7 +30,6 @@ from schemas.settings import EngineSettings, RunSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine, Method
 
 PROGRAM = "python -m lab.flows.compare"
-NOISY_MODELS = ("prior/noisy", "prior/noisy@2")
 
 
 class CompareSettingsOptions(Options):
@@ -47,7 +45,9 @@ class CorrectionsOptions(Options):
 
     data: CliPositionalArg[Path] = Field(description="a dataset with expectations")
     out: CliPositionalArg[Path] = Field(description="a folder for the runs")
-    models: Listed[MODELS] = Field(NOISY_MODELS, description="models; of recorded/FOLDER no repeats")
+    models: Listed[MODELS] = Field(
+        ("prior/noisy", "prior/noisy@2"), description="models; of recorded/FOLDER no repeats"
+    )
     subset: NAME | None = Field(None, description="only the manifest's rows of this subset")
     page: FILE | None = Field(None, description="write the table between this file's markers")
 
@@ -60,18 +60,6 @@ class OriginsOptions(Options):
     split: CliDualFlag[bool] = Field(True, description="cut a file of several objects into them")
     allow_outside: CliDualFlag[bool] = Field(False, description="also read what files name outside their dataset")
     page: FILE | None = Field(None, description="write the tables between this file's markers")
-
-
-class ProposerOptions(Options):
-    """Compare a search first with a model at every step, on the objects that overlap in the requested state."""
-
-    data: CliPositionalArg[FOLDERS] = Field(description="the datasets")
-    out: Path = Field(description="a folder for the runs")
-    models: Listed[IDS] = Field(
-        NOISY_MODELS, description="models, separated by commas; recorded/FOLDER for its assets alone"
-    )
-    assets: Listed[IDS] = Field((), description="only these assets, separated by commas")
-    page: FILE | None = Field(None, description="write the table between this file's markers")
 
 
 def base_settings() -> Settings:
@@ -163,44 +151,9 @@ def refine_without(category: str, asset_ids: Sequence[str], data: Path, out: Pat
     subprocess.run([*command, "--assets", ",".join(asset_ids)], env=environment, check=True)
 
 
-def compare_proposers(options: ProposerOptions) -> str:
-    """The table of what proposes states, a search first or a model at every step, on the objects that overlap with each
-    model's proposals."""
-    runs = [
-        run
-        for model in options.models
-        for data in options.data
-        for run in both_proposers(options.out, data, model, options.assets)
-    ]
-    return proposers.proposers_table(runs)
-
-
-def both_proposers(out: Path, data: Location, model: str, chosen: Sequence[str]) -> list[proposers.ProposerRun]:
-    """Both proposers' runs of one model over the objects of one dataset that overlap; empty where none does."""
-    base = base_settings()
-    known = [ref.asset_id for ref in load_dataset(data, None, (), None)]
-    folder = out / Path(str(data)).name / model.replace("/", "_")
-    ids = proposers.answered(model, [asset_id for asset_id in known if asset_id in chosen or not chosen])
-    if not ids:
-        return []
-    settings_with = partial(proposers.settings_with, base, model)
-    found = FoundAssets(load_dataset(data, None, tuple(ids), None))
-    refine_each(data, found, {folder / "found": settings_with(None)})
-    (trace,) = latest_rows(folder / "found", "trace")
-    ids = proposers.overlapping_at_start(trace, 1e3 * base.search.target_phi_m)
-    if not ids:
-        return []
-    found = FoundAssets(load_dataset(data, None, tuple(ids), None))
-    able = proposers.proposers_of(model, ids)
-    refine_each(data, found, {folder / proposer.value: settings_with(proposer) for proposer in able})
-    tables = "assets", "joints", "trace", "model_calls", "findings"
-    return [proposers.ProposerRun(model, own, *latest_rows(folder / own.value, *tables)) for own in able]
-
-
 COMPARISONS: Mapping[str, tuple[type[Options], Callable[..., str]]] = {
     rules.BLOCK: (CompareSettingsOptions, compare_rules),
     withheld.BLOCK: (CompareSettingsOptions, compare_withheld),
-    proposers.BLOCK: (ProposerOptions, compare_proposers),
     corrections.BLOCK: (CorrectionsOptions, compare_corrections),
     origins.BLOCK: (OriginsOptions, compare_origins),
 }

@@ -44,10 +44,6 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             'learn OUT={out}/nine ARGS="--tasks paper9 --methods reference,ivw,direct,asset2sim --seeds 3 '
             '--budget 65536 --minutes 240 --published {shared}/paper_tables --page docs/learn.md"',
         ),
-        "proposers": (
-            "proposers DATA={shared}/partnet_mobility OUT={out}/proposers "
-            'ARGS="--models prior/noisy,prior/noisy@2,recorded/lab/answers"',
-        ),
         "rules": ("rules DATA={shared}/partnet_mobility OUT={out}/rules",),
         "dataset": (
             "rules DATA={shared}/partnet_mobility OUT={out}/rules",

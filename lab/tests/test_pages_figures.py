@@ -18,7 +18,7 @@ ENTRIES = {
     "questions": "lab.pages.blocks", "loaders": "lab.loaders.loader_table", "held": "lab.loaders.held_table",
     "weights": "lab.weights.compare", "judged": "lab.flows.record_motion", "learn": "lab.flows.learn",
     "probe": "lab.flows.probe", "dataset": "lab.comparisons.dataset_table",
-    **dict.fromkeys(("rules", "withheld", "origins", "corrections", "proposers"), "lab.flows.compare"),
+    **dict.fromkeys(("rules", "withheld", "origins", "corrections"), "lab.flows.compare"),
     **dict.fromkeys(("first", "compare", "shapes"), "lab.flows.compare_methods"),
 }  # fmt: skip
 """Block → the module that makes it."""
@@ -122,7 +122,7 @@ def test_a_recorded_answer_that_is_edited_makes_its_tables_older(
     before = {name: code_hash(name, tmp_path) for name in SOURCES}
     files[0].write_text('{"scale": 2}', encoding="utf-8")
     after = {name: code_hash(name, tmp_path) for name in SOURCES}
-    assert {name for name in SOURCES if before[name] != after[name]} == {"first", "proposers", "shapes"}
+    assert {name for name in SOURCES if before[name] != after[name]} == {"first", "shapes"}
     files[1].write_text("A = 2", encoding="utf-8")
     changed = {name for name in SOURCES if code_hash(name, tmp_path) != after[name]}
     assert changed == {"first", "compare", "shapes"}
