@@ -96,11 +96,10 @@ def publish(
     """Write the run's rows to the Parquet tables, and the index of what can be loaded; ``present`` are all assets of
     the dataset, where that is known. Returns a line that says what was removed of the history, if anything was."""
     folder = output.folder
-    # Behind a URL, history is compacted after the upload: a store cannot switch a month's files at once.
-    write_parts(folder, run, parts, refined.records, refined.unchanged, present, compact=output.url is None)
+    write_parts(folder, run, parts, refined.records, refined.unchanged, present)
     days = run.settings.run.keep_days
     removed = remove_old_history(folder, run.started_at, days) if days is not None else None
-    send_tables(output, run.started_at)
+    send_tables(output)
     write_index(folder, output.url)
     mark_published(folder, refined.records, stored_asset_ids(output, views=False))
     return removed

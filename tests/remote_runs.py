@@ -22,7 +22,6 @@ from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
-from schemas.location import Location
 from schemas.settings import Settings
 from tests.factories import make_record
 from tests.incremental_runs import NO_VIEWS
@@ -82,15 +81,8 @@ def night(data: Path | str, out: Path | str, settings: Settings = NO_VIEWS, *, d
                 records.append(kept.record)
         if output.url is not None:
             records = [set_aside_stored(output.url, item, plan.owned.get(item.ref.asset_id)) for item in records]
-        write_run(
-            folder,
-            finish_run(run),
-            records,
-            plan.unchanged,
-            {ref.asset_id for ref in refs},
-            compact=not Location(out).is_url,
-        )
-        send_tables(output, run.started_at)
+        write_run(folder, finish_run(run), records, plan.unchanged, {ref.asset_id for ref in refs})
+        send_tables(output)
         mark_published(folder, records)
         send_rest(output)
     return plan

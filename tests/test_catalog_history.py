@@ -1,8 +1,7 @@
-"""The history of all runs: what a run leaves there, months, compaction, and what changed between two runs."""
+"""The history of all runs: what a run leaves there, and what changed between two runs."""
 
 import shutil
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +9,16 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.catalog import history, switch
 from asset2sim.catalog.failures import compare_runs, failures_by, find_run
-from asset2sim.catalog.history import compact_history, history_files, remove_old_history
+from asset2sim.catalog.history import history_files, remove_old_history
 from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.tables import COST_COLUMNS, HISTORY, OUTCOME_COLUMNS
+from schemas.tables import COST_COLUMNS, OUTCOME_COLUMNS
 from schemas.vocabulary import FailureMode, Grouping, Status
 from tests.factories import make_failure, make_record
-from tests.killing import killed_at
 
 OK = FailureMode.NONE
 
@@ -81,63 +78,12 @@ def test_files_lie_by_the_month_of_the_start_and_pandas_opens_the_folder(tmp_pat
     assert not (tmp_path / "history" / "month=2026-12" / ".half.parquet.part").exists()
 
 
-def test_a_closed_month_becomes_one_file_and_loses_nothing(tmp_path: Path) -> None:
-    for day in range(1, 6):
-        write_run(tmp_path, night(day), ended(a=OK, b=FailureMode.JAM))
-    before = kept(tmp_path, *HISTORY.schema.names)
-    assert len(history_files(tmp_path)) == 5
-    first = history_files(tmp_path)[0]
-    pq.write_table(
-        pq.read_table(first, partitioning=None).drop_columns(["peak_speed_m_s"]), first
-    )  # an older version's
-    write_run(tmp_path, night(1, 12), ended(a=OK))
-    assert [path.name for path in history_files(tmp_path)] == ["merged.parquet", "20261201T020000-aaaa.parquet"]
-    after = kept(tmp_path, *(name for name in HISTORY.schema.names if name != "peak_speed_m_s"))
-    place = HISTORY.schema.names.index("peak_speed_m_s")
-    assert [str(row) for row in after[:10]] == [str(row[:place] + row[place + 1 :]) for row in before]
-    described = pq.read_schema(history_files(tmp_path)[0]).field("cost_usd").metadata
-    assert described[b"unit"] == b"USD" and not list((tmp_path / "history").glob(".*"))
-
-
-def test_a_busy_month_is_merged_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(history, "MAX_FILES", 3)
-    for day in range(1, 7):
-        write_run(tmp_path, night(day), ended(a=OK))
-    assert len(history_files(tmp_path)) == 3 and len(kept(tmp_path, "run_id")) == 6
-
-
-def test_a_month_that_cannot_be_read_stays_as_it_is(tmp_path: Path) -> None:
+def test_a_file_of_another_version_is_read_with_nulls(tmp_path: Path) -> None:
     for day in (1, 2):
         write_run(tmp_path, night(day), ended(a=OK))
-    (tmp_path / "history" / "month=2026-11" / "broken.parquet").write_bytes(b"not parquet")
-    write_run(tmp_path, night(1, 12), ended(a=OK))
-    assert len(history_files(tmp_path)) == 4
-
-
-@pytest.mark.system
-@pytest.mark.parametrize("swaps", [True, False], ids=["exchange", "two renames"])
-def test_a_killed_compaction_loses_and_doubles_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, swaps: bool
-) -> None:
-    if not swaps:
-        monkeypatch.setattr(switch, "swap_names", lambda first, second: False)
-    template = tmp_path / "template"
-    for day in (1, 2, 3):
-        write_run(template, night(day), ended(a=OK, b=OK))
-    expected, killed = kept(template, "run_id", "asset_id"), True
-    for line in range(1, 1000, 2):
-        out = tmp_path / str(line)
-        shutil.copytree(template, out)
-        work = partial(compact_history, out, datetime(2026, 12, 1, tzinfo=UTC))
-        killed = killed_at(line, (history.__file__, switch.__file__), work)
-        if swaps:
-            assert kept(out, "run_id", "asset_id") == expected
-        write_run(out, night(1, 12), ended(a=OK))
-        assert kept(out, "run_id", "asset_id")[:6] == expected, f"killed before line {line}"
-        assert len(history_files(out)) == 2 and not list((out / "history").glob(".*"))
-        if not killed:
-            break
-    assert not killed and line > 20
+    first = history_files(tmp_path)[0]
+    pq.write_table(pq.read_table(first, partitioning=None).drop_columns(["peak_speed_m_s"]), first)
+    assert read_table(tmp_path, "asset_history")["peak_speed_m_s"].isna().tolist().count(True) == 1
 
 
 def test_two_runs_held_against_each_other(tmp_path: Path) -> None:
@@ -213,17 +159,3 @@ def test_what_is_too_old_is_removed_and_the_newest_of_each_dataset_is_not(tmp_pa
     # A year in which nothing ran: the last night is still there to compare with.
     assert remove_old_history(tmp_path, night(30, 12).started_at, 1) is not None
     assert {run for run, _ in kept(tmp_path, "run_id", "asset_id")} == {"other", "20261030T020000-aaaa"}
-
-
-def test_months_are_merged_in_order_of_start_also_where_files_overlap(tmp_path: Path) -> None:
-    for day in (3, 1, 2):
-        write_run(tmp_path, night(day), ended(b=OK, a=OK))
-    compact_history(tmp_path, night(1, 12).started_at)
-    write_run(tmp_path, night(1), ended(c=OK))  # written again, into a month that is merged: it lies before the others
-    late = night(2).model_copy(update={"run_id": "twin"})
-    write_run(tmp_path, late, ended(d=OK))
-    compact_history(tmp_path, night(1, 12).started_at)
-    (merged,) = history_files(tmp_path)
-    rows = pq.read_table(merged, partitioning=None)
-    assert rows.num_rows == 8 and rows.equals(rows.sort_by([("started_at", "ascending"), ("asset_id", "ascending")]))
-    assert rows.schema.equals(HISTORY.schema, check_metadata=True)

@@ -9,7 +9,6 @@ from typing import NoReturn
 
 import pytest
 
-from asset2sim.catalog import history
 from asset2sim.catalog import read_remote as read
 from asset2sim.catalog.query import connect
 from asset2sim.catalog.read import query, read_table
@@ -202,11 +201,9 @@ def test_nothing_is_sent_once_another_run_took_over(store: Store, data: Path, mo
     assert not [name for name in store.keys(out) if name.startswith(("catalog/", "history/"))]
 
 
-def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path) -> None:
     out = f"{store.url}/out"
-    monkeypatch.setattr(history, "MAX_FILES", 2)
-    for _ in range(2):
-        night(data, out)
+    night(data, out)
     store.requests.clear()
     night(data, out)
     changes = [
@@ -219,11 +216,8 @@ def test_runs_is_the_last_table_that_is_sent(store: Store, data: Path, monkeypat
     sent = [name for name in names if name in tables]
     assert sent[-1] == "runs.parquet" and len(sent) > 1
     run_id = runs(out)["run_id"].iloc[-1]
-    assert names.index(f"{run_id}.parquet") < names.index("runs.parquet") < names.index("merged.parquet")
-    removals = [number for number, (method, _) in enumerate(changes) if method != "PUT"]
-    assert changes.index(("PUT", "merged.parquet")) < removals[0]
-    (merged,) = [name for name in store.keys(out) if name.startswith("history/")]
-    assert merged.endswith("/merged.parquet") and len(read_table(out, "asset_history")) == 3 * len(NAMES)
+    assert names.index(f"{run_id}.parquet") < names.index("runs.parquet")
+    assert len(read_table(out, "asset_history")) == 2 * len(NAMES)
 
 
 @pytest.mark.system

@@ -1,40 +1,26 @@
-"""The history of all runs: ``OUT/history/month=YYYY-MM/RUN_ID.parquet``, a file a run, merged month by month. A file is
-written under a hidden name before the catalog changes and gets its own after that, so that a run is in both or in
+"""The history of all runs: ``OUT/history/month=YYYY-MM/RUN_ID.parquet``, a file a run. A file is written under a hidden
+name before the catalog changes and gets its own after that, so that a run is in both or in
 neither, whenever it is killed."""
 
-import logging
-import os
 import re
-import shutil
-from collections.abc import Collection, Iterator
-from datetime import UTC, datetime, timedelta
-from itertools import pairwise
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.enforce import CatalogError, check_key, conform
-from asset2sim.catalog.parts import ROW_GROUP
+from asset2sim.catalog.enforce import check_key
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_run_ids, stored_columns
-from asset2sim.catalog.switch import replace_file, replace_folder, sync
+from asset2sim.catalog.switch import replace_file, sync
 from schemas.table import ASSET_KEY, TIME
 from schemas.tables import COST_COLUMNS, HISTORY, TABLES
 
 HISTORY_FOLDER = "history"
 PATTERN = f"{HISTORY_FOLDER}/month=*/*.parquet"
 """The files, relative to OUT; unfinished ones are hidden and have another suffix."""
-MAX_FILES = 64
-"""Files that the current month may have before they are merged too: two runs a day."""
-MERGED = "merged.parquet"
-_READY, _OLD = ".ready", ".old"
 _PART = re.compile(r"^\.(?P<run_id>.+)\.parquet\.part$")
-
-_NO_TIME = datetime.min.replace(tzinfo=UTC)
-
-logger = logging.getLogger(__name__)
 
 
 def history_files(out: Path) -> list[Path]:
@@ -64,7 +50,10 @@ def stage_history(out: Path, run: RunRow, rows: pa.Table) -> None:
     folder = out / HISTORY_FOLDER / f"month={run.started_at:%Y-%m}"
     folder.mkdir(parents=True, exist_ok=True)
     sync(folder.parent)
-    write_synced(rows, folder / f".{run.run_id}.parquet.part")
+    part = folder / f".{run.run_id}.parquet.part"
+    pq.write_table(rows, part, compression="zstd")
+    sync(part)
+    sync(folder)
 
 
 def commit_history(out: Path) -> None:
@@ -78,99 +67,19 @@ def commit_history(out: Path) -> None:
             part.unlink()
 
 
-def write_synced(rows: pa.Table, path: Path) -> None:
-    """Write a Parquet file, and sync it and its folder so that it survives a power loss."""
-    pq.write_table(rows, path, compression="zstd")
-    sync(path)
-    sync(path.parent)
-
-
-def compact_history(out: Path, now: datetime) -> None:
-    """Merge the files of every month before ``now``'s, and of ``now``'s own if there are many; needs OUT's lock. A
-    month that cannot be merged stays as it is."""
-    recover_months(out)
-    for month in sorted((out / HISTORY_FOLDER).glob("month=*")):
-        files = sorted(month.glob("*.parquet"))
-        closed = month.name < f"month={now:%Y-%m}"
-        if len(files) > (1 if closed else MAX_FILES):
-            try:
-                _merge_month(month, files)
-            except (CatalogError, pa.ArrowException, OSError) as error:
-                logger.warning("the history in %s stays in %d files (%s)", month, len(files), error)
-
-
-def recover_months(out: Path) -> None:
-    """Clean up after a killed compaction: put a complete merged month in its place, and remove the rest."""
-    for folder in sorted((out / HISTORY_FOLDER).glob(".month=*")):
-        month = folder.with_name(folder.name.removesuffix(_READY).removesuffix(_OLD)[1:])
-        if not month.exists() and folder.name.endswith((_READY, _OLD)):
-            os.rename(folder, month)
-        else:
-            shutil.rmtree(folder, ignore_errors=True)
-
-
-def _merge_month(month: Path, files: list[Path], without: Collection[str] = ()) -> None:
-    """Write the merged file, without the runs ``without``, to a new folder, and replace the month's folder with it."""
-    staging = month.with_name(f".{month.name}")
-    ready, old = (month.with_name(f".{month.name}{ending}") for ending in (_READY, _OLD))
-    staging.mkdir()
-    removed = pa.array(sorted(without), type=pa.string())
-    try:
-        with pq.ParquetWriter(staging / MERGED, HISTORY.schema, compression="zstd") as writer:
-            for rows in _by_start(files):
-                writer.write_table(rows.filter(pc.invert(pc.is_in(rows["run_id"], value_set=removed))))
-        sync(staging / MERGED)
-        sync(staging)
-    except BaseException:
-        shutil.rmtree(staging, ignore_errors=True)
-        raise
-    replace_folder(staging, ready, month, old)
-
-
-def _by_start(files: list[Path]) -> Iterator[pa.Table]:
-    """The rows of files by start of the run and asset, some at a time: each file holds them in this order, and one's
-    runs began after the other's. Where they did not, all rows at once."""
-    spans = sorted((*_span(file), file) for file in files)
-    if any(later[0] <= earlier[1] for earlier, later in pairwise(spans)):
-        tables = [conform(HISTORY, pq.read_table(file, partitioning=None), str(file)) for file in files]
-        yield pa.concat_tables(tables).sort_by([("started_at", "ascending"), ("asset_id", "ascending")])
-        return
-    for *_, file in spans:
-        with pq.ParquetFile(file) as stored:
-            for batch in stored.iter_batches(ROW_GROUP, use_threads=False):
-                yield conform(HISTORY, pa.Table.from_batches([batch]), str(file))
-
-
-def _span(file: Path) -> tuple[datetime, datetime]:
-    """When the first and the last run in a file began; the earliest of times where it is empty."""
-    starts = pq.read_table(file, columns=["started_at"], partitioning=None)["started_at"]
-    ends = pc.min_max(starts).as_py()
-    return (ends["min"] or _NO_TIME, ends["max"] or _NO_TIME)
-
-
 def remove_old_history(out: Path, now: datetime, days: int) -> str | None:
-    """Remove the rows of runs that began over ``days`` days before ``now``; needs OUT's lock. The newest run over each
+    """Remove the files of runs that began over ``days`` days before ``now``; needs OUT's lock. The newest run over each
     dataset and subset with its method and model stays. Returns a line that says what was removed, None for nothing."""
-    recover_months(out)
     limit, newest = now - timedelta(days=days), newest_runs(out)
     rows, runs = 0, set[str]()
-    for month in sorted((out / HISTORY_FOLDER).glob("month=*")):
-        files = sorted(month.glob("*.parquet"))
-        if month.name > f"month={limit:%Y-%m}" or not files:
+    for file in history_files(out):
+        if file.parent.name > f"month={limit:%Y-%m}":
             continue
-        found = pa.concat_tables(
-            pq.read_table(file, columns=["run_id", "started_at"], partitioning=None) for file in files
-        )
-        old = found.filter(pc.less(found["started_at"], pa.scalar(limit, type=TIME)))["run_id"]
-        old = old.filter(pc.invert(pc.is_in(old, value_set=pa.array(sorted(newest), type=pa.string()))))
-        if not len(old):
-            continue
-        gone = set(pc.unique(old).to_pylist())
-        if len(old) == found.num_rows:
-            shutil.rmtree(month)
-        else:
-            _merge_month(month, files, gone)
-        rows, runs = rows + len(old), runs | gone
+        found = pq.read_table(file, columns=["run_id", "started_at"], partitioning=None)
+        own = set(pc.unique(found["run_id"]).to_pylist())
+        if own and not own & newest and pc.max(found["started_at"]).as_py() < limit:
+            file.unlink()
+            rows, runs = rows + found.num_rows, runs | own
     return f"history: removed {rows} rows of {len(runs)} runs from before {limit:%Y-%m-%d}" if runs else None
 
 

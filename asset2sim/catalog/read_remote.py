@@ -7,7 +7,7 @@ from pathlib import Path
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, history_files
+from asset2sim.catalog.history import HISTORY_FOLDER, history_files
 from asset2sim.catalog.stored_tables import recorded_run_ids
 from asset2sim.catalog.switch import CATALOG, find_catalog, no_catalog_error
 from asset2sim.storage.lock import lock_output
@@ -60,12 +60,11 @@ def _bring(url: str, folder: Path) -> None:
 
 
 def repair_history(folder: Path) -> None:
-    """Remove history files of runs that are not in ``runs``, and those that a merged file contains already."""
+    """Remove history files of runs that are not in ``runs``."""
     runs = recorded_run_ids(folder)
-    files = history_files(folder)
-    merged = {file.parent: _runs_of(file) for file in files if file.name == MERGED}
-    for file in files:
-        if file.name != MERGED and (file.stem not in runs or file.stem in merged.get(file.parent, ())):
+    for file in history_files(folder):
+        # Another version's file may hold several runs.
+        if file.stem not in runs and not _runs_of(file) <= runs:
             file.unlink()
 
 

@@ -62,23 +62,17 @@ def replace_catalog(out: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(staging, ignore_errors=True)
         raise
-    replace_folder(staging, out / READY, out / CATALOG, out / OLD)
-
-
-def replace_folder(staging: Path, ready: Path, place: Path, old: Path) -> None:
-    """Rename the complete folder ``staging`` to ``ready`` and then to ``place``; remove the one there as ``old``. The
-    last step is a single one where the system can exchange two names."""
-    os.rename(staging, ready)
-    sync(place.parent)
-    if not place.exists():
-        os.rename(ready, place)
-    elif swap_names(ready, place):
-        os.rename(ready, old)
+    os.rename(staging, out / READY)
+    sync(out)
+    if not (out / CATALOG).exists():
+        os.rename(out / READY, out / CATALOG)
+    elif swap_names(out / READY, out / CATALOG):
+        os.rename(out / READY, out / OLD)
     else:
-        os.rename(place, old)
-        os.rename(ready, place)
-    sync(place.parent)
-    shutil.rmtree(old, ignore_errors=True)
+        os.rename(out / CATALOG, out / OLD)
+        os.rename(out / READY, out / CATALOG)
+    sync(out)
+    shutil.rmtree(out / OLD, ignore_errors=True)
 
 
 def swap_names(first: Path, second: Path) -> bool:

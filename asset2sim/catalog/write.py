@@ -8,7 +8,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from asset2sim.catalog.enforce import check_key, row_keys, to_arrow
-from asset2sim.catalog.history import commit_history, compact_history, history_rows, recover_months, stage_history
+from asset2sim.catalog.history import commit_history, history_rows, stage_history
 from asset2sim.catalog.own_files import make_own_files
 from asset2sim.catalog.parts import Parts, merged_tables, open_parts, write_merged
 from asset2sim.catalog.rows import run_row
@@ -28,13 +28,11 @@ def write_run(
     records: Sequence[AssetRecord],
     unchanged: Sequence[Unchanged] = (),
     present: Collection[str] | None = None,
-    *,
-    compact: bool = True,
 ) -> None:
     """Merge records into OUT/catalog and OUT/history as ``write_parts`` does, which has their rows already."""
     with open_parts(out, run) as parts:
         refined = tuple(parts.add(record) for record in records)
-        write_parts(out, run, parts, refined, unchanged, present, compact=compact)
+        write_parts(out, run, parts, refined, unchanged, present)
 
 
 def write_parts(
@@ -44,8 +42,6 @@ def write_parts(
     refined: Sequence[AssetSummary],
     unchanged: Sequence[Unchanged] = (),
     present: Collection[str] | None = None,
-    *,
-    compact: bool = True,
 ) -> None:
     """Merge a run's ``parts`` into OUT/catalog and OUT/history; the caller holds ``lock_output(out)``. ``refined`` are
     the assets whose rows the parts have. Memory grows with the number of assets, not with their rows.
@@ -54,7 +50,6 @@ def write_parts(
     those of the run's ``unchanged`` assets among them. ``present`` holds the ids of all assets in the dataset, None for
     a run over a part of it. With ``present``, rows of other assets that runs over the same dataset wrote are removed.
     ``runs`` gains a row and ``asset_history`` a row per asset; writing the same run again replaces them.
-    Without ``compact`` the files of the history are not merged.
     Raises CatalogError, and leaves the tables as they were, where rows or files that are there do not fit their schema.
     """
     runs = to_arrow(TABLES["runs"], [run_row(run, refined, unchanged)])
@@ -64,7 +59,6 @@ def write_parts(
     own = _keys(keys)
     check_key(TABLES["assets"], own)
     recover(out)
-    recover_months(out)
     commit_history(out)
     replaced = _replaced(out, run, own, present)
     with replace_catalog(out) as folder:
@@ -85,8 +79,6 @@ def write_parts(
         stage_history(out, run, history_rows(run, assets, _is_of_run(assets, run, own, unchanged)))
     commit_history(out)
     make_own_files(out, REVIEWS)
-    if compact:
-        compact_history(out, run.started_at)
 
 
 def _replaced(out: Path, run: RunRow, own: pa.Table, present: Collection[str] | None) -> pa.Array:

@@ -7,13 +7,12 @@ order of the uploads protects readers:
 1. during the run, each finished asset: its folder ``assets/<id>``, its logs, and then its record (``.cache/records``);
 2. ``history/month=…/<run>.parquet``, then every table but ``runs``, all at once;
 3. ``catalog/runs.parquet``: from here on the run counts;
-4. a month's merged history, and then the removal of what was merged into it;
+4. the removal of history that was too old to keep;
 5. ``.cache/files.db``, and the removal of the records that the tables now hold.
 
 Between 2 and 3 (about a second), a reader of the objects themselves may see an asset's new row beside another table's
-old one, and rows whose run is not in ``runs`` yet; between 4's two halves, a month's rows twice. Our own commands wait
-for the end of it (``catalog.read_remote``). A run that is killed there leaves it so until the next run, which starts
-from the records and finishes.
+old one, and rows whose run is not in ``runs`` yet. Our own commands wait for the end of it (``catalog.read_remote``). A
+run that is killed there leaves it so until the next run, which starts from the records and finishes.
 """
 
 import shutil
@@ -21,10 +20,9 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 
-from asset2sim.catalog.history import HISTORY_FOLDER, MERGED, compact_history
+from asset2sim.catalog.history import HISTORY_FOLDER
 from asset2sim.catalog.own_files import EMPTY
 from asset2sim.catalog.read_remote import repair_history
 from asset2sim.catalog.switch import CATALOG, OLD, READY, STAGING
@@ -135,19 +133,15 @@ def send_plan(output: Output, plan: Plan) -> None:
         push(output.url, output.folder, [STATE])
 
 
-def send_tables(output: Output, now: datetime) -> None:
-    """Upload the run's tables and history (steps 2 to 4). Call it before the history is compacted."""
+def send_tables(output: Output) -> None:
+    """Upload the run's tables and history (steps 2 to 4)."""
     url, folder = output.url, output.folder
     if url is None:
         return
     output.check()
-    history, tables = local_names(folder, [HISTORY]), local_names(folder, [TABLES])
-    push(url, folder, [name for name in history if not name.endswith(f"/{MERGED}")])
-    push(url, folder, [name for name in tables if name != RUNS])
+    push(url, folder, local_names(folder, [HISTORY]))
+    push(url, folder, [name for name in local_names(folder, [TABLES]) if name != RUNS])
     push(url, folder, [RUNS])
-    compact_history(folder, now)
-    history = local_names(folder, [HISTORY])
-    push(url, folder, history)
     _remove_gone(url, folder, [HISTORY])
 
 
