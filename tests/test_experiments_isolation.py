@@ -10,9 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.experiments.isolation import Ending, Outcome, child, run_isolated
+from asset2sim.experiments.isolation import Ending, Outcome, child, children, run_isolated
 from asset2sim.experiments.isolation.child import IDLE_LIMIT_S, MAX_GROWTH_MB
+from asset2sim.runs.asking_attempt import refine_here
+from flows import PIPELINE
+from schemas.settings import EngineSettings, Settings
+from schemas.vocabulary import Status
 from tests import crashers
+from tests.assets import sample
 from tests.processes import gone, wait_until
 
 pytestmark = pytest.mark.system
@@ -105,6 +110,16 @@ def test_each_piece_of_work_has_its_own_log(work: Callable[..., Outcome], pid: i
     assert (tmp_path / "one").read_text() == "half a line"
     assert (tmp_path / "two").read_text().splitlines() == ["a console line from C", "a line from Python"]
     assert not (tmp_path / "three").exists()
+
+
+def test_a_child_that_refined_an_asset_is_given_more_work(tmp_path: Path) -> None:
+    """All that refining uses, engines and renderer among it, leaves the process as it was."""
+    ref = sample("box_wooden")
+    settings = Settings(engine=EngineSettings(interact=False))
+    children.end_idle()
+    assert refine_here([ref], tmp_path, settings, PIPELINE)[0].status is Status.OK
+    assert (tmp_path / "assets" / ref.asset_id / "views" / "front.png").exists()
+    assert len(children._idle) == 1
 
 
 def test_a_child_killed_while_it_is_idle_costs_nothing(work: Callable[..., Outcome], pid: int) -> None:

@@ -1,6 +1,8 @@
 """Which triangle is met first in each pixel: by Embree's rays, or, where that is not installed (Linux on ARM), by a
 z-buffer in NumPy."""
 
+import os
+
 import numpy as np
 
 from asset2sim.assets.surfaces.surface import Floats, Ints
@@ -11,6 +13,19 @@ try:
     from embreex.rtcore_scene import EmbreeScene
 except ImportError:
     EmbreeScene = None
+
+
+def stay_one_thread() -> None:
+    """Have Embree make no threads, which it otherwise does for each core that is there for its first scene: a process
+    that has threads cannot be forked safely, nor be given another asset."""
+    if EmbreeScene is not None and hasattr(os, "sched_setaffinity"):
+        cores = os.sched_getaffinity(0)
+        os.sched_setaffinity(0, {min(cores)})
+        EmbreeScene()
+        os.sched_setaffinity(0, cores)
+
+
+stay_one_thread()
 
 MOST = 1_000_000
 """Pixels of triangles that are looked at together, without Embree: 100 MB."""
