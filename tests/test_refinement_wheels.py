@@ -1,25 +1,32 @@
-"""Wheels that are drawn with a few facets roll as round ones: as far as statics says, in PyBullet and in MuJoCo."""
+"""Wheels that are drawn with a few facets roll as round ones: as far as statics says, in every engine."""
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import numpy as np
 import pybullet
 import pytest
+import sapien
 import trimesh
+from sapien import physx
 
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import Hulls
 from asset2sim.assets.meshes.cylinder import SIDES, Cylinder, cylinder_of
+from asset2sim.catalog.index import OVERLAY_NAME
 from asset2sim.engines.pybullet_object import FLAGS, empty_client
+from asset2sim.engines.registry import open_world
+from asset2sim.engines.sapien_world import SapienWorld
+from asset2sim.load import load
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.collision.trim import trim
 from asset2sim.validation.validate import validate
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 from schemas.settings import CollisionSettings, PhysicsSettings
-from schemas.vocabulary import CollisionMode, Source
+from schemas.vocabulary import CollisionMode, Engine, Source
 from tests.assets import joint, link, mesh, read, robot, shape, written
 
 R, WIDE, CORNERS = 0.05, 0.02, 12
@@ -112,7 +119,9 @@ def refined(folder: Path) -> Path:
     settings = PhysicsSettings()
     overlay, _ = validate(item, Overlay(scale=1.0, links=links, joints=joints), Source.MODEL, 0.8, settings)
     hulls, _ = collision_shapes(item, 1.0, SETTINGS)
-    return write_folder(item, overlay, hulls, folder / "out", settings).urdf
+    urdf = write_folder(item, overlay, hulls, folder / "out", settings).urdf
+    (urdf.parent / OVERLAY_NAME).write_text(overlay.model_dump_json())
+    return urdf
 
 
 def by_statics() -> float:
@@ -163,8 +172,42 @@ def coasts_in_pybullet(urdf: Path) -> float:
         return float(client.getBasePositionAndOrientation(body)[0][0] - start)
 
 
+def coasts_in_sapien(articulation: Any, step: Callable[[], None]) -> float:
+    """PhysX makes a prism of a cylinder."""
+    for _ in range(120):
+        step()
+    articulation.set_root_linear_velocity(np.array([1.0, 0.0, 0.0], np.float32))
+    articulation.set_qvel(np.full(len(WHEELS), 1.0 / R, np.float32))
+    start = articulation.root_pose.p[0]
+    for _ in range(10 * 240):
+        if articulation.root_linear_velocity[0] <= 0.005:
+            break
+        step()
+    return float(articulation.root_pose.p[0] - start)
+
+
+def coasts_in_the_checks(urdf: Path) -> float:
+    with open_world(Engine.SAPIEN, urdf, plane=True, timestep_s=1.0 / 240.0, contact_friction=0.5) as world:
+        return coasts_in_sapien(cast(SapienWorld, world).item.articulation, world.step)
+
+
+def coasts_where_loaded(urdf: Path) -> float:
+    item = load(urdf.parent, "sapien")
+    return coasts_in_sapien(item.articulation, item.step)
+
+
+def coasts_in_ones_own_scene(urdf: Path) -> float:
+    scene = sapien.Scene([physx.PhysxCpuSystem()])
+    scene.set_timestep(1.0 / 240.0)
+    scene.add_ground(0.0, render=False)
+    return coasts_in_sapien(load(urdf.parent, "sapien", into=scene).articulation, scene.step)
+
+
 @pytest.mark.system
-@pytest.mark.parametrize("coasts", [coasts_in_mujoco, coasts_in_pybullet])
+@pytest.mark.parametrize(
+    "coasts",
+    [coasts_in_mujoco, coasts_in_pybullet, coasts_in_the_checks, coasts_where_loaded, coasts_in_ones_own_scene],
+)
 def test_a_cart_on_facetted_wheels_coasts_as_far_as_its_axles_let_it(
     tmp_path: Path, coasts: Callable[[Path], float]
 ) -> None:

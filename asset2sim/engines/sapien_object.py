@@ -24,6 +24,8 @@ from asset2sim.engines import lowest
 from asset2sim.engines.console import captured_console
 from asset2sim.engines.sapien_joint import UNBOUNDED, Builder, damper_of, give_joint
 from asset2sim.engines.world import contact_distance_m
+from asset2sim.load.in_sapien import give_treads, meet_treads
+from asset2sim.load.shapes import wheels_of
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
@@ -94,15 +96,17 @@ def loaded(
         try:
             built = build_links(builder, robot, terms)
             give_groups(built, passing_pairs(parsed_root(urdf)))
+            links = tuple(link for link, _ in built.links)
+            give_treads(sapien, physx, links, wheels_of(parsed_root(urdf), links[0].name), material)
         except RuntimeError as error:
             said = " ".join(str(error).split())[:400]
             message = f"SAPIEN refuses {urdf.name} and says: {said}"
             raise AssetError(FailureMode.ENGINE_REFUSED, "engine_refused", message) from error
         if plane:
             scene.add_entity(ground(sapien, physx, material, timestep_s))
+        meet_treads(physx, scene.entities)
         for _, entity in built.links:
             scene.add_entity(entity)
-    links = tuple(link for link, _ in built.links)
     try:
         printed = (*console, *built.said)
         yield SapienItem(system, links[0].articulation, links, lowest.lowest_cloud(built.shapes), terms, printed, robot)

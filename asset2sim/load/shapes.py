@@ -71,6 +71,28 @@ def link_poses(urdf: ET.Element, root: str, positions: Mapping[str, float]) -> d
     return poses
 
 
+LEVEL = 0.2  # largest upward share of a wheel's axle; what turns about a steeper one is a turntable
+
+
+def wheels_of(urdf: Any, root: str) -> dict[str, list[tuple[np.ndarray, float, float]]]:
+    """Link → pose (4, 4) in the link's frame, its z along the axle, radius and length, m, of each of its collision
+    cylinders that turns without end about its own level axis."""
+    poses, found = link_poses(urdf, root, {}), dict[str, list[tuple[np.ndarray, float, float]]]()
+    links = {str(link.get("name")): link for link in urdf.findall("link")}
+    for joint in urdf.findall("joint[@type='continuous']"):
+        name, axis = link_of_end(joint, "child"), vector_of(joint.find("axis"), "xyz", "1 0 0")
+        axis = axis / np.linalg.norm(axis)
+        for item in links[name].findall("collision"):
+            pose, made = pose_of(item), item.find("geometry/cylinder")
+            if made is None:
+                continue
+            radius, length = (float(vector_of(made, key)[0]) for key in ("radius", "length"))
+            about = np.linalg.norm(np.cross(axis, pose[:3, 2])) + np.linalg.norm(np.cross(axis, pose[:3, 3])) / radius
+            if about <= TOUCH_M and abs(poses[name][2, :3] @ axis) <= LEVEL:
+                found.setdefault(name, []).append((pose, radius, length))
+    return found
+
+
 def carried_inertia(urdf: ET.Element, root: str, positions: Mapping[str, float]) -> dict[str, float]:
     """Joint → inertia of all beyond it about its axis, kg·m², or its mass where it slides, kg, the root held."""
     poses, found = link_poses(urdf, root, positions), dict[str, float]()
