@@ -139,7 +139,6 @@ def write_again(ref: AssetRef, recipe: Recipe, brought: Path, target: Path, inpu
     mode = settings.collision.mode
     hulls = whole if mode is CollisionMode.KEEP else cut_again(whole, recipe.cuts)
     write_folder(extraction, overlay, hulls, target, settings.physics, mode)
-
     for name in (RECIPE_NAME, MEASUREMENT_NAME):
         shutil.copyfile(brought / name, target / name)
     if settings.state is StateMode.BAKE:
