@@ -83,12 +83,13 @@ def make_nightly(folder: Path, environment: dict[str, str], *options: str) -> Ni
 
 
 @contextmanager
-def served(nightly: Nightly) -> Iterator["subprocess.Popen[bytes]"]:
-    """The serving process, once it has said when it runs next."""
+def served(nightly: Nightly, python: Sequence[str] = (sys.executable,)) -> Iterator["subprocess.Popen[bytes]"]:
+    """The serving process, once it has said when it runs next; ``python`` are the first words of its command."""
     with (nightly.folder / "log").open("wb") as file:
         process = subprocess.Popen(
-            nightly.words, cwd=ROOT, env=nightly.environment, stdout=file, stderr=file, start_new_session=True
-        )
+            [*python, *nightly.words[1:]], cwd=ROOT, env=nightly.environment, stdout=file, stderr=file,
+            start_new_session=True,
+        )  # fmt: skip
     try:
         assert wait_until(lambda: process.poll() is not None or "deployment run" in nightly.log, LIMIT_S), nightly.log
         assert process.poll() is None, nightly.log

@@ -17,6 +17,7 @@ from tests.dask_programs import await_workers, programs, start_scheduler, start_
 from tests.fault_runs import LIMIT_S, PLAIN, Place, assert_met, assert_nobody_left, dataset, findings, rows, start
 from tests.faulty import noted, processes
 from tests.processes import kill_marked
+from tests.ready import CLIENT, MARK_BYTES
 
 pytestmark = [
     pytest.mark.system,
@@ -126,9 +127,15 @@ def test_a_run_stopped_while_it_tries_the_dead_again_ends_at_once_with_all_recor
 FULL_DISK = """
 set -e
 mount -t tmpfs -o size=16m tmpfs "$OUT"
+home=$(mktemp -d)
+mkfifo "$home/pipe"
+ASSET2SIM_TEST_MARK=$ROOM "$PYTHON" -m tests.ready "$home/socket" 0<>"$home/pipe" &
+until [ -S "$home/socket" ]; do kill -0 $! && sleep 0.1; done
+trap "kill $!" EXIT
 run() {
     code=0
-    "$PYTHON" -m tests.faulty refine "$DATA" --out "$OUT" $PLAIN --workers 1 --assets $2 2> "$SAID/$1.errors" || code=$?
+    "$PYTHON" -SEc "$CLIENT" "$home/socket" \\
+        -m tests.faulty refine "$DATA" --out "$OUT" $PLAIN --workers 1 --assets $2 2> "$SAID/$1.errors" || code=$?
     echo $code > "$SAID/$1.code"
     cp -r "$OUT/catalog" "$SAID/$1.tables"
 }
@@ -138,7 +145,8 @@ rm "$OUT/junk"
 run three early,once-hog,late,filler
 cp -r "$OUT/met" "$SAID"
 """
-"""Runs on a disk of 16 MB: an asset fills it for a moment, one leaves it full, and there is room again."""
+"""Runs on a disk of 16 MB, which only processes begun there see, that of ``tests.ready`` as well: an asset fills it for
+a moment, one leaves it full, and there is room again."""
 MOUNTING = ["unshare", "-m" if os.geteuid() == 0 else "-Urm"]
 
 
@@ -155,8 +163,9 @@ def test_a_full_disk_costs_what_met_it_and_the_next_run_goes_on(place: Place, tm
     place.out.mkdir()
     dataset(place.data, {"fine": "box_wooden", "early": "", "once-hog": "", "late": "box_chest", "filler": ""})
     environment = place.environment(
-        OUT=place.out, DATA=place.data, SAID=said, PYTHON=sys.executable, PLAIN=" ".join(PLAIN)
-    )
+        OUT=place.out, DATA=place.data, SAID=said, PYTHON=sys.executable, PLAIN=" ".join(PLAIN),
+        CLIENT=CLIENT, ROOM="-" * MARK_BYTES,
+    )  # fmt: skip
     ran = subprocess.run(
         [*MOUNTING, "bash", "-c", FULL_DISK], cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S
     )

@@ -124,14 +124,14 @@ def run_pages() -> list[str]:
 
 
 def test_nights_that_overlap_are_interrupted_and_killed(
-    environment: dict[str, str], fallible: Model, tmp_path: Path
+    environment: dict[str, str], fallible: Model, tmp_path: Path, ready: list[str]
 ) -> None:
     file = tmp_path / "settings.yaml"
     file.write_text("model: {timeout_s: 100}", encoding="utf-8")
     nightly = make_nightly(tmp_path, environment, *TWO, *fallible.options, "--settings", str(file))
     name, mark = deployment_name(nightly.out), environment["ASSET2SIM_TEST_MARK"]
     fallible.silent.set()
-    with served(nightly) as process:
+    with served(nightly, ready) as process:
         assert f"prefect deployment run nightly/{name}" in nightly.log and "PREFECT_API_URL=" not in nightly.log
         first = trigger(name)
         assert wait_until(lambda: nightly.kept() == 1, LIMIT_S), nightly.log
@@ -193,7 +193,7 @@ def test_a_night_at_once_where_none_is_served_and_what_its_exit_code_says(
 
 @pytest.mark.skipif(not COMMANDS_WORK, reason="Prefect's server refuses its own commands with this FastAPI")
 def test_prefect_yaml_deploys_to_a_work_pool_whose_worker_leaves_the_report(
-    environment: dict[str, str], address: str, tmp_path: Path
+    environment: dict[str, str], ready: list[str], tmp_path: Path
 ) -> None:
     content = yaml.safe_load((ROOT / "prefect.yaml").read_text(encoding="utf-8"))
     mine = {"data": str(RAW), "out": str(tmp_path / "out"), "asset_ids": ["box_wooden"]}
@@ -204,7 +204,7 @@ def test_prefect_yaml_deploys_to_a_work_pool_whose_worker_leaves_the_report(
     (tmp_path / "prefect.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
 
     def prefect(*words: str) -> None:
-        command = [sys.executable, "-m", "prefect", "--no-prompt", *words]
+        command = [*ready, str(Path(sys.executable).with_name("prefect")), "--no-prompt", *words]
         done = subprocess.run(command, cwd=ROOT, env=environment, text=True, capture_output=True, timeout=LIMIT_S)
         assert done.returncode == 0, (done.stdout + done.stderr)[:2000]
 

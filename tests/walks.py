@@ -14,6 +14,8 @@ from tests.processes import free_port
 LIMIT_S = 400.0
 INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 8 "
 """When nightly.md interrupts a run, s: of these few samples, it would be over by then on a quick machine."""
+UNHURRIED = "--force"
+"""What the command that nightly.md interrupts is known by."""
 PLANTED = ("planted_missing_mesh", "planted_not_xml")
 SAMPLES = ("laptop_silver", "box_wooden", *PLANTED)
 BLOCKS = {(block.page, block.number): block for page in PAGES for block in blocks(page)}
@@ -88,10 +90,15 @@ class Checkout(NamedTuple):
     environment: dict[str, str]
 
     def at_hand(self, ready: Sequence[str]) -> "Checkout":
-        """The same where ``asset2sim`` is a command that is ready."""
+        """The same where ``asset2sim`` is a command that is ready, but for what is interrupted: it would be done."""
         program = self.folder.with_name("programs") / "asset2sim"
         program.parent.mkdir()
-        program.write_text(f'#!/bin/sh\nexec {shlex.join(ready)} -m flows.command "$@"\n', encoding="utf-8")
+        real = shlex.quote(str(Path(sys.executable).with_name("asset2sim")))
+        program.write_text(
+            f'#!/bin/sh\ncase "$*" in *{UNHURRIED}*) exec {real} "$@";; esac\n'
+            f'exec {shlex.join(ready)} -m flows.command "$@"\n',
+            encoding="utf-8",
+        )
         program.chmod(0o755)
         path = f"{program.parent}{os.pathsep}{self.environment['PATH']}"
         return self._replace(environment={**self.environment, "PATH": path})
