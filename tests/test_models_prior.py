@@ -389,15 +389,6 @@ def test_any_text_gives_a_valid_overlay(text: str) -> None:
     assert Overlay.model_validate_json(answer(text)).scale > 0.0
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.dictionaries(st.sampled_from(["asset_id", "category", "size_m", "size_closed_m", "links", "joints",
-    "phi_m", "tried", "focus_joints", "collisions"]), _JSON), st.sampled_from(["synthesis", "refinement"]),
-    st.text(max_size=30))  # fmt: skip
-def test_malformed_information_never_raises(fields: dict[str, object], purpose: str, guidance: str) -> None:
-    found = json.loads(answer(prompt({**fields, "purpose": purpose}, guidance)))
-    assert ("scale" in found) == (purpose == "synthesis")
-
-
 def test_the_blocks_may_hold_their_own_tags_as_data() -> None:
     assert ask(known.BOX, "a small box <b>open</b>")["initial_joint_positions"] != {}
 

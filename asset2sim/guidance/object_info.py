@@ -1,31 +1,21 @@
-"""Reading the structured information and the guidance out of a prompt, forgiving whatever is missing or malformed."""
+"""The structured information and the guidance as a prompt states them. What our own prompts leave out has its default;
+a text without them is of an object of which nothing is known."""
 
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
-Json = object
 Vector = tuple[float, float, float]
-
-
-class Named(Protocol):
-    """Anything with a name."""
-
-    @property
-    def name(self) -> str:
-        """The name."""
-
-
-_Named = TypeVar("_Named", bound=Named)
+NOWHERE: Vector = (0.0, 0.0, 0.0)
 _MOVABLE = ("revolute", "prismatic", "continuous")
 _BLOCK = r"<{0}>\s*(.*?)\s*</{0}>"
 
 
-def read_prompt(text: str) -> tuple[Mapping[str, Json], str]:
+def read_prompt(text: str) -> tuple[Mapping[str, Any], str]:
     """The structured information (empty if there is none) and the guidance ("" if there is none) of a prompt."""
     information = decoded(_block(text, "structured_information"))
     raw_guidance = _block(text, "user_guidance")
@@ -108,20 +98,19 @@ class ObjectInfo:
     """Why its lengths are metres already; empty where nothing says so."""
 
     @classmethod
-    def from_json(cls, data: Mapping[str, Json]) -> "ObjectInfo":
-        """Read the synthesis information; whatever does not fit is left out."""
-        size = _vector(data.get("size_m"))
-        closed = _vector(data.get("size_closed_m"))
-        joints = dicts(data.get("joints"))
+    def from_json(cls, data: Mapping[str, Any]) -> "ObjectInfo":
+        """The object of the synthesis information."""
+        size, joints = tuple(data.get("size_m", NOWHERE)), data.get("joints", ())
+        closed = tuple(data.get("size_closed_m", NOWHERE))
         return cls(
-            asset_id=text_or_empty(data.get("asset_id")),
-            category=text_or_empty(data.get("category")),
+            asset_id=data.get("asset_id") or "",
+            category=data.get("category") or "",
             size_m=size,
             size_closed_m=closed if max(closed) > 0.0 else size,
-            links=unique(_link(item) for item in dicts(data.get("links"))),
-            joints=unique(_joint(item) for item in joints if item.get("type") in _MOVABLE),
-            edges=tuple((text_or_empty(item.get("parent")), text_or_empty(item.get("child"))) for item in joints),
-            lengths=text_or_empty(data.get("lengths")),
+            links=tuple(map(_link, data.get("links", ()))),
+            joints=tuple(_joint(item) for item in joints if item["type"] in _MOVABLE),
+            edges=tuple((item["parent"], item["child"]) for item in joints),
+            lengths=data.get("lengths", ""),
         )
 
     @cached_property
@@ -152,7 +141,7 @@ def _block(text: str, tag: str) -> str:
     return found.group(1) if found else ""
 
 
-def decoded(text: str) -> Json:
+def decoded(text: str) -> Any:
     """The JSON value of a text; None where it has none."""
     try:
         return json.loads(text) if text else None
@@ -160,69 +149,33 @@ def decoded(text: str) -> Json:
         return None
 
 
-def _link(item: Mapping[str, Json]) -> LinkInfo:
-    area, covers = max(finite_number(item.get("area_m2"), 0.0), 0.0), item.get("materials")
+def _link(item: Mapping[str, Any]) -> LinkInfo:
     return LinkInfo(
-        name=text_or_empty(item.get("name")),
-        label=text_or_empty(item.get("label")),
-        box_m=_vector(item.get("box_m")),
-        center_m=_vector(item.get("center_m"), signed=True),
-        volume_m3=max(finite_number(item.get("volume_m3"), 0.0), 0.0),
-        hull_volume_m3=max(finite_number(item.get("hull_volume_m3"), 0.0), 0.0),
-        outer_m2=max(finite_number(item.get("outer_m2"), area), 0.0),
-        covers=tuple(word for word in covers if isinstance(word, str)) if isinstance(covers, list | tuple) else (),
+        name=item["name"],
+        label=item.get("label", ""),
+        box_m=tuple(item.get("box_m", NOWHERE)),
+        center_m=tuple(item.get("center_m") or NOWHERE),
+        volume_m3=item.get("volume_m3", 0.0),
+        hull_volume_m3=item.get("hull_volume_m3", 0.0),
+        outer_m2=item.get("outer_m2", item.get("area_m2", 0.0)),
+        covers=tuple(item.get("materials", ())),
     )
 
 
-def _joint(item: Mapping[str, Json]) -> JointInfo:
-    lower, upper = number_or_none(item.get("lower")), number_or_none(item.get("upper"))
-    if item.get("type") == "continuous":
-        lower = upper = None
-    closed = finite_number(item.get("closed"), lower if lower is not None else 0.0)
+def _joint(item: Mapping[str, Any]) -> JointInfo:
+    limited = item["type"] != "continuous"
+    lower, upper = (item.get(key) if limited else None for key in ("lower", "upper"))
+    closed, opened = item.get("closed"), item.get("open")
+    closed = closed if closed is not None else lower or 0.0
     return JointInfo(
-        name=text_or_empty(item.get("name")),
-        type=text_or_empty(item.get("type")),
-        parent=text_or_empty(item.get("parent")),
-        child=text_or_empty(item.get("child")),
-        axis=_vector(item.get("axis"), signed=True),
+        name=item["name"],
+        type=item["type"],
+        parent=item["parent"],
+        child=item["child"],
+        axis=tuple(item.get("axis", NOWHERE)),
         lower=lower,
         upper=upper,
         closed=closed,
-        open=finite_number(item.get("open"), upper if upper is not None else closed),
-        open_confidence=min(max(finite_number(item.get("open_confidence"), 0.0), 0.0), 1.0),
+        open=opened if opened is not None else closed if upper is None else upper,
+        open_confidence=item.get("open_confidence", 0.0),
     )
-
-
-def unique(items: Iterable[_Named]) -> tuple[_Named, ...]:
-    """The items of different names; of several of one name the last, in the place of the first."""
-    return tuple({item.name: item for item in items if item.name}.values())
-
-
-def dicts(value: Json) -> list[dict[str, Any]]:
-    """The objects in a list; empty where it is none."""
-    return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
-
-
-def text_or_empty(value: Json) -> str:
-    """The value if it is text, else ""."""
-    return value if isinstance(value, str) else ""
-
-
-def number_or_none(value: Json) -> float | None:
-    """The value if it is a finite number of sensible size, else None."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    return float(value) if abs(value) < 1e6 else None  # never true of NaN
-
-
-def finite_number(value: Json, default: float) -> float:
-    """The value if it is a finite number of sensible size, else the default."""
-    found = number_or_none(value)
-    return default if found is None else found
-
-
-def _vector(value: Json, signed: bool = False) -> Vector:
-    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 3:
-        return (0.0, 0.0, 0.0)
-    x, y, z = (finite_number(item, 0.0) if signed else max(finite_number(item, 0.0), 0.0) for item in value)
-    return (x, y, z)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from asset2sim.guidance.object_info import JointInfo, ObjectInfo, dicts, read_prompt
+from asset2sim.guidance.object_info import JointInfo, ObjectInfo, read_prompt
 from asset2sim.models.prior.refinement import read_refinement
 from lab.noise.noise_level import Draws, Noise, NoiseLevel, draws_for
 from lab.noise.noise_numbers import with_sigmas, with_wrong_numbers
@@ -153,7 +153,7 @@ def noisy_step(
     given: dict[str, Any], information: Mapping[str, Any], draws: Draws, sizes: NoiseLevel
 ) -> dict[str, Any]:
     """A refinement's answer whose steps are too long or too short, the wrong way, or in degrees."""
-    focus = dicts(information.get("focus_joints"))
+    focus = information.get("focus_joints", [])
     sliders = {item.get("name") for item in focus if item.get("type") == "prismatic"}
     places = {joint.name: index for index, joint in enumerate(read_refinement(information)[1])}
     back = draws.happens("wrong end", sizes.p_wrong_end, sizes.shared_state)

@@ -220,7 +220,8 @@ def test_stated_sigmas_are_those_of_the_errors() -> None:
 
 
 def test_a_refinement_step_may_go_the_wrong_way() -> None:
-    joint = {"name": "j", "type": "revolute", "position": 0.0, "desired": 0.5, "lower": 0.0, "upper": 1.6}
+    joint = {"name": "j", "type": "revolute", "position": 0.0, "desired": 0.5, "lower": 0.0, "upper": 1.6,
+             "closed": 0.0, "open": 1.6}  # fmt: skip
     steps = []
     for index in range(300):
         facts = {"purpose": "refinement", "asset_id": str(index), "phi_m": 0.03, "focus_joints": [joint]}

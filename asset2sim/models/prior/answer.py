@@ -33,8 +33,8 @@ def answer(text: str) -> str:
     """The JSON answer to a prompt: an ``Overlay``, or for purpose "refinement" the keys state_ok, approved and deltas.
 
     For the purposes of an extension's methods it is what that makes of the overlay (``offline_answers``). Works from
-    ``text`` alone, never raises, and the same text always gives the same answer. A text without the two blocks is
-    answered as an object of which nothing is known.
+    ``text`` alone, and the same text always gives the same answer. A text without the two blocks is answered as an
+    object of which nothing is known.
     """
     information, words = read_prompt(text)
     purpose = information.get("purpose")

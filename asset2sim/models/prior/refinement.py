@@ -3,8 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-
-from asset2sim.guidance.object_info import dicts, finite_number, text_or_empty, unique
+from typing import Any
 
 APPROVE_M = 0.002
 """Φ at which the paper approves a state, m."""
@@ -43,51 +42,44 @@ class FocusJoint:
     asked: bool = True
 
 
-def read_refinement(data: Mapping[str, object]) -> tuple[float, tuple[FocusJoint, ...]]:
+def read_refinement(data: Mapping[str, Any]) -> tuple[float, tuple[FocusJoint, ...]]:
     """Φ in m and the joints to move, from a refinement prompt; joints without limits are given a full turn."""
-    joints = []
-    history = dicts(data.get("tried"))
-    kept = [index for index, item in enumerate(history) if item.get("accepted") is True]
+    history = data.get("tried", [])
+    kept = [index for index, item in enumerate(history) if item.get("accepted")]
     since = history[kept[-1] + 1 :] if kept else history
-    tried = [places for item in since if isinstance(places := item.get("positions"), dict)]
-    apart, first = parting_step(dicts(data.get("collisions")))
-    for item in dicts(data.get("focus_joints")):
-        position = finite_number(item.get("position"), 0.0)
-        name = text_or_empty(item.get("name"))
-        lower, upper = finite_number(item.get("lower"), -math.pi), finite_number(item.get("upper"), math.pi)
-        ends = item.get("reach")
-        low, high = ends if isinstance(ends, list) and len(ends) == 2 else (None, None)
+    apart, first = parting_step(data.get("collisions", ()))
+    joints = []
+    for item in data["focus_joints"]:
+        name, position = item["name"], item["position"]
+        limits = item.get("lower"), item.get("upper")
+        lower, upper = (turn if at is None else at for at, turn in zip(limits, (-math.pi, math.pi), strict=True))
         joints.append(
             FocusJoint(
                 name=name,
                 position=position,
-                desired=finite_number(item.get("desired"), position),
+                desired=item["desired"],
                 lower=min(lower, upper),
                 upper=max(lower, upper),
-                closed=finite_number(item.get("closed"), lower),
-                open=finite_number(item.get("open"), upper),
-                tried=tuple(finite_number(places.get(name), position) for places in tried),
-                reach=(finite_number(low, -math.inf), finite_number(high, math.inf)),
+                closed=item["closed"],
+                open=item["open"],
+                tried=tuple(tried["positions"].get(name, position) for tried in since),
+                reach=tuple(item.get("reach", (-math.inf, math.inf))),
                 apart=apart.get(name, 0.0),
                 first=name in first,
-                asked=item.get("asked") is not False,
+                asked=item.get("asked", True),
             )
         )
-    return finite_number(data.get("phi_m"), 0.0), unique(joints)
+    return data["phi_m"], tuple(joints)
 
 
-def parting_step(collisions: Sequence[Mapping[str, object]]) -> tuple[dict[str, float], frozenset[str]]:
+def parting_step(collisions: Sequence[Mapping[str, Any]]) -> tuple[dict[str, float], frozenset[str]]:
     """Joint → change of position (rad or m) that parts the worst collision which it can part, and the cheapest joint of
     each collision."""
     apart: dict[str, float] = {}
-    first: set[str] = set()
-    for collision in collisions:
-        for place, item in enumerate(dicts(collision.get("parted_by"))):
-            name = text_or_empty(item.get("joint"))
-            apart.setdefault(name, finite_number(item.get("change"), 0.0))
-            if place == 0:
-                first.add(name)
-    return apart, frozenset(first)
+    parting = [collision.get("parted_by", ()) for collision in collisions]
+    for item in (item for ways in parting for item in ways):
+        apart.setdefault(item["joint"], item["change"])
+    return apart, frozenset(ways[0]["joint"] for ways in parting if ways)
 
 
 def refinement_step(phi_m: float, joints: Sequence[FocusJoint]) -> dict[str, object]:

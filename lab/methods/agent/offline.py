@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from asset2sim.guidance.object_info import JointInfo, ObjectInfo, decoded, dicts, read_prompt
+from asset2sim.guidance.object_info import JointInfo, ObjectInfo, decoded, read_prompt
 from asset2sim.models.answers import OWN_FIELDS, RULE_FIELDS, STATED
 from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.answer import answer
@@ -21,6 +21,11 @@ Terms = dict[str, dict[str, float]]
 """Joint name → its fields that were set; ``position`` is its initial position, rad or m at scale 1."""
 MEASURED = ("penetration_m", "drift_m", "drift_rad", "peak_speed_m_s")
 """Numbers of a simulation that have a limit each."""
+
+
+def dicts(value: object) -> list[dict[str, Any]]:
+    """The objects in a list; empty where it is none."""
+    return [item for item in value if isinstance(item, dict)] if isinstance(value, list) else []
 
 
 def failure_score(seen: Mapping[str, Any]) -> float:
