@@ -68,6 +68,8 @@ class Recipe(Frozen):
     """Those of ``DECIDING``; the collision mode is that of the shapes that were chosen."""
     cuts: dict[str, tuple[CutHull, ...]] = Field(default_factory=dict)
     """Link whose hulls were cut → the hulls that it has; those of other links are whole."""
+    boxed: tuple[str, ...] = ()
+    """Hulls' files that an engine died of, and that hold their boxes."""
     overlay: PhysicsOverlay | None = None
     """The overlay before its state was baked; None: ``overlay.json`` holds it."""
     made_with: dict[str, str]

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.checks.deaths import fatal_parts
 from asset2sim.checks.findings import overlap_pairs, report_findings
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import cause_for, engines_of, verify
@@ -33,9 +34,12 @@ def measure_written(
         overlaps = overlap_pairs(urdf, overlay.initial_positions, cause, job.settings.engine)
     except AssetError:  # PyBullet refuses the file, which its report says
         overlaps = ()
+    start = overlay.initial_positions
+    dead = [report.engine for report in reports if report.died and not report.timed_out]
+    fatal = [part for engine in dead for part in fatal_parts(engine, urdf, start, job.settings.engine)]
     return Measured(
         reports=reports,
         overlaps=overlaps,
         verdict=overall_verdict(reports, overlay, job.settings),
-        findings=tuple(report_findings(reports, overlay, job.settings)),
+        findings=(*(part.finding for part in fatal), *report_findings(reports, overlay, job.settings)),
     )

@@ -9,6 +9,8 @@ from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.checksums import FILE, changed_files, file_digest
 from asset2sim.assets.extract import INPUTS, Extraction, folder_of
 from asset2sim.assets.folder import URDF_NAME, Folder, staged_folder, write_folder
+from asset2sim.assets.hulls import box_corners, obj_text
+from asset2sim.assets.meshes.load import mesh_points
 from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.urdf.mesh_files import material_files
 from asset2sim.baselines.declared_method import known_methods
@@ -47,6 +49,7 @@ def recipe_of(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, fo
         corrected=known_methods()[settings.method].rules,
         settings=decided,
         cuts=folder.cuts,
+        boxed=folder.boxed,
         overlay=overlay if settings.state is StateMode.BAKE else None,
         made_with=made_with(),
     )
@@ -139,6 +142,10 @@ def write_again(ref: AssetRef, recipe: Recipe, brought: Path, target: Path, inpu
     mode = settings.collision.mode
     hulls = whole if mode is CollisionMode.KEEP else cut_again(whole, recipe.cuts)
     write_folder(extraction, overlay, hulls, target, settings.physics, mode)
+    for name in recipe.boxed:
+        text = obj_text(box_corners(mesh_points(target / name)))
+        assert text is not None, "a box with thickness has volume"
+        (target / name).write_text(text, encoding="ascii")
     for name in (RECIPE_NAME, MEASUREMENT_NAME):
         shutil.copyfile(brought / name, target / name)
     if settings.state is StateMode.BAKE:

@@ -32,6 +32,8 @@ class Folder:
     mode: CollisionMode = CollisionMode.REPAIR
     cuts: dict[str, tuple[CutHull, ...]] = field(default_factory=dict)
     """Link whose hulls were cut → how each was made."""
+    boxed: tuple[str, ...] = ()
+    """Hulls' files that hold their boxes in their place."""
 
     @property
     def urdf(self) -> Path:

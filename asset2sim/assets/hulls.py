@@ -12,7 +12,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.links import LinkGeometry
 from asset2sim.assets.meshes.cylinder import Cylinder, cylinder_of
 from asset2sim.assets.meshes.hull import hull_of, spread_directions
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, corners_of_box
 
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
@@ -78,6 +78,13 @@ def thickened_sheet(points: Array) -> Array:
     center = points.mean(axis=0)
     normal = np.linalg.svd(points - center, full_matrices=True)[2][2]
     return np.vstack([points + normal * SHEET_THICKNESS_M / 2.0, points - normal * SHEET_THICKNESS_M / 2.0])
+
+
+def box_corners(points: Array) -> Array:
+    """(8, 3) corners of the box of (n, 3) points, no edge of it thinner than a sheet, m."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    thin = np.maximum(SHEET_THICKNESS_M - (high - low), 0.0) / 2.0
+    return corners_of_box(np.array([low - thin, high + thin]))
 
 
 FOLDER = "collision"

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
-from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.hulls import Hulls, obj_text
+from asset2sim.checks.deaths import corners_of, fatal_parts
 from asset2sim.checks.known_reports import KnownReports, verify_known
 from asset2sim.checks.verdict import overall_verdict
 from asset2sim.checks.verify import engines_of
@@ -29,9 +30,11 @@ from schemas.settings import Settings
 from schemas.verdict import Verdict
 from schemas.vocabulary import NOT_MEASURED, CollisionMode, Engine, FailureMode, Proposer, Source, Stage
 
+FATAL = "fatal_shape_boxed"
+"""Code of the finding for a collision shape of which an engine died."""
 DECOMPOSED = "collision_decomposed"
 """Code of the finding for a link decomposed into convex pieces."""
-RESHAPED = frozenset(("collision_cut", ROUNDED))
+RESHAPED = frozenset(("collision_cut", FATAL, ROUNDED))
 """Codes of findings for a link whose collision shapes were changed after they were made."""
 
 PULLED_OVER = (FailureMode.STANDS, FailureMode.EFFORT, FailureMode.RESET)
@@ -107,7 +110,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     search = job.settings.search
     questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
     chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
-    best = opened_less(chosen, best, questions)
+    best = opened_less(chosen, without_fatal_shapes(chosen, best), questions)
     told = (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings)
     job.known.keep()
     return RefinementResult(
@@ -192,6 +195,28 @@ def asked_there(overlay: PhysicsOverlay, positions: Mapping[str, float]) -> Phys
     update = {name: {"asked_position": at} for name, at in positions.items()}
     joints = (joint.model_copy(update=update.get(joint.name, {})) for joint in overlay.joints)
     return overlay.model_copy(update={"joints": tuple(joints)})
+
+
+def without_fatal_shapes(job: RefinementJob, tried: RefinedAttempt) -> RefinedAttempt:
+    """The attempt, or, where an engine died of collision shapes, one whose shapes are their boxes in their place."""
+    folder, overlay, notes = tried.state.folder, tried.mended.overlay, tried.notes
+    dead = next((report.engine for report in tried.mended.reports if report.died and not report.timed_out), None)
+    if dead is None:
+        return tried
+    parts = fatal_parts(dead, folder.urdf, overlay.initial_positions, job.settings.engine)
+    shapes = [part for part in parts if part.kind == "shape" and part.file in folder.collision.get(part.name, ())]
+    if not shapes:
+        return tried
+    for part in shapes:
+        text = obj_text(corners_of(part))
+        assert text is not None, "a box with thickness has volume"
+        (folder.path / part.file).write_text(text, encoding="ascii")
+        message = f"link '{part.name}': {dead} dies of {part.file} ({part.facts}); it collides as its box"
+        notes = (*notes, warning(code=FATAL, link=part.name, message=message))
+    folder = replace(folder, boxed=tuple(part.file for part in shapes))
+    tried = replace(tried, state=replace(tried.state, folder=folder))
+    mended, verdict = verify_and_mend(job, overlay, folder, ())
+    return replace(tried, notes=notes, mended=mended, verdict=verdict)
 
 
 def largest_phi(tried: RefinedAttempt) -> float:
