@@ -25,6 +25,8 @@ class HandSettings(Frozen):
     """Friction of the finger pads: rubber, or skin, on what is dry (0.8 to 1.2)."""
     opening_m: Positive = 0.085
     """Widest opening, m: a Robotiq 2F-85's, and a hand's pinch."""
+    between_m: Positive = 0.6
+    """Widest that both hands hold between them, laid flat against it, m: more than a grown-up's shoulders (0.5)."""
     tip_scale: Fraction = 0.4
     """Size of the finger tips for what is too small for the hand, against it: 6 mm, a finger nail's."""
     speed_m_s: Positive = 0.25
@@ -89,11 +91,11 @@ class ContentSettings(Frozen):
 
 
 class LiftSettings(Frozen):
-    """Bounds of what one hand carries, and of carrying it well."""
+    """Bounds of what hands carry, and of carrying it well."""
 
     carried_m: Positive = 0.5
     """Longest edge of what one hand carries, m, unless it is a thing of the hand: a bucket, a bag, a laptop; and it
-    weighs no more than ``steadied_kg``."""
+    weighs no more than ``steadied_kg``. Both hands carry twice as long and as heavy."""
     high_m: Positive = 0.1
     """How high it is lifted, m: over what stands beside it on a table."""
     risen_share: Fraction = 0.8

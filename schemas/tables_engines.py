@@ -119,8 +119,8 @@ CONTENTS: tuple[Column, ...] = (
 """Columns of the check ``contents`` in the table ``assets``."""
 
 LIFTED: tuple[Column, ...] = (
-    ("lifted", REAL, "1", "Share of four yaws at which a hand lifted it and set it down; null: not asked, or no load"),
-    ("lifted_by", TEXT, "", "What did it: gripper or fingertips, which float; null for nothing"),
+    ("lifted", REAL, "1", "Share of four yaws at which hands lifted it and set it down; null: not asked, or no load"),
+    ("lifted_by", TEXT, "", "What did it: gripper or fingertips, at an edge, or both hands; they float; null: nothing"),
     ("lifted_reason", TEXT, "", "Why not at each: whose fault, object or hand, and what; null for nothing"),
 )
 """Columns of the check ``lifted`` in the table ``assets``."""

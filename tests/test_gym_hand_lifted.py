@@ -4,10 +4,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.hand.gripper import open_world
 from asset2sim.gym.hand.lifted import Lifted, lift
+from asset2sim.gym.hand.surfaces import meets_first
 from schemas.asset import AssetRef
 from schemas.hand_settings import HandSettings, LiftSettings
 from schemas.settings import Settings
@@ -45,17 +48,47 @@ def trap(folder: Path, friction: float) -> Path:
 def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(tmp_path: Path) -> None:
     assert lifted(block(tmp_path / "block", 0.06, 0.5)) == Lifted(True, 1.0, "gripper")
     assert lifted(block(tmp_path / "heavy", 0.3, 20.0)) == Lifted(False)
-    assert lifted(block(tmp_path / "large", 0.7, 2.0)) == Lifted(False)
+    assert lifted(block(tmp_path / "large", 1.1, 2.0)) == Lifted(False)
 
 
-def test_a_board_that_lies_flat_is_lifted_from_an_edge_and_a_heavy_one_is_not(tmp_path: Path) -> None:
+def laptop(folder: Path) -> Path:
+    """A base with a screen as wide that leans back."""
+    screen = inertial(0.4, 0.2).replace("<inertial>", '<inertial><origin xyz="0 0 0.12"/>')
+    made = two(folder, Solid(shape("0.24 0.34 0.02", xyz="0 0 0.01"), 2.4, 0.2),
+               Solid(shape("0.008 0.34 0.22", xyz="0 0 0.115"), 0.4, 0.2), "revolute", "-0.115 0 0.022", "0 -1 0", 1.9,
+               names=("screen", "hinge"), start=0.3, friction=0.6, damping=0.01, holds=True)  # fmt: skip
+    urdf = made / "mobility.urdf"
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertial(0.4, 0.2), screen), encoding="utf-8")
+    return made
+
+
+def test_both_hands_lift_what_one_does_not_get_about_or_hold(tmp_path: Path) -> None:
+    assert lifted(block(tmp_path / "wide", 0.2, 1.0)) == Lifted(True, 1.0, "both hands")
+    assert lifted(block(tmp_path / "heavy", 0.3, 5.0)) == Lifted(True, 1.0, "both hands")
+
+
+def test_what_closing_hands_meet_first_is_told(tmp_path: Path) -> None:
+    world = open_world(laptop(tmp_path / "laptop"), HandSettings(), hands=2)
+    world.reset()
+    pose, screen = np.eye(4), frozenset({int(world.model.body(f"{world.prefix}screen").id)})
+    pose[:3, :3] = [[0, 1, 0], [1, 0, 0], [0, 0, -1]]  # fingers down, one hand in front of it and one behind
+    for tips_m, alone in ((0.01, False), (0.05, True)):  # the base is in front of the screen, which leans back over it
+        pose[2, 3] = tips_m + world.tool.tip_m
+        assert meets_first(world, pose, 0.25, screen) is alone
+        assert not meets_first(world, pose, 0.25, frozenset({world.root}))
+
+
+def test_a_board_that_lies_flat_is_lifted_from_an_edge_and_a_heavy_one_by_both_hands(tmp_path: Path) -> None:
     board = robot(link("body", shape("0.2 0.15 0.012", xyz="0 0 0.006") + inertial(0.3, 0.1)))
     flat = refined(tmp_path / "flat", board, [], {"body": 0.3}, fixed=False)
     assert lifted(flat) == Lifted(True, 1.0, "gripper at an edge")
     # Held by its edge it pulls with 2.9 kg · g · 0.2 m = 5.7 N·m; pads of 5 cm that press with 70 N bear a third of it.
     board = robot(link("body", shape("0.45 0.4 0.012", xyz="0 0 0.006") + inertial(2.9, 0.3)))
-    heavy = lifted(refined(tmp_path / "heavy", board, [], {"body": 2.9}, fixed=False))
-    assert heavy.share == 0.0 and heavy.reason.startswith("hand:")
+    heavy = refined(tmp_path / "heavy", board, [], {"body": 2.9}, fixed=False)
+    assert lifted(heavy) == Lifted(True, 1.0, "both hands")
+    # Of 70 N each, at a friction of 0.15, both hold 21 N.
+    slippery = lifted(told(heavy, contact_friction=0.15))
+    assert slippery.share == 0.0 and slippery.reason.startswith("hand:")
 
 
 def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path) -> None:
@@ -65,7 +98,7 @@ def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path
     # Two fingers of 70 N at a friction of 0.1 hold 14 N, and it weighs 20 N.
     slippery = lifted(told(block(tmp_path / "slippery", 0.06, 2.0), contact_friction=0.1))
     assert slippery.share == 0.0 and "hand: it slips" in slippery.reason
-    wide = lifted(block(tmp_path / "wide", 0.15, 1.0))
+    wide = lifted(block(tmp_path / "wide", 0.65, 1.0))
     assert wide.share == 0.0 and "hand: no grasp of at most" in wide.reason
 
 
@@ -77,7 +110,7 @@ def test_a_part_that_opens_as_it_is_lifted_is_the_objects_fault(tmp_path: Path) 
 
 def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     job = AssetJob(AssetRef(asset_id="thing", path="thing"), Path("out"), Settings(checks=("lifted",)), prior)
-    bad = measure_lifted(job, block(tmp_path / "wide", 0.15, 1.0))
+    bad = measure_lifted(job, block(tmp_path / "wide", 0.65, 1.0))
     assert [item.code for item in bad.findings] == ["not_lifted"] and bad.further["lifted"] == 0.0
     none = measure_lifted(job, block(tmp_path / "heavy", 0.3, 20.0))
     assert none.findings == () and none.further["lifted"] is None

@@ -22,15 +22,21 @@ FINGER = np.array([FINGERTIP_M / 2.0, 0.004, 0.025])
 """Half the size of a finger, m."""
 TIP_M, PALM = 0.01, np.array([0.015, 0.05, 0.015])
 """How far the fingers reach beyond the middle of their pads, and half the size of the palm, m."""
+FLAT = np.array([0.04, 0.012, 0.09])
+"""Half the size of a hand laid flat against what two hands carry, m: a grown-up's."""
+FLAT_TIP_M, FLAT_ROOM_M = 0.05, 0.02
+"""How far it reaches beyond its middle finger's, where it presses, and the room beside each before they close, m."""
 HAND_KG, HAND_INERTIA = 1.0, 0.02
 """Mass and inertia (kg·m²) of the hand with what moves along of its arm."""
 SPRING_N_M, TURN_SPRING = 4000.0, 150.0
-"""Its stiffness, N/m and N·m/rad: a centimetre behind, it pulls with nearly all its force."""
+"""A hand's stiffness, N/m and N·m/rad: a centimetre behind, it pulls with nearly all its force."""
 LINEAR_DAMPING = 2.0 * math.sqrt(SPRING_N_M * HAND_KG)
 TURN_DAMPING = 2.0 * math.sqrt(TURN_SPRING * HAND_INERTIA)
 """Critical damping of both, N·s/m and N·m·s/rad."""
 FINGER_KG, FINGER_DAMPING = 0.1, 250.0
 """Mass of a finger, kg, and damping, N·s/m: it closes at 0.3 m/s."""
+ROOM_M = 0.004
+"""Room beside each open finger, m."""
 HELD_M = 0.3
 """How high the other hand holds an object, m."""
 PARKED_M = 20.0
@@ -44,28 +50,56 @@ STAND = "stand"
 """Name of the round stand under an object that juts out over it."""
 
 
-def hand_spec(scale: float, settings: HandSettings) -> mujoco.MjSpec:
-    """The hand, at a scale, as a body of its own whose weight nothing bears."""
+@dataclass(frozen=True, eq=False)
+class Tool:
+    """What presses from two sides: half the size of a finger, and of the palm between both, m; how far fingers reach
+    beyond the middle of their pads, how wide they open and the room beside each, m; with what force each presses, N."""
+
+    finger: Array
+    palm: Array
+    tip_m: float
+    opening_m: float
+    room_m: float
+    grip_n: float
+    hands: int
+
+    @property
+    def behind_m(self) -> float:
+        """Where the palm's middle is in front of the middle of the pads, m; negative."""
+        return float(self.tip_m - 2.0 * self.finger[2] - self.palm[2])
+
+
+def tool_of(settings: HandSettings, scale: float, hands: int) -> Tool:
+    """One hand's two fingers, at a scale, or two flat hands that come from both sides."""
+    if hands == 2:
+        return Tool(FLAT, np.zeros(3), FLAT_TIP_M, settings.between_m, FLAT_ROOM_M, settings.grip_n, hands)
+    sizes = FINGER * scale, PALM * scale, TIP_M * scale, settings.opening_m * scale
+    return Tool(*sizes, ROOM_M * scale, settings.grip_n * scale, hands)
+
+
+def hand_spec(tool: Tool, settings: HandSettings) -> mujoco.MjSpec:
+    """The hand as a body of its own whose weight nothing bears."""
     spec = mujoco.MjSpec()
     hand = spec.worldbody.add_body(
-        name="hand", gravcomp=1.0, mass=HAND_KG, inertia=[HAND_INERTIA] * 3, explicitinertial=True
-    )
+        name="hand", gravcomp=1.0, mass=HAND_KG * tool.hands, inertia=[HAND_INERTIA * tool.hands] * 3,
+        explicitinertial=True,
+    )  # fmt: skip
     hand.add_freejoint(name="free")
     looks: dict[str, Any] = {"contype": 2, "conaffinity": 1, "condim": 4, "priority": 1, "mass": 0.0}
     looks |= {"friction": (settings.pad_friction, 0.02, 0.0001), "solref": (CONTACT_TIME_S, 1.0)}
-    behind = TIP_M - 2.0 * FINGER[2] - PALM[2]
-    hand.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=PALM * scale, pos=(0.0, 0.0, behind * scale), **looks)
+    if tool.palm.any():
+        hand.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=tool.palm, pos=(0.0, 0.0, tool.behind_m), **looks)
     for name, side in zip(FINGERS, (1.0, -1.0), strict=True):
         finger = hand.add_body(
             name=name, gravcomp=1.0, mass=FINGER_KG, inertia=[1e-5] * 3, explicitinertial=True,
-            pos=(0.0, side * FINGER[1] * scale, (TIP_M - FINGER[2]) * scale),
+            pos=(0.0, side * tool.finger[1], tool.tip_m - tool.finger[2]),
         )  # fmt: skip
         finger.add_joint(
             name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, side, 0.0), damping=[FINGER_DAMPING, 0.0, 0.0],
-            range=(0.0, settings.opening_m / 2.0 * scale), limited=mujoco.mjtLimited.mjLIMITED_TRUE,
+            range=(0.0, tool.opening_m / 2.0), limited=mujoco.mjtLimited.mjLIMITED_TRUE,
             solref_limit=(CONTACT_TIME_S, 1.0),  # at MuJoCo's own, light fingers go 15 mm through each other
         )  # fmt: skip
-        finger.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=FINGER * scale, **looks)
+        finger.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=tool.finger, **looks)
     # As in a gripper, both fingers move alike: what pulls along the direction in which they close, pulls the hand.
     both = spec.add_equality(
         type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=FINGERS[0], name2=FINGERS[1],
@@ -77,11 +111,12 @@ def hand_spec(scale: float, settings: HandSettings) -> mujoco.MjSpec:
 
 @dataclass(eq=False)
 class HandWorld(ObjectWorld):
-    """An object, a hand of a ``scale`` and what lies in it, compiled. ``probe`` is the model in which the hand alone
-    collides with the object, to look where it fits; ``calm`` is by how much each velocity may change a position that
-    stays. ``watch`` is called after each step."""
+    """An object, a hand (``tool``) of a ``scale`` and what lies in it, compiled. ``probe`` is the model in which the
+    hand alone collides with the object, to look where it fits; ``calm`` is by how much each velocity may change a
+    position that stays. ``watch`` is called after each step."""
 
     scale: float
+    tool: Tool
     settings: HandSettings
     probe: mujoco.MjModel
     spare: mujoco.MjData
@@ -150,24 +185,24 @@ class HandWorld(ObjectWorld):
             self.data.qpos[self.place(name)] = position
         self.target = np.eye(4)
         self.target[2, 3], self.speed, self.grip, self.force = PARKED_M, np.zeros(6), 0.0, 1.0
-        self.most_n = self.settings.force_n
+        self.most_n = self.settings.force_n * self.tool.hands
         self.put(self.data, self.target, 0.0)
         mujoco.mj_forward(self.model, self.data)
 
     def step(self) -> float:
         """One step of the hand under its forces; the power of its wrench, W."""
-        data, settings = self.data, self.settings
+        data, settings, tool = self.data, self.settings, self.tool
         turned = data.xmat[self.body].reshape(3, 3)
         linear, angular = data.qvel[self.dof : self.dof + 3], turned @ data.qvel[self.dof + 3 : self.dof + 6]
         force = SPRING_N_M * (self.target[:3, 3] - data.xpos[self.body])
         force += LINEAR_DAMPING * (self.speed[:3] - linear)
         torque = TURN_SPRING * rotation_vector(self.target[:3, :3] @ turned.T)
         torque += TURN_DAMPING * (self.speed[3:] - angular)
-        force, torque = capped_vector(force, self.force * self.most_n), capped_vector(torque, settings.torque_n_m)
+        force = capped_vector(tool.hands * force, self.force * self.most_n)
+        torque = capped_vector(tool.hands * torque, tool.hands * settings.torque_n_m)
         data.xfrc_applied[self.body, :3], data.xfrc_applied[self.body, 3:] = force, torque
         for place, dof in zip(self.fingers, self.finger_dofs, strict=True):
-            most = settings.grip_n * (1.0 if self.scale == 1.0 else self.scale)
-            data.qfrc_applied[dof] = most * min(max((self.grip - float(data.qpos[place])) / 0.002, -1.0), 1.0)
+            data.qfrc_applied[dof] = tool.grip_n * min(max((self.grip - float(data.qpos[place])) / 0.002, -1.0), 1.0)
         self.touched.clear()
         for _ in range(SUBSTEPS):
             for joint, place, dof in self.biased:
@@ -188,11 +223,13 @@ class HandWorld(ObjectWorld):
 
 
 def open_world(
-    folder: Path, settings: HandSettings, scale: float = 1.0, *, held: bool = False, stand_m: float = 0.0
-) -> HandWorld:
-    """The world of a refined object and a hand; ``held`` says that another hand holds it, off the floor, ``stand_m``
-    is the radius of a stand on which it is. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the
-    model."""
+    folder: Path, settings: HandSettings, scale: float = 1.0, *,
+    held: bool = False, stand_m: float = 0.0, hands: int = 1,
+) -> HandWorld:  # fmt: skip
+    """The world of a refined object and a hand, or both ``hands``; ``held`` says that another hand holds it, off the
+    floor, ``stand_m`` is the radius of a stand on which it is. Raises LoadError as ``load`` does, ValueError where
+    MuJoCo refuses the model."""
+    tool = tool_of(settings, scale, hands)
     spec, loaded = object_spec(folder, settings.timestep_s, fixed=True if held else None)
     if held or stand_m:
         spec.body(loaded.prefix + loaded.about.root).pos[2] += HELD_M
@@ -200,7 +237,7 @@ def open_world(
         below = spec.worldbody.add_body(name=STAND, mocap=True, pos=(0.0, 0.0, HELD_M / 2.0))
         size = (stand_m, HELD_M / 2.0, 0.0)
         below.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, solref=(CONTACT_TIME_S, 1.0))
-    spec.attach(hand_spec(scale, settings), prefix=TOOL, frame=spec.worldbody.add_frame(pos=(0.0, 0.0, 20.0)))
+    spec.attach(hand_spec(tool, settings), prefix=TOOL, frame=spec.worldbody.add_frame(pos=(0.0, 0.0, 20.0)))
     about, prefix, model, data = compiled_object(spec, loaded)
     world = ObjectWorld(about, prefix, model, data)
     hand = world.tool_geoms
@@ -214,7 +251,7 @@ def open_world(
     calm, limited = np.full(model.nv, CALM), model.jnt_limited != 0
     calm[model.jnt_dofadr[limited]] *= np.ptp(model.jnt_range[limited], axis=1)
     return HandWorld(
-        about, prefix, model, data, scale, settings, probe, mujoco.MjData(probe), calm,
+        about, prefix, model, data, scale, tool, settings, probe, mujoco.MjData(probe), calm,
         free_place=int(free.qposadr[0]), dof=int(free.dofadr[0]), body=int(model.body(f"{TOOL}hand").id),
         fingers=(int(ends[0].qposadr[0]), int(ends[1].qposadr[0])),
         finger_dofs=(int(ends[0].dofadr[0]), int(ends[1].dofadr[0])), biased=biased,

@@ -13,7 +13,6 @@ from asset2sim.gym.hand.gripper import HandWorld
 from asset2sim.gym.hand.poses import TURNS, Kind, SolidPlaces, at_places
 from asset2sim.gym.hand.surfaces import (
     REACH_M,
-    ROOM_M,
     places_before_back,
     places_inside,
     share_between_pads,
@@ -142,7 +141,7 @@ def best_holds(
         body = body_pose(world.data, min(way.bodies))
         off = np.linalg.norm(points - (body[:3, :3] @ near + body[:3, 3]), axis=1)
         worth = worth - 0.5 * np.minimum(off / max(float(np.ptp(points, axis=0).max()), 1e-3), 1.0)
-    most = (world.settings.opening_m - ROOM_M) * world.scale
+    most = world.tool.opening_m - world.tool.room_m
     pushed, along = np.flatnonzero(push > FACING), np.flatnonzero(np.abs(push) < ALONG)
     grasped, widths = places_before_back(world, points, normals, way.bodies, most)
     width = np.zeros(len(points))
@@ -225,7 +224,7 @@ def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> floa
         there[:3, 3] -= back * CLEAR_M * world.scale * pose[:3, 2]
         if runs_into(world, way, there, half_open_m, INTO_M * (0.2 if back else 0.4)):
             return None
-    if not has_arm_room(world, there):
+    if not has_arm_room(world, there, half_open_m):
         return None
     number, free = world.joint(way.joint), 0.0
     place = world.place(way.joint)
@@ -239,10 +238,18 @@ def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> floa
     return free if free > 0.0 else None
 
 
-def has_arm_room(world: HandWorld, pose: Array) -> bool:
-    """Whether an arm has room behind the hand, in one of some directions: else the hand would be inside the object."""
+def has_arm_room(world: HandWorld, pose: Array, half_open_m: float) -> bool:
+    """Whether an arm has room behind each hand: else the hand would be inside the object."""
+    tool = world.tool
+    if tool.hands == 1:
+        return arm_fits(world, pose, pose[:3, 3] - BEHIND_M * world.scale * pose[:3, 2])
+    out, back = (half_open_m + tool.finger[1]) * pose[:3, 1], (tool.behind_m - ARM_M) * pose[:3, 2]
+    return all(arm_fits(world, pose, pose[:3, 3] + back + side * out) for side in (1.0, -1.0))
+
+
+def arm_fits(world: HandWorld, pose: Array, behind: Array) -> bool:
+    """Whether an arm has room from where it begins ``behind`` a hand of this pose, in one of some directions."""
     across = ARM_M * world.scale * pose[:3, 0]
-    behind = pose[:3, 3] - BEHIND_M * world.scale * pose[:3, 2]
     for turn in range(-1, TURNS):
         angle, bend = 2.0 * math.pi * turn / TURNS, 0.0 if turn < 0 else BEND_RAD
         side = math.cos(angle) * pose[:3, 0] + math.sin(angle) * pose[:3, 1]

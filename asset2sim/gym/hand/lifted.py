@@ -1,4 +1,4 @@
-"""The check ``lifted``: what a hand carries is grasped, lifted and set down, and its joints stay as they should."""
+"""The check ``lifted``: what one hand carries, or both, is lifted and set down, and its joints stay as they should."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,8 +11,8 @@ import numpy as np
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import APART_M, CLEAR_M, HandHold, Way, holds_with_room, solid_of
 from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, move_hand, wait
-from asset2sim.gym.hand.surfaces import ROOM_M, places_before_back, surface_places
-from asset2sim.gym.world import body_pose, body_subtree
+from asset2sim.gym.hand.surfaces import meets_first, places_before_back, surface_places
+from asset2sim.gym.world import body_pose, body_subtree, welded_bodies
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import HandSettings, LiftSettings
 from schemas.learning_settings import GuardSettings
@@ -35,7 +35,7 @@ class Miss:
 
 @dataclass(frozen=True)
 class Lifted:
-    """Whether an object is one that a hand carries, the share of the yaws at which it was lifted and set down, by what,
+    """Whether an object is one that hands carry, the share of the yaws at which it was lifted and set down, by what,
     and why not where it failed."""
 
     carried: bool
@@ -70,29 +70,32 @@ class Watch:
 
 
 def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: LiftSettings) -> Lifted:
-    """The object lifted and set down at each yaw, by the best of some grasps. Raises LoadError as ``load`` does,
+    """The object lifted and set down at each yaw, by the best of some grasps of one hand or, where that does not do it,
+    of both. Raises LoadError as ``load`` does,
     ValueError where MuJoCo refuses the model."""
     if overlay.support.fixed:
         return Lifted(False)
-    miss, stand_m = None, 0.0
-    for where, (scale, tool) in product(("", " at an edge"), ((1.0, "gripper"), (hand.tip_scale, "fingertips"))):
-        world = open_world(folder, hand, scale, stand_m=stand_m if where else 0.0)
+    best, miss, wide, heavier = Lifted(False), None, 0.0, overlay.mass_kg / hand.steadied_kg
+    one = (("gripper", 1.0), ("fingertips", hand.tip_scale))
+    for where, (tool, scale) in (*product(("", " at an edge"), one), ("", ("both hands", 1.0))):
+        if where and (wide <= hand.opening_m or (miss is not None and miss.fault == "object")):
+            continue  # an edge is for what fingers do not get about, not for what opens, or slips out of them
+        hands = 2 if tool == "both hands" else 1
+        world = open_world(folder, hand, scale, stand_m=STAND_SHARE * wide if where else 0.0, hands=hands)
         set_turned(world)
         world.model.geom_friction[world.tool_geoms, 0] = min(hand.pad_friction, overlay.contact_friction)
         points, _, _ = surface_places(world, body_subtree(world.model, world.root))
-        size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-        heavy = overlay.mass_kg > hand.steadied_kg
-        if overlay.support.kind is not SupportKind.HANDHELD and (heavy or size > settings.carried_m):
-            return Lifted(False)
+        larger = float(np.ptp(points, axis=0).max()) / settings.carried_m if len(points) else 0.0
+        if overlay.support.kind is not SupportKind.HANDHELD and max(heavier, larger) > hands:
+            continue
         wide = float(np.ptp(points[:, :2], axis=0).min()) if len(points) else 0.0
-        stand_m = STAND_SHARE * wide
         share, missed = at_yaws(world, overlay, grasps_of(world, world.root, settings), settings)
-        if share:
-            return Lifted(True, share, tool + where, missed)
+        if best.share is None or share > best.share:
+            best = Lifted(True, share, tool + where if share else "", missed)
+        if share == 1.0:
+            break
         miss = miss or missed
-        if scale < 1.0 and (wide <= hand.opening_m or (miss is not None and miss.fault == "object")):
-            break  # an edge is for what fingers do not get about, not for what opens, or slips out of them
-    return Lifted(True, 0.0, "", miss)
+    return best
 
 
 def at_yaws(
@@ -101,7 +104,7 @@ def at_yaws(
     """The share of the yaws at which one of the grasps did, the one that did at the last first, and why the best did
     not where none did; the first yaw that fails ends it."""
     if not grasps:
-        wide = world.settings.opening_m * world.scale * 100.0
+        wide = world.tool.opening_m * 100.0
         return 0.0, Miss("hand", f"no grasp of at most {wide:.1f} cm was found at which a hand has room")
     for number in range(settings.yaws):
         misses = []
@@ -118,27 +121,34 @@ def at_yaws(
 
 def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[HandHold]:
     """The best grasps of the whole object, near its centre of mass or over it, each at another place."""
-    bodies = body_subtree(world.model, root)
+    bodies, found = body_subtree(world.model, root), list[HandHold]()
     mujoco.mj_forward(world.model, world.data)
     points, normals, owners = surface_places(world, bodies)
     if not len(points):
         return []
-    most = (world.settings.opening_m - ROOM_M) * world.scale
-    chosen, widths = places_before_back(world, points, normals, bodies, most)
-    width = np.zeros(len(points))
-    width[chosen] = widths
+    most = world.tool.opening_m - world.tool.room_m
     size = max(float(np.ptp(points, axis=0).max()), 1e-3)
-    off = points[chosen] - world.data.subtree_com[root]
-    score = 0.2 * off[:, 2] / size - np.linalg.norm(off[:, :2], axis=1) / size - 0.2 * widths / most
     joint = int(world.model.body_jntadr[root])
     start = float(world.data.qpos[world.model.jnt_qposadr[joint] + 2])
     name = world.model.joint(joint).name.removeprefix(world.prefix)
-    up = Way(name, True, np.array([0.0, 0.0, 1.0]), np.zeros(3), start, start + settings.high_m, bodies)
-    loose = world.model.body_weldid[owners[chosen]] != world.model.body_weldid[root]
-    solid = solid_of(world, bodies, points)
-    places, rng, found = (points, normals, owners, width), np.random.default_rng(0), list[HandHold]()
-    for part in (~loose, loose):  # by a part that a joint moves where the body has no such place
-        found = found or holds_with_room(world, up, "grasp", places, (chosen[part], score[part]), [], solid, rng)
+    still = welded_bodies(world.model, root)
+    for part in (still, bodies):  # by what a joint moves where nothing else has such a place
+        own = np.flatnonzero(np.isin(owners, [*part]))
+        if not len(own):
+            continue
+        chosen, widths = places_before_back(world, points[own], normals[own], part, most)
+        chosen, width = own[chosen], np.zeros(len(points))
+        width[chosen] = widths
+        off = points[chosen] - normals[chosen] * widths[:, None] / 2.0 - world.data.subtree_com[root]
+        wider = widths / most if world.tool.hands == 2 else -widths / most  # flat hands do not pinch a ridge
+        score = 0.2 * off[:, 2] / size - np.linalg.norm(off[:, :2], axis=1) / size + 0.2 * wider
+        up = Way(name, True, np.array([0.0, 0.0, 1.0]), np.zeros(3), start, start + settings.high_m, part)
+        solid, places = solid_of(world, part, points[own]), (points, normals, owners, width)
+        holds = holds_with_room(world, up, "grasp", places, (chosen, score), [], solid, np.random.default_rng(0))
+        poses = [body_pose(world.data, one.body) @ one.pose for one in holds]
+        found = [one for one, pose in zip(holds, poses, strict=True) if meets_first(world, pose, one.half_open_m, part)]
+        if found:
+            break
     kept: list[HandHold] = []
     for hold in sorted(found, key=lambda hold: -hold.score):
         apart = [np.linalg.norm(one.pose[:3, 3] - hold.pose[:3, 3]) >= APART_M * world.scale for one in kept]
@@ -179,7 +189,7 @@ def why_not_lifted(
     tilted = object_tilt(world, root, up)
     move_hand(watch, high, pose, settings.speed_m_s)
     wait(watch, PAUSE_S)
-    world.grip = min(grasp.half_open_m + ROOM_M, world.settings.opening_m / 2.0 * world.scale)
+    world.grip = min(grasp.half_open_m + world.tool.room_m, world.tool.opening_m / 2.0)
     wait(watch, RELEASE_S)
     move_hand(watch, pose, before, world.settings.speed_m_s)
     world.target[2, 3] += 1.0

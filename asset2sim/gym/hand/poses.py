@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from asset2sim.gym.hand.gripper import FINGER, PALM, TIP_M, HandWorld
-from asset2sim.gym.hand.surfaces import OFF_M, ROOM_M
+from asset2sim.gym.hand.gripper import HandWorld
+from asset2sim.gym.hand.surfaces import OFF_M
 from asset2sim.physics.arrays import Array
 
 Kind = Literal["press", "hook", "grasp", "rub"]
@@ -17,9 +17,6 @@ TURNS = 8
 """Directions from which the hand comes to a place, about the normal there or the part's way."""
 AT_ONCE = 64
 """Poses that are compared with all places at once: their distances fit a processor's cache."""
-CENTERS = np.array([[0.0, 0.0, TIP_M - 2.0 * FINGER[2] - PALM[2]], [0.0, 0.0, TIP_M - FINGER[2]]])
-SIZES = np.stack([PALM, FINGER])
-"""Middle and half the size of the palm and of both closed fingers' place, in the hand's frame, m."""
 
 
 def at_places(
@@ -29,17 +26,17 @@ def at_places(
     pointing at it, or with a finger beside it, or about what is ``widths`` thick there. ``turns`` number the directions
     about it from which the hand comes, with the middle of its pads, and from ``TURNS`` on with their tips: for what is
     shallow."""
-    scale, poses = world.scale, np.tile(np.eye(4), (len(points), 1, 1))
+    tool, poses = world.tool, np.tile(np.eye(4), (len(points), 1, 1))
     points_at = turns == TURNS if kind == "rub" else np.full(len(points), kind == "press")
     aside = np.where(points_at[:, None], [0.0, 0.0, 1.0], normals)
     towards = np.where(points_at[:, None], -normals, directions_around(normals, 2.0 * math.pi * turns / TURNS))
     poses[:, :3, :3] = hand_rotations(towards, aside)
-    tips = np.where(turns >= TURNS, TIP_M * scale, 0.0)[:, None] * poses[:, :3, 2]
+    tips = np.where(turns >= TURNS, tool.tip_m, 0.0)[:, None] * poses[:, :3, 2]
     if kind == "grasp":
         poses[:, :3, 3] = points - tips - normals * widths[:, None] / 2.0
-        return poses, np.minimum(widths / 2.0 + ROOM_M * scale, world.settings.opening_m / 2.0 * scale)
-    beside = points - tips + normals * (2.0 * FINGER[1] * scale + OFF_M)
-    before = points + normals * (TIP_M * scale + OFF_M)
+        return poses, np.minimum(widths / 2.0 + tool.room_m, tool.opening_m / 2.0)
+    beside = points - tips + normals * (2.0 * tool.finger[1] + OFF_M)
+    before = points + normals * (tool.tip_m + OFF_M)
     poses[:, :3, 3] = np.where(points_at[:, None], before, beside)
     return poses, np.zeros(len(points))
 
@@ -81,19 +78,19 @@ class SolidPlaces:
 
     def hits(self, world: HandWorld, poses: Array, halves: Array, back_m: float) -> NDArray[np.bool_]:
         """Which of (n, 4, 4) poses have such a place."""
-        scale = world.scale
-        up = poses[:, 2, :3].T
-        low_m = poses[:, 2, 3] + scale * (CENTERS @ up - SIZES @ np.abs(up))  # of palm and fingers, (2, n)
-        low_m[1] -= np.abs(up[1]) * (FINGER[1] * scale + halves)
+        tool, up = world.tool, poses[:, 2, :3].T
+        middles_m, sizes = np.array([tool.behind_m, tool.tip_m - tool.finger[2]]), np.stack([tool.palm, tool.finger])
+        low_m = poses[:, 2, 3] + middles_m[:, None] * up[2] - sizes @ np.abs(up)  # of palm and fingers, (2, n)
+        low_m[1] -= np.abs(up[1]) * (tool.finger[1] + halves)
         found = np.asarray((low_m < self.lowest_m).any(axis=0))
         turned = poses[:, :3, :3].astype(np.float32)
         off = np.einsum("nij,ni->nj", poses[:, :3, :3], poses[:, :3, 3]).astype(np.float32)
         x, y, z = np.moveaxis(self.points.astype(np.float32) @ turned - off[:, None], 2, 0)
         into = self.into_m.astype(np.float32)
         x, y = np.abs(x), np.abs(y)
-        beside = np.abs(y - (FINGER[1] * scale + halves).astype(np.float32)[:, None])
-        for across, center, size in zip((y, beside), CENTERS * scale, SIZES * scale, strict=True):
-            high, low = np.float32(center[2] + size[2]), np.float32(center[2] - size[2] - back_m)
+        beside = np.abs(y - (tool.finger[1] + halves).astype(np.float32)[:, None])
+        for across, center, size in zip((y, beside), middles_m, sizes, strict=True):
+            high, low = np.float32(center + size[2]), np.float32(center - size[2] - back_m)
             there = (x < np.float32(size[0]) - into) & (across < np.float32(size[1]) - into)
             found |= (there & (z < high - into) & (z > low + into)).any(axis=1)
         return found

@@ -2,19 +2,19 @@
 
 import math
 from collections.abc import Callable
+from itertools import product
 
 import mujoco
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from asset2sim.gym.hand.gripper import FINGER, TIP_M, HandWorld
+from asset2sim.gym.hand.gripper import FINGER, ROOM_M, HandWorld
 from asset2sim.physics.arrays import Array
+from schemas.hand_settings import FINGERTIP_M
 
 SAMPLES = 600
 """Places of a part at which a hold is looked for."""
-ROOM_M = 0.004
-"""Room beside each open finger, m."""
 OFF_M, REACH_M = 0.0005, 1.0
 """Distance of a finger from what it will push, and length of the arm behind a hand, m."""
 OPPOSITE = 0.8
@@ -127,13 +127,27 @@ def share_between_pads(world: HandWorld, pose: Array, half_open_m: float, bodies
     return found / len(PADS_M)
 
 
+def meets_first(world: HandWorld, pose: Array, half_open_m: float, bodies: frozenset[int]) -> bool:
+    """Whether what both fingers meet first of the object as they close belongs to these bodies: rays from their faces,
+    from no further apart than a fingertip's width."""
+    tool = world.tool
+    x = np.linspace(-1.0, 1.0, 2 * math.ceil(tool.finger[0] / FINGERTIP_M) + 1) * tool.finger[0]
+    z = tool.tip_m - np.linspace(0.0, 2.0, 2 * math.ceil(tool.finger[2] / FINGERTIP_M) + 1) * tool.finger[2]
+    for side in (1.0, -1.0):
+        places = [pose[:3, 3] + pose[:3, :3] @ (across, side * half_open_m, along) for across, along in product(x, z)]
+        met = [world.first_met(place, -side * pose[:3, 1], world.body) for place in places]
+        if int(world.model.geom_bodyid[min(met)[1]]) not in bodies:
+            return False
+    return True
+
+
 def share_of_rubbing(world: HandWorld, pose: Array, into: Array, bodies: frozenset[int]) -> float:
     """Share of nine places on a finger at a (4, 4) pose from which these bodies lie ahead within its press, (3,), m."""
     found, length = 0, float(np.linalg.norm(into))
     ahead = into / length
     tips = abs(float(ahead @ pose[:3, 2])) > abs(float(ahead @ pose[:3, 1]))  # it points at what it rubs, or lies along
     for x, z in PADS_M * world.scale:
-        off = (x, z, TIP_M * world.scale) if tips else (x, -2.0 * FINGER[1] * world.scale, z)
+        off = (x, z, world.tool.tip_m) if tips else (x, -2.0 * world.tool.finger[1], z)
         distance, geom = world.first_met(pose[:3, 3] + pose[:3, :3] @ off, ahead, world.body)
         found += distance < length and int(world.model.geom_bodyid[geom]) in bodies
     return found / len(PADS_M)
