@@ -52,8 +52,9 @@ STAND = "stand"
 
 @dataclass(frozen=True, eq=False)
 class Tool:
-    """What presses from two sides: half the size of a finger, and of the palm between both, m; how far fingers reach
-    beyond the middle of their pads, how wide they open and the room beside each, m; with what force each presses, N."""
+    """One hand's two fingers, or two flat hands, which press from two sides. Half the size of a finger, and of the palm
+    between both, m; how far fingers reach beyond the middle of their pads, how wide they open and the room beside each,
+    m; with what force each presses, N."""
 
     finger: Array
     palm: Array
