@@ -230,6 +230,27 @@ def test_a_run_draws_what_failed_moving_and_the_command_draws_the_rest(tmp_path:
 
 
 @pytest.mark.system
+def test_what_came_is_drawn_again_only_where_it_or_what_was_made_of_it_is_another(tmp_path: Path) -> None:
+    raw, out = drawer(tmp_path / "raw") / "mobility.urdf", tmp_path / "out"
+    drawer(out / "assets/a")
+    record = make_record("a")
+    record = record.model_copy(update={"ref": record.ref.model_copy(update={"path": str(raw.parent)})})
+    came = out / "report/objects/a/before.webp"
+
+    def drawn(colour: str) -> bytes:
+        published(out, record)
+        view(out, "a", colour)
+        write_site(out, loops=False)
+        return came.read_bytes()
+
+    assert drawn("red").startswith(b"RIFF")
+    came.write_bytes(b"as it came")
+    assert drawn("blue") == b"as it came", "refined again, to the same"
+    raw.write_text(raw.read_text().replace("</robot>", "<!-- another --></robot>"))
+    assert drawn("blue").startswith(b"RIFF")
+
+
+@pytest.mark.system
 def test_the_report_of_a_bucket_lies_in_the_bucket_whichever_machine_writes_it(
     store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -28,7 +28,7 @@ from schemas.vocabulary import Engine
 RECORD = "loops.json"
 """The file beside the loops that says of what they are."""
 VERSION = 6
-"""Raised when loops are drawn otherwise, so that all are made anew."""
+"""Raised when loops, or what came, are drawn otherwise, so that all are made anew."""
 SHOWN = re.compile(r"  (mobility\.urdf|overlay\.json|(?!views/).*/.*)\n")
 """The lines of a refined folder's checksums that count: not what was measured of it, nor other forms and pictures."""
 REFERENCE = re.compile(r"filename\s*=\s*[\"']([^\"']+)[\"']")
@@ -156,7 +156,10 @@ def write_pictures(
             fetch_objects(files)
             refined = here
         urdf = raw_file(raw, reach)
-        if (refined / "overlay.json").is_file() and not is_current(refined, urdf, folder, moving):
+        current = is_current(refined, urdf, folder, moving)
+        if urdf is None or not current:
+            (folder / BEFORE).unlink(missing_ok=True)
+        if (refined / "overlay.json").is_file() and not current:
             # One process for all: it reads the meshes once.
             write_loops(refined, urdf, folder, owner, before, moving)
     if before is not None and not before.to.is_file():

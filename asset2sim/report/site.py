@@ -165,8 +165,9 @@ def _draw(
             pull(url, out, (f"assets/{name}/{VIEW}",))
         seen = write_after(view, folder)
         raw = _here(asset["source_path"])
-        (folder / BEFORE).unlink(missing_ok=True)
-        if before and seen:
+        if not before or not seen:
+            (folder / BEFORE).unlink(missing_ok=True)
+        else:
             refined = out / "assets" / name if url is None else f"{url}/assets/{name}"
             log = out / "logs" / f"{name}.report.log"
             write_pictures(refined, raw, reaches[asset["run_id"]], folder, log, str(out), moving[name])
