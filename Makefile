@@ -100,7 +100,7 @@ $(VENV)/.learn: $(INSTALLED)
 	@$(PIP) $(if $(TORCH_INDEX),--extra-index-url "$(TORCH_INDEX)") --editable . --editable './lab[learn]'
 	@touch $@
 
-views: $(INSTALLED) ## write the pictures that a run with --views later left out, into OUT
+views: $(INSTALLED) ## write the pictures that a run with --no-views left out, into OUT
 	@$(BIN)/python -m flows.command views --out "$(OUT)" $(ARGS)
 
 doctor: $(INSTALLED) ## what works on this machine

@@ -22,7 +22,7 @@ def print_dry_run(request: RefineRequest) -> None:
     data, out = request.data.absolute(), request.out.absolute()
     found = request.found or check_request(data, out, settings, request.subset, request.asset_ids, request.limit)
     refs = with_yardsticks(data, found.refs).refs
-    folder, there = view_output(out, views=settings.views.in_run) if out.is_url else (working_folder(out), None)
+    folder, there = view_output(out, views=settings.views.write) if out.is_url else (working_folder(out), None)
     told = forecast(refs, folder, settings, PIPELINE, there)
     console = output()
     console.print(Text(f"dry run: {request.data} into {request.out}; nothing is written\n"))

@@ -73,7 +73,7 @@ def _publish_site(
     from asset2sim.report.site import write_site
 
     try:
-        before = run.settings.views.in_run
+        before = run.settings.views.write
         site = write_site(out, url, workers=run.settings.run.workers, before=before, loops=False)
     except Exception as error:  # whatever is wrong with it, the run's results are there
         why = (str(error).splitlines() or [type(error).__name__])[0]

@@ -65,7 +65,7 @@ def discover(
 @step("plan")
 def plan(refs: list[AssetRef], output: Output, settings: Settings, pipeline: str) -> Plan:
     """The assets that the run must do, sent to the workers where the output is a URL."""
-    there = stored_asset_ids(output, views=settings.views.in_run)
+    there = stored_asset_ids(output, views=settings.views.write)
     made = make_plan(refs, output.folder, settings, pipeline, there)
     send_plan(output, made)
     return made

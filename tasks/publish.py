@@ -66,7 +66,7 @@ def finish_folder(folder: Path, overlay: PhysicsOverlay, settings: Settings) -> 
     if settings.base is BaseMode.WORLD and overlay.support.fixed:
         height = read_object(folder, overlay).height_to_stand(overlay.initial_positions)
         urdf.write_bytes(hung_from_world(urdf.read_bytes(), height))
-    if settings.views.in_run:
+    if settings.views.write:
         write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
     write_checksums(folder)
     return findings

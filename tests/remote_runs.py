@@ -18,13 +18,13 @@ from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.plan.records import read_record
 from asset2sim.runs.remote.output import open_output, send_plan, send_rest, send_tables, stored_asset_ids
 from asset2sim.runs.spread.job import Job
-from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
 from schemas.settings import Settings
 from tests.factories import make_record
 from tests.incremental_runs import NO_VIEWS
+from tests.whole_records import refine_all
 
 PIPELINE = "tests.remote_runs:brief"
 

@@ -12,7 +12,6 @@ import pytest
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import load_env_file
 from asset2sim.models.prior.answer import answer
-from asset2sim.runs.spread.refine_all import refine_all
 from flows import PIPELINE
 from schemas.asset import AssetRef
 from schemas.secret import redact_answer
@@ -21,6 +20,7 @@ from schemas.vocabulary import Engine, Status
 from tests.assets import ROOT
 from tests.model_server import Reply, serve
 from tests.prefect_server import using
+from tests.whole_records import refine_all
 
 pytestmark = pytest.mark.system
 

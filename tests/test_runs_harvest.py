@@ -8,10 +8,9 @@ import pytest
 from asset2sim.runs.asset_attempt import FirstAttempt, with_first_attempt, without_retry
 from asset2sim.runs.plan import records
 from asset2sim.runs.plan.plan import make_plan
-from asset2sim.runs.plan.records import KeptRecord, call_writer, keep_record, kept_records, paid_calls, read_record
+from asset2sim.runs.plan.records import KeptRecord, call_writer, keep_record, kept_records, paid_calls
 from asset2sim.runs.spread.harvest import Breaker, Harvest, finish_without_retry, second_attempt_jobs, take_result
 from asset2sim.runs.spread.job import Job, JobResult, LostJob, jobs_of, last_seconds
-from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
 from flows import PIPELINE
 from schemas.asset import AssetRecord, AssetRef
@@ -21,6 +20,7 @@ from tests.assets import RAW
 from tests.factories import make_call, make_failure, make_record
 from tests.incremental_runs import NAMES, NO_VIEWS, dataset, done, run
 from tests.model_server import Reply, serve
+from tests.whole_records import refine_all
 
 REF = AssetRef(asset_id="a", path="/nowhere/a")
 HASH = "0" * 64
@@ -120,16 +120,6 @@ def test_what_is_done_is_not_done_again_where_only_the_answer_was_lost(tmp_path:
     (second,) = kept_records(tmp_path)
     assert done == JobResult(second)
     assert second.attempt == 2 and second.record.calls == FIRST.calls
-
-
-def test_a_record_read_shares_what_every_record_has_and_a_copy_does_not(tmp_path: Path) -> None:
-    for name in "ab":
-        keep_record(tmp_path, KeptRecord(run_id="r", redo=Redo.CHANGED, record=make_record(name, content_hash=name)))
-    one, two = (read_record(tmp_path, name) for name in "ab")
-    assert one is not None and two is not None and one.record == make_record("a", content_hash="a")
-    assert one.record.__pydantic_fields_set__ is two.record.__pydantic_fields_set__
-    copy = one.record.model_copy(update={"reason": "other"})
-    assert copy.__pydantic_fields_set__ is not one.record.__pydantic_fields_set__
 
 
 def test_what_a_lost_worker_had_paid_for_is_in_the_record(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ SMALL = Settings(
     engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
     run=RunSettings(workers=2),
 )
-LATER = SMALL.model_copy(update={"views": SMALL.views.model_copy(update={"later": True})})
+LATER = SMALL.model_copy(update={"views": SMALL.views.model_copy(update={"write": False})})
 
 
 def pictures(out: Path) -> dict[str, bytes]:

@@ -16,24 +16,16 @@ from asset2sim.runs.request import (
     settings_for_run,
     stated_settings,
 )
-from asset2sim.runs.spread.refine_all import refine_all
 from flows import PIPELINE
 from schemas.errors import UsageError
 from schemas.inputs import InputSettings
 from schemas.location import Location
 from schemas.model_names import named_models, settings_for
-from schemas.settings import (
-    EngineSettings,
-    MethodSettings,
-    ModelSettings,
-    RunSettings,
-    SearchSettings,
-    Settings,
-    ViewSettings,
-)
+from schemas.settings import EngineSettings, MethodSettings, ModelSettings, RunSettings, SearchSettings, Settings
 from schemas.vocabulary import Correction, Engine, FailureMode, Gate, Method, Proposer, Status, UpAxis
 from tests.assets import ROOT
 from tests.model_server import Reply, serve
+from tests.whole_records import refine_all
 
 OPTIONS = (
     ("--refinement-model", "openai/two"),
@@ -156,26 +148,13 @@ def test_amounts_that_are_none_are_a_mistake(option: str, value: str, words: str
         parse(["refine", "data", "--out", "out", f"{option}={value}"])
 
 
-@pytest.mark.parametrize(
-    ("words", "written", "later"),
-    [([], True, False), (["--views"], True, False), (["--views", "now"], True, False),
-     (["--views", "later"], True, True), (["--no-views"], False, False)],
-)  # fmt: skip
-def test_views_are_written_in_the_run_or_later_or_not(
-    words: list[str], written: bool, later: bool, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(("words", "written"), [([], True), (["--views"], True), (["--no-views"], False)])
+def test_views_are_written_or_not(words: list[str], written: bool, tmp_path: Path) -> None:
     file = tmp_path / "settings.yaml"
-    file.write_text(f"views: {{later: {str(not later).lower()}}}")
+    file.write_text(f"views: {{write: {str(not written).lower()}}}")
     plain = parse_request(["refine", "data", "--out", "out", *words]).settings.views
     over = parse_request(["refine", "data", "--out", "out", *words, "--settings", str(file)]).settings.views
-    assert plain == ViewSettings(write=written, later=later) and plain.in_run is (written and not later)
-    assert over == (plain if words else ViewSettings(later=True))
-
-
-@pytest.mark.parametrize("words", [["--views", "soon"], ["--views", "later", "--no-views"]])
-def test_views_at_no_such_time_are_a_mistake(words: list[str]) -> None:
-    with pytest.raises(UsageError, match=r"argument --views: (invalid choice|not allowed)"):
-        parse_request(["refine", "data", "--out", "out", *words])
+    assert plain.write is written and over.write is (written if words else not written)
 
 
 @pytest.mark.system

@@ -430,7 +430,7 @@ def test_a_folder_that_another_method_wrote_is_no_refinement_of_this_one(tmp_pat
 def test_views_that_are_wanted_and_not_there_are_made(tmp_path: Path) -> None:
     data, out = dataset(tmp_path / "data"), tmp_path / "out"
     run(data, out)
-    assert done(run(data, out, Settings(views=ViewSettings(later=True)))) == ""
+    assert done(run(data, out, Settings(views=ViewSettings(write=False)))) == ""
     assert done(run(data, out, Settings())) == "abcd"
     for name in NAMES:
         (out / "assets" / name / "views").mkdir()

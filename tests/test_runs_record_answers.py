@@ -18,7 +18,6 @@ from asset2sim.models.prior.answer import answer
 from asset2sim.runs.plan.plan import Plan, make_plan, mark_published
 from asset2sim.runs.record_answers import collect, record_answers, write_questions
 from asset2sim.runs.spread.job import Job
-from asset2sim.runs.spread.refine_all import refine_all
 from asset2sim.runs.spread.worker import refine_on_worker
 from flows import PIPELINE
 from flows.command import main
@@ -30,6 +29,7 @@ from tests.assets import RAW
 from tests.factories import make_call, make_record
 from tests.model_server import Reply
 from tests.scripted_server import Asked, competent, scripted
+from tests.whole_records import refine_all
 
 QUICK = Settings(
     engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),

@@ -104,8 +104,6 @@ def check_run(found: FoundAssets, data: Path | str, out: Path | str, settings: S
         if place.is_url:
             if settings.inputs.split:
                 raise UsageError("--split needs an --out that is a folder, in which scenes are put together")
-            if settings.views.write and settings.views.later:
-                raise UsageError("--views later needs an --out that is a folder; leave it out, or choose --no-views")
             from asset2sim.runs.remote.output import check_store  # late: it brings the tables
 
             check_store(place)

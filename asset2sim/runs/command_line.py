@@ -19,8 +19,6 @@ from pydantic_settings import (
 
 from schemas.errors import UsageError
 
-OPTIONAL_VALUES = {"--views": "now"}
-"""Option whose value may be left out → what it then is."""
 NULL = "null"
 """The word that stands for None on a command line, as in a settings file."""
 
@@ -88,8 +86,6 @@ def _add_argument(parser: argparse.ArgumentParser, *names: str, **how: Any) -> N
     """The library ends every help with a default, also where there is none."""
     for ending in (f"(default: {NULL})", "(default: ())", "(required)"):
         how["help"] = how["help"].removesuffix(ending).rstrip()
-    if names[0] in OPTIONAL_VALUES:
-        how |= {"nargs": "?", "const": OPTIONAL_VALUES[names[0]]}
     parser.add_argument(*names, **how)
 
 

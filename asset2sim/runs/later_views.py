@@ -1,4 +1,4 @@
-"""Views that a run left for later: drawn for every refined asset that has none, each in a killable child process."""
+"""Views that a run left out: drawn for every refined asset that has none, each in a killable child process."""
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial

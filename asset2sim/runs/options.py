@@ -149,8 +149,7 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     asset_timeout: typed.SECONDS | None = Field(
         None, description="most seconds for an asset, and for its answers (default: 300)"
     )
-    views: typed.VIEWS = Field("now", description="now, or later: pictures are left to `asset2sim views`")
-    no_views: CliToggleFlag[bool] = Field(False, description="write no pictures")
+    views: CliDualFlag[bool] = Field(True, description="write pictures; without them, `asset2sim views` can later")
     report: CliDualFlag[bool] = Field(True, description="write the report for people, OUT/report, after the run")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
     min_success: typed.SHARE | None = Field(
@@ -169,7 +168,6 @@ class RefineOptions(AnswerOptions, ModelOptions, Selection):
     @model_validator(mode="after")
     def _one_redo(self) -> Self:
         typed.exclusive(self, "force", "retry_failed")
-        typed.exclusive(self, "no_views", "views")
         return self
 
 
@@ -220,7 +218,7 @@ class ShowOptions(CatalogOptions):
 
 
 class ViewsOptions(CatalogOptions, FileOptions):
-    """Write the pictures that a run with --views later left out."""
+    """Write the pictures that a run with --no-views left out."""
 
     workers: typed.N | None = Field(None, description="assets drawn at once (default: all cores)")
 
@@ -251,7 +249,7 @@ class Command(Options):
     check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on objects as they are")
     convert: CliSubCommand[ConvertOptions] = Field(description="objects of any format as URDF, MJCF and USD")
     describe: CliSubCommand[DescribeOptions] = Field(description="a refined object in words")
-    views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --views later left out")
+    views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --no-views left out")
     report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")
     ui: CliSubCommand[PagesOptions] = Field(description="the report and the pages of Prefect and MLflow")
     doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")

@@ -61,6 +61,7 @@ SETS: Mapping[str, str] = {
     "gate": "run.gate",
     "keep_days": "run.keep_days",
     "report": "run.report",
+    "views": "views.write",
 }
 """Option → the setting that it states."""
 
@@ -124,9 +125,6 @@ def stated_settings(options: Options) -> dict[str, Any]:
         found = merged_mappings(found, _nested(SETS[name], getattr(options, name)))
     if isinstance(options, RefineOptions) and (options.force or options.retry_failed):
         found = merged_mappings(found, _nested("run.redo", Redo.ALL if options.force else Redo.FAILED))
-    if isinstance(options, RefineOptions) and {"views", "no_views"} & options.model_fields_set:
-        views = {"write": not options.no_views, "later": options.views == "later"}
-        found = merged_mappings(found, {"views": views})
     return found
 
 

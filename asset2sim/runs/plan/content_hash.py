@@ -121,7 +121,7 @@ IRRELEVANT_SETTINGS: Mapping[str, set[str] | bool] = {
     # What they let in or keep out is in the list of an asset's files.
     "inputs": {"allow_outside", "packages"},
     # Picture size counts, since a model sees them; whether they are written is read from the folder.
-    "views": {"write", "later"},
+    "views": {"write"},
     "model": {"timeout_s", "max_attempts", "cache", "requests_per_minute", "concurrent_requests"}
     | {"run_calls", "run_tokens", "run_usd"},
 }

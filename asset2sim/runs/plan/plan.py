@@ -287,4 +287,4 @@ def is_reusable(kept: KeptRecord, ref: AssetRef, content: str, settings: Setting
 
 def _has_folder(out: Path, settings: Settings, asset_id: str) -> bool:
     folder = out / "assets" / asset_id
-    return (folder / "views" if settings.views.in_run else folder).is_dir()
+    return (folder / "views" if settings.views.write else folder).is_dir()

@@ -12,7 +12,7 @@ AMOUNTS = ("--budget-usd", "--asset-budget-usd")
 POSITIVE = ("--rpm", "--asset-timeout")
 CHOICES = (
     *("--engines", "--collision", "--dynamics", "--state", "--support", "--base", "--up", "--export", "--method"),
-    *("--gate", "--views"),
+    "--gate",
 )
 WRONG: Sequence[tuple[str, ...]] = (
     *((name, value) for name in WHOLE for value in ("0", "-1", "1.5", "many", "", "1e3", "nan", ESCAPE)),
@@ -21,7 +21,7 @@ WRONG: Sequence[tuple[str, ...]] = (
     *((f"{name}={value}",) for name in POSITIVE for value in ("0", "-1", "nan", "inf", "soon", "")),
     *((f"--min-success={value}",) for value in ("-0.1", "1.1", "95", "nan", "most", "")),
     *((name, value) for name in CHOICES for value in ("nonsense", ESCAPE)),
-    *((("--force", "--retry-failed"), ("--no-views", "--views", "later"), ("--frob",), ("--limit",), ("more",))),
+    *((("--force", "--retry-failed"), ("--frob",), ("--limit",), ("more",))),
     *(("--model", name) for name in ("", "nonsense", "prior/magic", "prior/noisy@99", "prior/noisy@1:x", ESCAPE)),
     *(
         ("--model", "openai/x", "--api-base", base)
