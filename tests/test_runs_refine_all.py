@@ -12,6 +12,7 @@ from distributed import LocalCluster
 
 from asset2sim.experiments import cluster as existing
 from asset2sim.runs.check_request import check_scheduler
+from asset2sim.runs.spread import refine_all as refine
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.settings import RunSettings, Settings
@@ -77,9 +78,10 @@ def test_an_absent_scheduler_is_the_users_mistake() -> None:
             check_scheduler(malformed)
 
 
-def test_a_scheduler_that_goes_ends_the_run_with_what_had_finished(
+def test_a_scheduler_that_does_not_come_back_ends_the_run_with_what_had_finished(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(refine, "RETURN_LIMIT_S", 1.0)
     monkeypatch.setattr(existing, "CONNECT_LIMIT_S", 2.0)
     mark = f"asset2sim-fanout-{tmp_path.name}-{os.getpid()}"
     cluster = programs({**os.environ, "A_TEST": mark}, tmp_path)

@@ -1,9 +1,10 @@
-"""The Dask cluster of a run: inside this process by default, or an existing one, which is verified."""
+"""The Dask cluster of a run: inside this process by default, or an existing one, which is verified and rejoined."""
 
 import contextlib
 import hashlib
 import logging
 import tempfile
+import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,6 +25,11 @@ from schemas.settings import RunSettings
 
 CONNECT_LIMIT_S = 10.0
 """Time in which a scheduler must answer, s."""
+RETURN_LIMIT_S = 60.0
+"""Time in which a lost scheduler must be back at its address, with a worker, s: a service manager restarts both within
+seconds; a machine that reboots takes longer than is worth waiting for."""
+RETURN_POLL_S = 1.0
+"""Time between two attempts to reach the scheduler, s."""
 SIGN = ".cache/sign"
 """File under the output folder by which workers prove that they see the same folder."""
 
@@ -46,10 +52,10 @@ class StopChildren(WorkerPlugin):
 
 
 @contextmanager
-def join_cluster(address: str, out: Path | str) -> Iterator[Client]:
-    """A client of the cluster at ``address``, closed after the block; its workers may have children for ``out``. Raises
-    ``UsageError`` for none, or unfit workers."""
-    with _connect(address) as client:
+def join_cluster(address: str, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
+    """A client of the cluster at ``address``, closed after the block; its workers may have children for ``out``. Waits
+    for ``patience_s`` for a scheduler with a worker. Raises ``UsageError`` for none, or unfit workers."""
+    with _connect(address, time.monotonic() + patience_s) as client:
         _check_workers(client, address, out)
         plugin = StopChildren(str(out))
         client.register_plugin(plugin)
@@ -61,13 +67,20 @@ def join_cluster(address: str, out: Path | str) -> Iterator[Client]:
                     client.unregister_worker_plugin(plugin.name)
 
 
-def _connect(address: str) -> Client:
-    try:
-        return Client(address, timeout=CONNECT_LIMIT_S)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise UsageError(
-            f"no Dask scheduler answers at {address}; start one with `dask scheduler`, or leave --scheduler out"
-        ) from error
+def _connect(address: str, until: float) -> Client:
+    while True:
+        try:
+            client = Client(address, timeout=CONNECT_LIMIT_S)
+        except (OSError, ValueError, TimeoutError) as error:
+            if time.monotonic() >= until:
+                raise UsageError(
+                    f"no Dask scheduler answers at {address}; start one with `dask scheduler`, or leave --scheduler out"
+                ) from error
+        else:
+            if client.nthreads() or time.monotonic() >= until:
+                return client
+            client.close()
+        time.sleep(RETURN_POLL_S)
 
 
 def _check_workers(client: Client, address: str, out: Path | str) -> None:
@@ -157,7 +170,7 @@ LOOPBACK = "127.0.0.1:0"
 
 
 @contextmanager
-def open_client(run: RunSettings, out: Path | str) -> Iterator[Client]:
+def open_client(run: RunSettings, out: Path | str, patience_s: float = 0.0) -> Iterator[Client]:
     """A client of the cluster that ``run`` asks for, closed after the block; an existing one: see ``join_cluster``.
 
     The local cluster's workers are threads of this process: each waits for a child process, which holds the engines
@@ -182,7 +195,7 @@ def open_client(run: RunSettings, out: Path | str) -> Iterator[Client]:
         ):
             yield client
     else:
-        with _quiet_dask(), join_cluster(run.scheduler, out) as client:
+        with _quiet_dask(), join_cluster(run.scheduler, out, patience_s) as client:
             yield client
 
 

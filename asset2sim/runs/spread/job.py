@@ -72,7 +72,7 @@ IN_FLIGHT_PER_THREAD = 2
 """Futures per worker thread: one at work, and one waiting so that no worker waits for the client."""
 
 SCHEDULER_LOST = "scheduler-connection-lost"
-"""Dask's reason on futures that it cancels because the scheduler was lost."""
+"""Dask's reason on futures that it cancels because the scheduler was lost, even if it is back by now."""
 
 RefineJob = Callable[[Job], JobResult]
 InFlight = dict[Future[JobResult], Job]

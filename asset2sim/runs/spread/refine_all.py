@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
-from itertools import takewhile
 from pathlib import Path
 from typing import Generic
 
 from distributed import Client, wait
 
-from asset2sim.experiments.cluster import concurrency, open_client
+from asset2sim.experiments.cluster import RETURN_LIMIT_S, concurrency, open_client
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.experiments.isolation import accept_children, stop_children
 from asset2sim.experiments.isolation.children import warm_up
@@ -26,6 +25,7 @@ from asset2sim.runs.spread.harvest import (
     finish_stopped,
     finish_untried,
     finish_without_retry,
+    is_open,
     second_attempt_jobs,
     take_result,
 )
@@ -42,6 +42,7 @@ from asset2sim.runs.spread.job import (
 from asset2sim.runs.spread.progress import progress
 from asset2sim.runs.spread.worker import BEGUN, refine_on_worker
 from schemas.asset import AssetRecord, AssetRef, Unchanged
+from schemas.errors import UsageError
 from schemas.settings import Settings
 
 FINISH_LIMIT_S = 1.0
@@ -128,28 +129,39 @@ def _take_up(plan: Plan, harvest: Harvest[Kept]) -> None:
 def _refine(
     jobs: Mapping[str, Job], work: RefineJob, harvest: Harvest[Kept], begun: Callable[[str], None]
 ) -> str | None:
-    """Run all jobs, then second attempts; ``begun`` is told of each asset that a worker begins. Returns why it stopped
-    early, or None."""
-    run, bring_in = harvest.settings.run, partial(take_result, harvest)
-    try:
-        with open_client(run, harvest.place) as client, _in_flight(client, harvest) as in_flight:
-            client.subscribe_topic(BEGUN, lambda event: begun(event[1]))
-            until_broken = takewhile(lambda job: not harvest.breaker.broken, jobs.values())
-            spread(client, until_broken, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
-            most = run.retries_alone - harvest.tried_again
-            for job in list(second_attempt_jobs(jobs, harvest.dead, harvest.first.__contains__, most)):
-                harvest.tried_again += 1
-                spread(client, [job], work, 1, in_flight, bring_in)
-            for asset_id in list(harvest.dead):
-                finish_without_retry(harvest, jobs[asset_id])
-            finish_untried(harvest, jobs.values())
-            return harvest.breaker.broken
-    except LostClusterError as error:
-        _collect_unreported(jobs.values(), harvest)
-        return str(error)
-    except KeyboardInterrupt:
-        # No child is running: they were stopped.
-        return INTERRUPTED
+    """Run all jobs, then second attempts, on a cluster that may be lost and return; ``begun`` is told of each asset
+    that a worker begins. Returns why it stopped early, or None."""
+    run, lost, patience_s = harvest.settings.run, None, 0.0
+    bring_in = partial(take_result, harvest)
+    while True:
+        try:
+            with open_client(run, harvest.place, patience_s) as client, _in_flight(client, harvest) as in_flight:
+                if lost is not None:
+                    logger.warning("the Dask scheduler at %s is back", run.scheduler)
+                    _collect_unreported(jobs.values(), harvest)
+                still_open = (job for job in jobs.values() if is_open(harvest, job) and not harvest.breaker.broken)
+                client.subscribe_topic(BEGUN, lambda event: begun(event[1]))
+                spread(client, still_open, work, IN_FLIGHT_PER_THREAD * concurrency(client), in_flight, bring_in)
+                most = run.retries_alone - harvest.tried_again
+                for job in list(second_attempt_jobs(jobs, harvest.dead, harvest.first.__contains__, most)):
+                    harvest.tried_again += 1
+                    spread(client, [job], work, 1, in_flight, bring_in)
+                for asset_id in list(harvest.dead):
+                    finish_without_retry(harvest, jobs[asset_id])
+                finish_untried(harvest, jobs.values())
+                return harvest.breaker.broken
+        except LostClusterError as error:
+            lost, patience_s = str(error), RETURN_LIMIT_S
+            logger.warning("the Dask scheduler at %s went away; waiting %g s for it", run.scheduler, patience_s)
+        except UsageError:
+            # Nothing has begun where the first attempt to join fails.
+            if lost is None:
+                raise
+            _collect_unreported(jobs.values(), harvest)
+            return lost
+        except KeyboardInterrupt:
+            # No child is running: they were stopped, or it came between two clusters.
+            return INTERRUPTED
 
 
 @contextmanager
