@@ -116,6 +116,24 @@ def test_a_mechanism_stronger_than_the_effort_limit_is_whole(tmp_path: Path) -> 
     assert float(data.qfrc_actuator[0]) == pytest.approx(300.0)
 
 
+@pytest.mark.parametrize(("turned", "comes_to"), [(0.3, 0.1), (0.4, 0.6), (50.3, 50.1), (-49.6, -49.4)])
+def test_a_dial_goes_to_the_nearest_click(tmp_path: Path, turned: float, comes_to: float) -> None:
+    dial = (-5.0, 0.1, -0.1, 0.1, 0.5)
+    model, data = held(tmp_path, arm(tmp_path, bias=dial, type="continuous", damping=0.01, friction=0.01))
+    data.qpos[0] = turned
+    run(model, data, 2.0)
+    assert float(data.qpos[0]) == pytest.approx(comes_to, abs=0.5 / (2.0 * math.pi) * math.asin(0.1) + 1e-3)
+
+
+@pytest.mark.parametrize(("effort", "leaves"), [(0.105, False), (0.125, True)])
+def test_a_dial_leaves_its_click_at_its_torque_and_friction(tmp_path: Path, effort: float, leaves: bool) -> None:
+    dial = (-5.0, 0.1, -0.1, 0.1, 0.5)
+    model, data = held(tmp_path, arm(tmp_path, bias=dial, type="continuous", damping=0.1, friction=0.01))
+    data.qpos[0], data.qfrc_applied[0] = 0.1, effort
+    run(model, data, 4.0)
+    assert (float(data.qpos[0]) > 0.6) == leaves
+
+
 SEAL, CLICKS = (50.0, 0.03, -1.0, 0.0), (-5.0, 0.0, -0.1, 0.1, 0.5)
 
 
@@ -123,7 +141,7 @@ SEAL, CLICKS = (50.0, 0.03, -1.0, 0.0), (-5.0, 0.0, -0.1, 0.1, 0.5)
     ("bias", "rolling_m", "lacking"),
     [
         (SEAL, 0.0, {Export.USD: "j (seal)", Export.SDF: "j (seal)"}),
-        (CLICKS, 0.0, dict.fromkeys(Export, "clicks of j")),
+        (CLICKS, 0.0, {Export.USD: "clicks of j", Export.SDF: "clicks of j"}),
         ((0.0,), 1e-3, {Export.USD: "rolling", Export.SDF: "rolling"}),
         ((0.0,), 0.0, {}),
     ],

@@ -45,7 +45,7 @@ def left_out(overlay: PhysicsOverlay, export: Export) -> tuple[Finding, ...]:
     others = [f"{name} ({bias.kind})" for name, bias in biases.items() if name not in clicks]
     rolls = overlay.rolling_friction_m > 0.0
     found = []
-    if clicks:
+    if clicks and export is not Export.MJCF:
         found.append(f"the clicks of {', '.join(clicks)}: friction alone keeps {'them' if clicks[1:] else 'it'}")
     if export is Export.USD and others:
         found.append(f"for PhysX, what {', '.join(others)} exerts: stated as asset2sim:bias_…, for a user to apply")

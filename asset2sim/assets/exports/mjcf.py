@@ -226,19 +226,18 @@ def write_mimics(equality: Element, item: ExportObject, timestep_s: float) -> No
 
 
 def write_biases(actuator: Element, item: ExportObject) -> None:
-    """Efforts of mechanisms on their joints, as actuators that no control moves; MuJoCo has none that is periodic, so
-    that a selector has its friction there and does not click."""
+    """Efforts of mechanisms on their joints, as actuators that no control moves. What clicks has the cogging of a motor
+    with next to no coil: a sine of the same peak, which draws to the same places over any number of turns."""
     for joint in item.joints:
         slope, none_at, least, most, period = joint.dynamics.bias
-        if slope != 0.0 and period == 0.0:
-            bias = {
-                "gaintype": "fixed",
-                "gainprm": "0",
-                "biastype": "affine",
-                "biasprm": exact_numbers((-slope * none_at, slope)),
-            }
-            named = {"name": mujoco_options.bias_name(joint.name), "joint": joint.name}
-            etree.SubElement(actuator, "general", {**named, **bias, "forcerange": exact_numbers((least, most))})
+        named = {"name": mujoco_options.bias_name(joint.name), "joint": joint.name}
+        if period > 0.0:
+            sine = exact_numbers((most, 2.0 * np.pi / period, np.pi - 2.0 * np.pi * none_at / period))
+            etree.SubElement(actuator, "dcmotor", {**named, "motorconst": "1e-9", "resistance": "1", "cogging": sine})
+        elif slope != 0.0:
+            bias = {"gaintype": "fixed", "gainprm": "0", "biastype": "affine"}
+            bias |= {"biasprm": exact_numbers((-slope * none_at, slope)), "forcerange": exact_numbers((least, most))}
+            etree.SubElement(actuator, "general", {**named, **bias})
 
 
 def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
