@@ -28,14 +28,6 @@ def refused(folder: Path, urdf: str) -> AssetError:
     return caught.value
 
 
-def test_a_good_file_is_read(tmp_path: Path) -> None:
-    model = read_urdf(written(tmp_path, cabinet()) / "mobility.urdf")
-    assert [item.name for item in model.links] == ["body", "lid", "drawer", "knob"]
-    assert {item.name: item.type for item in model.joints} == {
-        "lid_hinge": "revolute", "drawer_slide": "prismatic", "knob_turn": "continuous",
-    }  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("urdf", "code", "named"),
     [

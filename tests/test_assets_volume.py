@@ -191,7 +191,9 @@ def test_a_file_with_a_corner_for_every_face_is_merged_into_a_closed_mesh(tmp_pa
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
+        ("", "holds no triangle"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "holds no triangle"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "that it does not hold"),
         ("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 2\n", "degenerate"),
         ("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
     ],

@@ -11,7 +11,7 @@ from PIL import Image
 from asset2sim.catalog.rows_engines import alignment_rows
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line
-from asset2sim.checks.alignment.align import align, final_positions
+from asset2sim.checks.alignment.align import final_positions
 from asset2sim.checks.alignment.rubric import Rubric
 from asset2sim.checks.alignment.user_request import read_request
 from asset2sim.checks.alignment.vision_judge import judge, judge_request
@@ -79,10 +79,6 @@ def test_without_a_reference_or_its_joint_there_is_no_deviation() -> None:
     found = aligned(asked(None), Reference(1.0, "handle", 0.0))
     assert found.joint_deviation is None and found.scale_deviation == pytest.approx(0.75)
     assert not found.reference_states_scale
-
-
-def test_what_never_came_to_an_overlay_has_no_alignment() -> None:
-    assert align(make_failure("1", FailureMode.MISSING_MESH)) is None
 
 
 # Where joints are

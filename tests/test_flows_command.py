@@ -68,6 +68,7 @@ def published(out: Path, request: RefineRequest) -> RunResult:
         (["learn", "{out}", "--out", "{out}", "--assets", ","], "argument --assets: it names nothing"),
         (["probe", "{out}", "--policy", "scripted", "--methods", " , "], "argument --methods: it names nothing"),
         (["refine", "{data}", "--out", "{out}", "--method", "magic"], "choose from asset2sim"),
+        (["refine", "{data}", "--out", "{out}", "--up", "w"], "argument --up: "),
         (["refine", "{data}", "--out", "{out}", "--model", "prior/magic"], "choose from: prior/household"),
         (["refine", "{data}", "--out", "{out}", "--limit", "0"], "'0' is not a whole number from 1 on"),
         (["refine", "{data}", "--out", "{out}", "--workers", "two"], "'two' is not a whole number from 1 on"),

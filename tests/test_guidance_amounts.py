@@ -90,10 +90,6 @@ def test_the_prior_takes_no_part_of_such_a_number(words: str) -> None:
     assert not (said.get("mass_change") or {}).get("asked")
 
 
-def test_a_scale_that_is_a_length_is_one() -> None:
-    assert known.ask(known.BOX, "Scale it to 10 cm.")["scale"] == pytest.approx(0.1 / 1.6)
-
-
 def test_alignment_holds_nobody_to_a_number_that_cannot_be_met() -> None:
     features = make_features("a")
     said = [guidance_of(words, features) for words in ("scale to 1e9", "scale it to 0.5")]

@@ -47,7 +47,7 @@ def test_what_other_datasets_call_their_objects_is_known_by_its_last_noun(name: 
 def test_the_table_of_sizes_agrees_with_itself_and_its_nouns() -> None:
     sizes = tables.sizes()
     for size in sizes.values():
-        assert size.min_m < size.typical_m < size.max_m and size.mass_min_kg < size.mass_max_kg, size
+        assert 0.0 < size.min_m < size.typical_m < size.max_m and 0.0 < size.mass_min_kg < size.mass_max_kg, size
         assert size.contact in tables.materials() and {*size.refines} <= {"", *sizes}, size
     assert {*tables.nouns().values()} <= {*sizes}
 

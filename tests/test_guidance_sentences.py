@@ -263,6 +263,7 @@ def test_asked_states(information: Json, guidance: str, expected: dict[str, floa
         ("a box with a handle of metal, 12 cm from its edge", 0.4),
         ("a box 4x4 plywood", 0.4),
         ("a box on a foot", 0.4),
+        ("Scale it to 10 cm.", 0.1),
     ],
 )
 def test_a_size_in_edges_or_in_words(guidance: str, longest_m: float) -> None:

@@ -47,10 +47,6 @@ def test_a_joint_that_moves_nothing(tmp_path: Path) -> None:
         assert [finding.joint for finding in found if finding.code == "moves_nothing"] == said
 
 
-def test_nothing_is_said_of_what_makes_sense(tmp_path: Path) -> None:
-    assert codes(tmp_path) == set()
-
-
 @pytest.mark.parametrize(
     ("own", "code"),
     [

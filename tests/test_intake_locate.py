@@ -16,10 +16,6 @@ def touch(path: Path) -> Path:
     return path
 
 
-def test_the_only_urdf_is_found(tmp_path: Path) -> None:
-    assert find_source(touch(tmp_path / "thing.urdf").parent) == tmp_path / "thing.urdf"
-
-
 def test_a_urdf_one_folder_down_is_found(tmp_path: Path) -> None:
     file = touch(tmp_path / "urdf" / "thing.urdf")
     touch(tmp_path / "meshes" / "a.obj")

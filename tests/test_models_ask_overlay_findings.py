@@ -2,7 +2,6 @@
 
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import CODES, model_findings
-from schemas.overlay import Overlay
 from schemas.vocabulary import Severity
 from tests.factories import make_features
 
@@ -25,10 +24,6 @@ def test_remarks_are_kept_by_kind_with_their_link_or_joint() -> None:
         ("restitution_unused", None, None, Severity.WARNING),
     ]
     assert found[3].message == "scale 0.08: a desk stapler, 15 cm long" and found[4].value == 0.4
-
-
-def test_an_answer_without_remarks_has_no_findings() -> None:
-    assert model_findings(Overlay(scale=1.0), make_features("7")) == ()
 
 
 def test_every_kind_has_a_code_that_is_explained() -> None:

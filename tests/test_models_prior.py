@@ -43,14 +43,6 @@ def test_every_category_of_partnet_mobility_has_a_size() -> None:
     assert set(PARTNET_MOBILITY) <= set(tables.sizes())
 
 
-@pytest.mark.parametrize("size", tables.sizes().values(), ids=lambda size: size.category)
-def test_sizes_are_consistent(size: tables.Size) -> None:
-    assert 0.0 < size.min_m <= size.typical_m <= size.max_m
-    assert 0.0 < size.mass_min_kg < size.mass_max_kg
-    assert size.contact in tables.materials()
-    assert all(other in tables.sizes() for other in size.refines)
-
-
 def test_every_row_states_its_source() -> None:
     folder = Path(tables.__file__).parent / "csv_tables"
     for path in sorted(folder.glob("*.csv")):
@@ -394,12 +386,6 @@ def test_the_blocks_may_hold_their_own_tags_as_data() -> None:
 
 
 # Real objects
-
-
-@needs_objects
-def test_every_category_of_the_manifest_has_a_size() -> None:
-    with (OBJECTS / "manifest.csv").open(encoding="utf-8") as file:
-        assert {row["category"] for row in csv.DictReader(file)} <= set(tables.sizes())
 
 
 @needs_objects

@@ -10,7 +10,7 @@ from asset2sim.assets.meshes.volume import Solid, combined_solid, shape_of
 from asset2sim.physics.arrays import Array, inertia_terms
 from asset2sim.physics.inertia import box_inertia, make_physical, tensor_of
 from schemas.vocabulary import VolumeSource
-from tests.builders import corners, cylinder_inertia, is_physical
+from tests.builders import cylinder_inertia, is_physical
 
 SMALLEST = 1e-9
 numbers = st.floats(-10.0, 10.0, allow_subnormal=False)
@@ -165,9 +165,3 @@ def test_what_is_physical_is_told_from_what_is_not() -> None:
     assert not is_physical(np.diag([1.0, 1.0, 2.1]))
     assert not is_physical(np.diag([-1.0, 1.0, 1.0]))
     assert not is_physical(np.diag([0.0, 1.0, 1.0]))
-
-
-def test_box_corners_of_the_builders_are_the_box() -> None:
-    points = corners((0.0, -1.0, 2.0), (1.0, 1.0, 3.0))
-    assert len(np.unique(points, axis=0)) == 8
-    np.testing.assert_array_equal([points.min(axis=0), points.max(axis=0)], [[0.0, -1.0, 2.0], [1.0, 1.0, 3.0]])

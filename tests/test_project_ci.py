@@ -11,7 +11,6 @@ import yaml
 
 from asset2sim.intake.formats import FORMATS
 from asset2sim.runs.options import parse
-from schemas.errors import UsageError
 from tests.assets import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -49,11 +48,6 @@ def test_the_tests_that_the_workflow_names_exist() -> None:
              for one in names.split(",")]  # fmt: skip
     globs += re.findall(r"tests/[\w*]+\.py", named)
     assert len(globs) > 30 and all(any(ROOT.glob(name)) for name in globs)
-
-
-def test_a_command_that_is_none_would_be_seen() -> None:
-    with pytest.raises(UsageError):
-        parse(["check", "x", "--no-such-option"])
 
 
 def test_extras_and_make_targets_in_them_exist() -> None:

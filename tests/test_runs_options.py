@@ -117,11 +117,6 @@ def test_the_up_axis_may_be_stated(words: list[str]) -> None:
     assert found == (UpAxis(words[-1].removeprefix("--up=")) if words else None)
 
 
-def test_an_axis_that_there_is_not_is_a_mistake() -> None:
-    with pytest.raises(UsageError, match="argument --up"):
-        parse_request(["refine", "data", "--out", "out", "--up", "w"])
-
-
 @pytest.mark.parametrize("method", list(Method))
 def test_every_method_can_be_chosen(method: Method) -> None:
     assert parse_request(["nightly", "data", "--out", "out", "--method", method]).settings.method is method

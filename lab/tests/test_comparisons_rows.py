@@ -34,7 +34,6 @@ from lab.comparisons.object_rows import NO_REFERENCE, read_objects
 from lab.pages.blocks import markers
 from schemas.alignment import Expectation
 from schemas.asset import AssetRecord, AssetRef
-from schemas.errors import UsageError
 from schemas.model_names import described
 from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.table import Row
@@ -365,11 +364,6 @@ def test_expectations_are_read_from_every_run_and_experts_are_held_to_them(tmp_p
     assert (apart["asset_id"], apart["what"], apart["start"]) == ("1", "size", 25.0)
     assert apart_table([apart]).splitlines()[2] == "| 1 | size | 25 | 90 to 99 | cm | a big box |"
     assert experts_apart([MethodRun(Method.ASSET2SIM, MODEL, tmp_path)]) == [] and apart_table([]) == ""
-
-
-def test_a_folder_without_a_run_is_named(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no catalog in"):
-        read_objects([MethodRun(Method.RAW, MODEL, tmp_path / "raw")], Thresholds())
 
 
 def test_a_comparison_leaves_tables_charts_a_report_and_the_readme_s_section(tmp_path: Path) -> None:
