@@ -179,3 +179,11 @@ def test_a_seesaw_that_stands_on_end_either_way_is_closed_at_neither() -> None:
     joint = tree_joint("j", "revolute", "body", "part", (0, 1, 0), (0, 0, 0))
     found = ends(joint, board, -math.pi, math.pi, body=foot)
     assert found.confidence == 0.0, "it starts where its file has it"
+
+
+def test_where_nothing_stands_still_the_end_at_which_it_is_drawn_is_closed() -> None:
+    """A leaf on a root without a shape, wherever that lies."""
+    joint = tree_joint("j", "revolute", "body", "part", (0.0, 0.0, 1.0), (0.85, 0.0, 1.0))
+    leaf = corners((-0.03, 0.0, -0.9), (0.03, 0.76, 0.9))
+    found = joint_ends([joint], "body", {"part": leaf}, joint, -0.1, 1.5, 2.0)
+    assert (found.closed, found.open, found.confidence) == (-0.1, 1.5, 0.0)

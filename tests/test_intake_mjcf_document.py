@@ -83,7 +83,7 @@ def links_and_notes(file: Path, work: Path) -> tuple[list[str], str]:
         (
             BODY.format(more=LID.format(more=SOLID)),
             '<equality><connect body1="base" body2="lid" anchor="0 0 0"/></equality>',
-            "the connect of 'base' and 'lid' closes a loop",
+            "the loop of 'hinge' is stiff",
         ),
         (
             BODY.format(more=f'<site name="s"/>{LID.format(more=SOLID + ROPE)}'),
@@ -366,6 +366,17 @@ def test_what_a_loop_ties_to_a_door_follows_it(pivot: float, tmp_path: Path) -> 
     assert {name: str(item.get("joint")) for name, item in follows.items()} == {"motor": "hinge", "pin": "hinge"}
     assert [float(str(follows[name].get("multiplier"))) for name in ("motor", "pin")] == pytest.approx([1.0, -1.0])
     assert any("the loop that 'hinge' moves" in note for note in made.notes)
+
+
+def test_a_loop_that_a_weld_closes_is_tied_as_one_that_a_connect_closes(tmp_path: Path) -> None:
+    end = '<body name="end" pos="0 -0.3 0"><joint name="tip" axis="0 0 1"/><geom size="0.01"/></body></body></body>'
+    world = ARM.format(pivot=0.3, half=0.15).rstrip().removesuffix("</body></body>") + end
+    weld = '<equality><weld body1="door" body2="end"/></equality>'
+    (work := tmp_path / "work").mkdir()
+    made = urdf_of_mjcf(written(tmp_path, world, weld), work)
+    ratios = {str(joint.get("name")): float(str(item.get("multiplier")))
+              for joint in made.robot.iter("joint") for item in joint.findall("mimic")}  # fmt: skip
+    assert ratios == pytest.approx({"motor": 1.0, "pin": -1.0, "tip": 1.0}, abs=1e-4)
 
 
 def test_where_no_line_meets_a_loops_way_all_but_its_leading_joint_is_held(tmp_path: Path) -> None:

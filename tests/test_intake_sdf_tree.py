@@ -55,13 +55,37 @@ def test_a_joint_stated_the_other_way_round_turns_as_it_did(tmp_path: Path, axis
         assert found == pytest.approx(expected, abs=1e-7)
 
 
-def test_a_joint_that_closes_a_loop_is_left_out_and_named(tmp_path: Path) -> None:
+@pytest.mark.system
+def test_a_joint_that_its_loop_holds_is_fixed_and_named(tmp_path: Path) -> None:
     follows = "<mimic joint='last'><multiplier>2</multiplier></mimic>"
     near = hinge("near", ("a", "b")).replace("<xyz>", f"{follows}<xyz>")
     found = made(tmp_path, *LINKS, near, hinge("far", ("b", "c")), hinge("last", ("a", "c")))
     assert ways(found.robot) == {"near": ("a", "b"), "far": ("b", "c")}
-    assert any("joint 'last' closes a loop" in note for note in found.notes)
+    assert any("the loop that 'far' moves" in note for note in found.notes)
     assert found.robot.find("joint/mimic") is None
+    assert [joint.get("type") for joint in found.robot.findall("joint")] == ["fixed", "continuous"]
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(("parent", "last"), [("c", "d"), ("d", "c")])
+def test_what_a_loop_ties_follows_the_joint_that_leads_it(parent: str, last: str, tmp_path: Path) -> None:
+    """A parallelogram: its two cranks turn alike, its coupler stays parallel to its base, whichever end is stated."""
+    at = {"a": "0 0 0", "b": "0 .15 0", "c": ".1 .3 0", "d": ".2 .15 0"}
+    links = [f"<link name='{name}'><pose>{place} 0 0 0</pose>{BOX}</link>" for name, place in at.items()]
+    ends = (("one", "a", "b", "0 -.15 0"), ("two", "b", "c", "-.1 0 0"), ("three", "a", "d", "0 -.15 0"),
+            ("four", parent, last, ".1 0 0" if last == "c" else "0 .15 0"))  # fmt: skip
+    joints = [hinge(name, (one, other), more=f"<pose>{pose} 0 0 0</pose>") for name, one, other, pose in ends]
+    found = made(tmp_path, *links, *joints)
+    ratios = {str(joint.get("name")): float(str(follows.get("multiplier")))
+              for joint in found.robot.findall("joint") for follows in joint.findall("mimic")}  # fmt: skip
+    assert ratios == {"two": pytest.approx(-1.0, abs=1e-4), "three": pytest.approx(1.0, abs=1e-4)}
+    assert any("the loop that 'one' moves" in note for note in found.notes), found.notes
+
+
+def test_a_joint_that_closes_a_loop_of_several_freedoms_is_left_out_and_named(tmp_path: Path) -> None:
+    ball = "<joint name='last' type='ball'><parent>a</parent><child>c</child></joint>"
+    found = made(tmp_path, *LINKS, hinge("near", ("a", "b")), hinge("far", ("b", "c")), ball)
+    assert any("joint 'last' closes a loop" in note for note in found.notes)
 
 
 def test_the_ends_of_a_joint_may_be_frames_and_models(tmp_path: Path) -> None:

@@ -212,6 +212,7 @@ def test_a_picture_outside_is_a_finding_and_not_read(tmp_path: Path) -> None:
     assert str(tmp_path / "outside") not in opened.urdf.read_text()
 
 
+@pytest.mark.system
 def test_a_joint_that_closes_a_loop_is_named(tmp_path: Path) -> None:
     again = joint("Fixed", "again", ("/Thing/b", "/Thing/a"))
     spare = HINGE.replace('"hinge"', '"spare"').replace("{", "{\nbool physics:excludeFromArticulation = true", 1)
@@ -219,7 +220,7 @@ def test_a_joint_that_closes_a_loop_is_named(tmp_path: Path) -> None:
     item = read(tmp_path, A, B, spare, HINGE, again, still)
     assert "/Thing/still is left out: both its sides stand still" in told(item)
     assert [j.name for j in item.features.joints] == ["hinge"]
-    assert all(f"joint /Thing/{name} closes a loop" in told(item) for name in ("spare", "again"))
+    assert "the loop of 'hinge', '/Thing/spare' is stiff" in told(item)
 
 
 def test_ten_million_declared_faces_are_refused_at_once(tmp_path: Path) -> None:

@@ -62,6 +62,16 @@ def test_a_remote_lies_with_its_keys_up_and_a_cupboard_is_not_laid_down(tmp_path
     assert lying_side(*proposed(tmp_path / "trunk", thick, "Suitcase"), Thresholds()) == (UpAxis.Z, None), "it stands"
 
 
+@pytest.mark.parametrize(("part", "up"), [("lid", UpAxis.X), ("drawer", UpAxis.Z)])
+def test_what_has_a_drawer_stands_as_drawn_though_no_table_knows_it(tmp_path: Path, part: str, up: UpAxis) -> None:
+    urdf = robot(
+        link("body", shape("0.02 0.05 0.18", xyz="0 0 0.09")),
+        link(part, shape("0.002 0.04 0.16", xyz="0.011 0 0.09")),
+        joint("slide", "prismatic", "body", part, axis="1 0 0", limit="0 0.05"),
+    )
+    assert lying_side(*proposed(tmp_path, urdf, ""), Thresholds())[0] is up
+
+
 def test_physics_are_those_of_the_object_as_it_lies_unless_its_up_axis_is_stated(tmp_path: Path) -> None:
     item, _ = proposed(tmp_path / "case", CASE, "Suitcase")
     proposal = Overlay(scale=SMALL, initial_joint_positions={"hinge": 1.5708}, asked=("hinge",))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import sizes
 from asset2sim.intake.up_axis import AXES
 from asset2sim.physics.arrays import Array
@@ -22,6 +23,8 @@ from schemas.vocabulary import Severity, Stage, UpAxis
 
 TWO_HANDS_M = 0.5
 """Longest edge, m, of what one puts down as it comes to rest, where no table knows it."""
+STANDING_PARTS = {"drawer", "door"}
+"""Parts of furniture and appliances, which stand as they are drawn."""
 AS_AUTHORED_RAD = 0.35
 """Lean, rad, up to which an object rests nearly as authored: 20 degrees, as on an uneven underside or on its arms."""
 LEAST_HEIGHTS = 1.8
@@ -33,11 +36,12 @@ knife's flanks and its spine, which takes an eighth of the energy, a flank; of a
 
 def is_laid_down(features: Features, overlay: PhysicsOverlay) -> bool:
     """Whether such things are put down on whatever side they come to rest: what a hand holds, what the table says, and
-    what it does not know and two hands can put down."""
+    what it does not know and two hands can put down, unless it has parts of furniture."""
     known = sizes().get(features.category)
     if overlay.support.kind is SupportKind.HANDHELD or (known is not None and known.lies):
         return True
-    return known is None and overlay.scale * max(features.rest_size) <= TWO_HANDS_M
+    parts = {part_name(features.link(j.child).label, j.child, j.name) for j in features.movable_joints}
+    return known is None and overlay.scale * max(features.rest_size) <= TWO_HANDS_M and not parts & STANDING_PARTS
 
 
 def is_firm(support: SupportPolygon, limits: Thresholds) -> bool:

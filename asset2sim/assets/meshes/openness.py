@@ -31,7 +31,8 @@ class JointEnds:
 def opening_profile(
     tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, lower: float, upper: float
 ) -> tuple[Array, Array, Array]:
-    """(n,) positions, (n,) volumes of the object's hull, m³, and (n,) distances of the moving part from the rest, m."""
+    """(n,) positions, (n,) volumes of the object's hull, m³, and (n,) distances of the moving part from the rest, m: 0
+    where nothing else has a shape."""
     moved = set(moved_links(tree, joint.name))
     beyond = [item for item in tree if item.child in moved]
     still = link_to_root(tree, root, {})
@@ -40,7 +41,7 @@ def opening_profile(
     fixed = hull_vertices(fixed)
     positions = np.linspace(lower, upper, SAMPLES)
     volumes, gaps = np.zeros(SAMPLES), np.zeros(SAMPLES)
-    center = (fixed.min(axis=0) + fixed.max(axis=0)) / 2.0 if len(fixed) else np.zeros(3)
+    center = (fixed.min(axis=0) + fixed.max(axis=0)) / 2.0 if len(fixed) else None
     for index, position in enumerate(positions):
         poses = link_to_root(beyond, root, {joint.name: float(position)}, still)
         clouds = [apply(poses[name], points[name]) for name in moved if name in points and len(points[name])]
@@ -49,7 +50,7 @@ def opening_profile(
         moving = np.vstack(clouds)
         volumes[index] = hull_volume(np.vstack([fixed, moving]))
         middle = (moving.min(axis=0) + moving.max(axis=0)) / 2.0
-        gaps[index] = float(np.linalg.norm(middle - center))
+        gaps[index] = 0.0 if center is None else float(np.linalg.norm(middle - center))
     return positions, volumes, gaps
 
 

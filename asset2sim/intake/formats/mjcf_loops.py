@@ -1,5 +1,5 @@
-"""Loops that MuJoCo's connects close, as ties of their joints: a URDF is a tree, in which a mechanism of one freedom is
-one joint that the others follow."""
+"""Loops that MuJoCo's connects and welds close, as ties of their joints: a URDF is a tree, in which a mechanism of one
+freedom is one joint that the others follow."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -34,8 +34,8 @@ class Loops:
 
 
 def loop_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> Loops:
-    """The loops of one freedom that connects close. Where following in proportion leaves a gap, all of a loop's joints
-    but the leading one are held, and what this moves goes through them."""
+    """The loops of one freedom that connects and welds close. Where following in proportion leaves a gap, all of a
+    loop's joints but the leading one are held, and what this moves goes through them; all joints of a stiff one are."""
     ties, notes, said, apart = list[Tie](), list[str](), set[int](), set[tuple[int, int]]()
     for equalities, joints in loops(mujoco, model):
         data = mujoco.MjData(model)
@@ -44,6 +44,12 @@ def loop_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> Loops:
         if followed is None:
             continue
         leader, ways = followed
+        if len(ways) == 1:
+            stiff = ", ".join(f"'{name(joint)}'" for joint in joints)
+            notes.append(f"the loop of {stiff} is stiff: they are held")
+            ties += [Tie(name(joint), name(joint), 0.0, 0.0) for joint in joints]
+            said |= set(equalities)
+            continue
         lead = ways[:, joints.index(leader)]
         ratios = lead @ ways / (lead @ lead)
         gap = max(gap_of(mujoco, model, data, equalities, joints, ratios * value) for value in (lead.min(), lead.max()))
@@ -64,11 +70,13 @@ def loop_ties(mujoco: Any, model: Any, name: Callable[[int], str]) -> Loops:
 
 
 def loops(mujoco: Any, model: Any) -> list[tuple[list[int], list[int]]]:
-    """The connects that close loops of hinges and slides, with these joints; those with a joint in common are one."""
+    """The connects and welds that close loops of hinges and slides, with these joints; those with a joint in common are
+    one."""
+    closes = {int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)}
     simple = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
     found = list[tuple[list[int], list[int]]]()
     for equality in range(model.neq):
-        if model.eq_type[equality] != mujoco.mjtEq.mjEQ_CONNECT or not model.eq_active0[equality]:
+        if int(model.eq_type[equality]) not in closes or not model.eq_active0[equality]:
             continue
         first, second = (joints_above(model, body_of(mujoco, model, equality, end)) for end in (0, 1))
         joints = first ^ second
@@ -82,7 +90,7 @@ def loops(mujoco: Any, model: Any) -> list[tuple[list[int], list[int]]]:
 
 
 def body_of(mujoco: Any, model: Any, equality: int, end: int) -> int:
-    """The body at an end of a connect, which names bodies or sites."""
+    """The body at an end of a connect or weld, which names bodies or sites."""
     number = int((model.eq_obj1id, model.eq_obj2id)[end][equality])
     return int(model.site_bodyid[number]) if model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE else number
 
@@ -105,15 +113,16 @@ def followers(
     mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints: Sequence[int], size: float
 ) -> tuple[int, Array] | None:
     """The joint that leads a loop (one with limits first, then that which carries most), and how far (k, n) all of its
-    joints are from where they are drawn at k positions of that one; None where the loop is open as drawn, stiff, or of
-    several freedoms."""
+    joints are from where they are drawn at k positions of that one, of a stiff loop the drawn one alone; None where the
+    loop is open as drawn, or of several freedoms."""
     drawn = np.zeros(len(joints))
     first = gaps(mujoco, model, data, equalities, joints, drawn)
     if np.abs(first).max() > CLOSED * size:
         return None
     _, values, turned = np.linalg.svd(slopes(mujoco, model, data, equalities, joints, drawn))
-    if (len(joints) - int((values > STILL * values[0]).sum())) != 1:
-        return None
+    freedoms = len(joints) - int((values > STILL * values[0]).sum())
+    if freedoms != 1:
+        return (joints[0], drawn[None]) if freedoms == 0 else None
     moving = [joint for joint, share in zip(joints, turned[-1].tolist(), strict=True) if abs(share) > STILL]
     # Of a door and the rods of its closer the door leads.
     leader = max(moving, key=lambda joint: (bool(model.jnt_limited[joint]), subtree_mass(model, joint), -joint))
@@ -147,21 +156,35 @@ def subtree_mass(model: Any, joint: int) -> float:
 
 
 def gaps(mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints: Sequence[int], moved: Array) -> Array:
-    """How far the ends of these connects are apart, m, (3 each,), with ``joints`` moved from where they are drawn."""
+    """How far the ends of these equalities are apart, m, 3 numbers of a connect and 9 of a weld, with ``joints`` moved
+    from where they are drawn."""
     data.qpos[:] = model.qpos0
     data.qpos[model.jnt_qposadr[list(joints)]] += moved
     mujoco.mj_kinematics(model, data)
-    found = []
-    for equality in equalities:
-        ends = []
-        for number, anchor in ((model.eq_obj1id, slice(0, 3)), (model.eq_obj2id, slice(3, 6))):
-            item = int(number[equality])
-            if model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE:
-                ends.append(data.site_xpos[item].copy())
-            else:
-                ends.append(data.xpos[item] + data.xmat[item].reshape(3, 3) @ model.eq_data[equality][anchor])
-        found.append(ends[0] - ends[1])
-    return np.concatenate(found)
+    return np.concatenate([(ends_of(mujoco, model, data, equality)).ravel() for equality in equalities])
+
+
+def ends_of(mujoco: Any, model: Any, data: Any, equality: int) -> Array:
+    """(k, 3) the way between the ends of an equality, m: of a weld at its anchor and, as far from it as the model is
+    wide, on two axes."""
+    items = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
+    numbers, weld = model.eq_data[equality], model.eq_type[equality] == mujoco.mjtEq.mjEQ_WELD
+    corners = model.stat.extent * np.eye(3)[:2] if weld else np.zeros((0, 3))
+    if model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE:
+        places = [(data.site_xpos[item], data.site_xmat[item].reshape(3, 3), np.eye(3)) for item in items]
+        anchors = np.zeros(3), np.zeros(3)
+    else:
+        places = [(data.xpos[item], data.xmat[item].reshape(3, 3), np.eye(3)) for item in items]
+        anchors = (numbers[3:6], numbers[:3]) if weld else (numbers[:3], numbers[3:6])
+        if weld:
+            turn = np.zeros(9)
+            mujoco.mju_quat2Mat(turn, numbers[6:10])
+            places[0] = (*places[0][:2], turn.reshape(3, 3))
+    first, second = (
+        place + (np.vstack([np.zeros(3), corners]) @ turn.T + anchor) @ frame.T
+        for (place, frame, turn), anchor in zip(places, anchors, strict=True)
+    )
+    return np.asarray(first - second)
 
 
 def gap_of(mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints: Sequence[int], moved: Array) -> float:
@@ -170,7 +193,7 @@ def gap_of(mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints
 
 
 def slopes(mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints: Sequence[int], moved: Array) -> Array:
-    """The change of the gaps with each joint, (3 each, joints)."""
+    """The change of the gaps with each joint, a column each."""
     step = 1e-6
     sides = [[gaps(mujoco, model, data, equalities, joints, moved + sign * step * row) for sign in (1.0, -1.0)]
              for row in np.eye(len(joints))]  # fmt: skip

@@ -31,11 +31,12 @@ from asset2sim.intake.formats.format import (
 from asset2sim.intake.formats.mjcf_ties import Tie, tie
 from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
-from asset2sim.intake.formats.sdf_model import SdfModel
+from asset2sim.intake.formats.sdf_model import CLOSING, SdfModel
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten, name_nameless
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, mass_of, solid_of
 from asset2sim.intake.formats.sdf_tree import as_tree, limits_in_axes
 from asset2sim.intake.formats.tree import unused
+from asset2sim.intake.formats.tree_loops import Closing, close_loops
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import origin_transform
 
@@ -100,7 +101,8 @@ class _SdfAsset(SdfModel):
         self.is_world = bool(inner) and not model.findall("link") and not model.findall("joint")
         name_nameless(model)
         flatten(model, version, file)
-        self.notes, self.work = [*notes, *limits_in_axes(model), *as_tree(model)], work
+        as_tree(model)
+        self.notes, self.work = [*notes, *limits_in_axes(model)], work
         super().__init__(file, model, version)
         self.is_still = self.text(model, "static") in ("1", "true")
         self.base = world_name(self.links)
@@ -118,7 +120,7 @@ class _SdfAsset(SdfModel):
         for joint in self.model.findall("joint"):
             if joint not in gears:
                 self.add_joint(robot, joint)
-        self.notes += tie(robot, list(self.ties(gears)))
+        self.notes += [*tie(robot, list(self.ties(gears))), *close_loops(robot, list(self.closings()))]
         world, free = self.hung(robot)
         on_world = any(self.text(item, "parent") == "world" for item in self.joint_of.values())
         reason = "its file has a joint to the world" if on_world else "its file says that it is static"
@@ -230,6 +232,16 @@ class _SdfAsset(SdfModel):
             simple = kind if kind in ("prismatic", "fixed") else "revolute"
             self.add_step(robot, name if last else f"{name}_{number + 1}", simple, axis, (parent, end), pose, name)
             parent, pose = end, np.eye(4)
+
+    def closings(self) -> Iterator[Closing]:
+        """The joints that would close loops of the tree."""
+        for joint in self.model.findall(CLOSING):
+            name, parent, child = str(joint.get("name")), self.text(joint, "parent"), self.text(joint, "child")
+            pose, axis = self.pose(name), joint.find("axis")
+            above = np.eye(4) if parent == "world" else self.frame(parent)
+            direction = np.zeros(3) if axis is None else self.axis_in_joint(axis, pose)
+            ends = self.base if parent == "world" else parent, child
+            yield Closing(name, str(joint.get("type")), ends, np.linalg.inv(above) @ pose, direction)
 
     def ties(self, gears: Sequence[Element]) -> Iterator[Tie]:
         """The ties of hinges that gearboxes are, with a note on each that ties none."""

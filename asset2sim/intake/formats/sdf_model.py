@@ -15,6 +15,8 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import origin_transform
 from schemas.errors import AssetError
 
+CLOSING = "closing-joint"
+"""Tag of a joint that would close a loop of the tree."""
 UNLIMITED = 1e15
 """SDF writes ±1e16 for a joint without limits."""
 
@@ -32,7 +34,7 @@ class SdfModel:
         ):
             if twice := next((name for name in names if names.count(name) > 1), None):
                 raise self.refused("sdf_name", f"two of its {kind}s are called '{twice}': rename one")
-        kinds = ("link", "joint", "frame")
+        kinds = ("link", "joint", "frame", CLOSING)
         self.named = {str(item.get("name")): item for kind in kinds for item in model.findall(kind)}
         self.poses: dict[str, Array] = {}
 
@@ -82,7 +84,7 @@ class SdfModel:
             element = self.named[name]
             stated = element.find("pose")
             relative = "" if stated is None else str(stated.get("relative_to") or stated.get("frame") or "")
-            if not relative and element.tag == "joint":
+            if not relative and element.tag in ("joint", CLOSING):
                 relative = self.text(element, "child")
             elif not relative and element.tag == "frame":
                 relative = str(element.get("attached_to") or "")

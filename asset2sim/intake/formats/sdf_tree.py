@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.intake.formats.sdf_model import CLOSING
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, frame_of
 from asset2sim.intake.formats.tree import spanning
 
@@ -13,9 +14,9 @@ WORLD = "world"
 AXES = ("axis", "axis2")
 
 
-def as_tree(model: Element) -> Iterator[str]:
-    """Have a flat model's joints tie links instead of frames, each link hang on one joint, and none close a loop; notes
-    on what is left out. A link called as the world is, which has no shape, is the world."""
+def as_tree(model: Element) -> None:
+    """Have a flat model's joints tie links instead of frames, and each link hang on one joint: those that close a loop
+    become ``CLOSING``. A link called as the world is, which has no shape, is the world."""
     for link in model.findall(f"link[@name='{WORLD}']"):
         if link.find("visual") is None and link.find("collision") is None:
             model.remove(link)
@@ -30,8 +31,7 @@ def as_tree(model: Element) -> Iterator[str]:
     for number in tree.loops:
         joint = joints[usable[number]]
         name = str(joint.get("name"))
-        yield f"joint '{name}' closes a loop, which a URDF cannot say: it is left out"
-        model.remove(joint)
+        joint.tag = CLOSING
         for axis in model.iterfind("joint/axis"):
             for mimic in [mimic for mimic in axis.findall("mimic") if mimic.get("joint") == name]:
                 axis.remove(mimic)

@@ -27,6 +27,7 @@ from asset2sim.intake.formats.format import (
     write_obj,
 )
 from asset2sim.intake.formats.tree import spanning, unused
+from asset2sim.intake.formats.tree_loops import Closing, close_loops
 from asset2sim.intake.formats.usd_joints import (
     Step,
     UsdJoint,
@@ -106,6 +107,8 @@ class _Object:
         self.taken_joints = set(self.joint_names.values())
         self.free: list[str] = []
         """Bodies that nothing holds, of several objects."""
+        self.closing: list[UsdJoint] = []
+        """Joints that would close a loop of the tree."""
         self.in_body: dict[str, Array] = {}
         """Body → its link's (4, 4) frame in it."""
 
@@ -138,6 +141,7 @@ class _Object:
         for joint, turned in tree:
             self.add_chain(robot, joint, turned)
         self.add_mimics(robot, [joint for joint, _ in tree])
+        stage.notes += close_loops(robot, [self.loop(joint) for joint in self.closing])
         for one, other in pass_each_other(self.bodies):
             add_child(robot, "disable_collisions", link1=self.names[one], link2=self.names[other], reason="Never")
         stage.notes += settle_free(robot, world, free) if world else ()
@@ -146,7 +150,7 @@ class _Object:
 
     def tree(self) -> tuple[str, list[tuple[UsdJoint, bool]]]:
         """The root, and the joints from it on, parents first, each with whether it is turned round: its second body is
-        the parent. Joints that close a loop are left out, those that are spare first."""
+        the parent. Those that are spare are the first of which a loop is left open."""
         stage, still = self.stage, bool(self.shapes[WORLD])
         held = [joint for joint in self.joints if WORLD in joint.bodies]
         between = {end for joint in self.joints for end in joint.bodies} - self.bodies.keys() - {WORLD}
@@ -154,9 +158,7 @@ class _Object:
         order = sorted(self.bodies, key=lambda path: (*self.order(path), path in seconds, path not in firsts))
         first = [WORLD] if held or not self.bodies else []
         tree = spanning([*first, *order, *sorted(between)], [joint.bodies for joint in self.joints])
-        for number in tree.loops:
-            path = self.joints[number].path
-            stage.notes.append(f"joint {path} closes a loop, which a URDF cannot say: it is left out")
+        self.closing = [self.joints[number] for number in tree.loops]
         root, found = tree.roots[0], [(self.joints[number], turned) for number, turned in tree.ways]
         if len(tree.roots) > 1:
             found = [(self.stands(path), False) for path in tree.roots if path != WORLD] + found
@@ -217,6 +219,13 @@ class _Object:
             element = add_joint(robot, name, step.kind, above, below, pose)
             add_step(element, step, to_child[:3, :3].T @ step.axis * (-1.0 if turned else 1.0))
             above, pose = below, np.eye(4)
+
+    def loop(self, joint: UsdJoint) -> Closing:
+        """A joint that would close a loop of the tree."""
+        pose = np.linalg.inv(self.in_body.get(joint.bodies[0], np.eye(4))) @ joint.frames[0]
+        kind, axis = (joint.steps[0].kind, joint.steps[0].axis) if len(joint.steps) == 1 else ("", np.zeros(3))
+        first, second = (self.names[body] for body in joint.bodies)
+        return Closing(joint.path, kind, (first, second), pose, axis)
 
     def add_link(self, robot: Element, body: str) -> None:
         """A body's link with its mass, visuals and collisions; nothing of one between joints that follow each other."""
