@@ -8,17 +8,10 @@ import trimesh
 import yourdfpy
 from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes.hull import (
-    MOST_SHELLS,
-    distinct_faces,
-    hull_of,
-    hull_vertices,
-    hull_volume,
-    solid_moments,
-    used_points,
-)
+from asset2sim.assets.meshes.hull import MOST_SHELLS, distinct_faces, hull_of, hull_vertices, solid_moments, used_points
 from asset2sim.assets.meshes.load import load_mesh, primitive, scale_vector
 from asset2sim.assets.meshes.volume import SLAB_THICKNESS, shape_of, sheet_as_slab
+from asset2sim.physics.convex_hull import hull_volume
 from asset2sim.physics.inertia import box_inertia
 from schemas.vocabulary import VolumeSource
 from tests.builders import corners, double_sided, joined, loose_sides, without_top

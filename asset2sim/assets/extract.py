@@ -33,9 +33,9 @@ from schemas.authored import kept_share
 from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.features import Features, LinkFeatures
-from schemas.finding import Finding
+from schemas.finding import Finding, warning
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, Keep, Quantity, Severity, Stage, UpAxis
+from schemas.vocabulary import FailureMode, Keep, Quantity, Stage, UpAxis
 
 INPUTS = InputSettings()
 SMALLEST_M = 1e-5
@@ -230,8 +230,8 @@ def find_textures(robot: "etree._Element", reader: MeshReader) -> list[Finding]:
         if problem:
             named = reader.refused[reference].reference if reference in reader.refused else reference
             message = f"texture '{named}' {problem}; its material goes without"
-            warning, code = Severity.WARNING, "missing_texture" if code == "missing_mesh" else code
-            findings.append(Finding(stage=Stage.EXTRACT, severity=warning, code=code, message=message))
+            code = "missing_texture" if code == "missing_mesh" else code
+            findings.append(warning(Stage.EXTRACT, code, message))
     return findings
 
 

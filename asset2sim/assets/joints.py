@@ -12,8 +12,8 @@ from asset2sim.physics.arrays import Array, floats_of
 from asset2sim.physics.kinematics import TreeJoint, rpy_of
 from schemas.errors import AssetError
 from schemas.features import JointFeatures
-from schemas.finding import Finding
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.finding import Finding, warning
+from schemas.vocabulary import FailureMode, Stage
 
 
 def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
@@ -98,15 +98,11 @@ def believed_limits(joint: JointFeatures, longest_m: float) -> tuple[JointFeatur
     """The joint with an implausibly long hinge range read as degrees, or as none, and a finding; a slider without
     limits with those of the object's longest link, m; else unchanged, and None."""
     if joint.type == "prismatic" and joint.lower is None:
-        finding = Finding(
-            stage=Stage.EXTRACT,
-            severity=Severity.WARNING,
-            code="limits_supplied",
-            message=f"joint '{joint.name}' slides without limits; it may go {longest_m:.4g} m to either side, the "
-            "length of the longest link: state lower and upper",
-            joint=joint.name,
-            value=longest_m,
+        message = (
+            f"joint '{joint.name}' slides without limits; it may go {longest_m:.4g} m to either side, the "
+            "length of the longest link: state lower and upper"
         )
+        finding = warning(Stage.EXTRACT, "limits_supplied", message, joint=joint.name, value=longest_m)
         return joint.model_copy(update={"lower": -longest_m, "upper": longest_m}), finding
     if joint.type != "revolute" or joint.lower is None or joint.upper is None:
         return joint, None
@@ -121,14 +117,7 @@ def believed_limits(joint: JointFeatures, longest_m: float) -> tuple[JointFeatur
         lower, upper = math.radians(joint.lower), math.radians(joint.upper)
         code, changes = "limits_in_degrees", {"lower": lower, "upper": upper}
         taken = f"read as degrees, {lower:.4g} to {upper:.4g} rad: state radians"
-    finding = Finding(
-        stage=Stage.EXTRACT,
-        severity=Severity.WARNING,
-        code=code,
-        message=f"joint '{joint.name}': limits {joint.lower:.4g} to {joint.upper:.4g} rad are "
-        f"{range_rad / math.tau:.3g} turns; {taken}",
-        joint=joint.name,
-        value=range_rad,
-        limit=LONGEST_RANGE_RAD,
-    )
+    limits = f"limits {joint.lower:.4g} to {joint.upper:.4g} rad are {range_rad / math.tau:.3g} turns"
+    where = {"joint": joint.name, "value": range_rad, "limit": LONGEST_RANGE_RAD}
+    finding = warning(Stage.EXTRACT, code, f"joint '{joint.name}': {limits}; {taken}", **where)
     return joint.model_copy(update=changes), finding

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 import yourdfpy
 
-from asset2sim.assets.meshes.hull import hull_area, hull_vertices, hull_volume
+from asset2sim.assets.meshes.hull import hull_area, hull_vertices
 from asset2sim.assets.meshes.load import collada_header, primitive, scale_vector
 from asset2sim.assets.meshes.paints import link_paints
 from asset2sim.assets.meshes.shape_cache import CachedMesh, mesh_key
@@ -27,12 +27,13 @@ from asset2sim.assets.meshes.volume import (
 from asset2sim.assets.solids import PlacedShape, collision_mismatch, left_out, shapes_with_mass
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders, Refused, find_mesh, why_missing
 from asset2sim.physics.arrays import Array, floats_of, inertia_terms
+from asset2sim.physics.convex_hull import hull_volume
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root
 from schemas.errors import AssetError
 from schemas.features import LinkFeatures, LinkInertial, MeshFeatures
-from schemas.finding import Finding
+from schemas.finding import Finding, remark, warning
 from schemas.inputs import InputSettings
-from schemas.vocabulary import FailureMode, Severity, Stage, VolumeSource
+from schemas.vocabulary import FailureMode, Stage, VolumeSource
 
 HOLE_SHARE = 1e-3
 """Share of a mesh's area that its holes must have to count: slivers that a file's rounding closed up leave less."""
@@ -72,8 +73,7 @@ class MeshReader:
 
     def note(self, code: str, message: str, link: str) -> None:
         """Add a warning."""
-        finding = Finding(stage=Stage.EXTRACT, severity=Severity.WARNING, code=code, message=message, link=link)
-        self.findings.append(finding)
+        self.findings.append(warning(Stage.EXTRACT, code, message, link=link))
 
     def note_collada(self, path: Path, named: str, link: str) -> None:
         """Say once an asset that its COLLADA files are not in metres, or state another up axis than z."""
@@ -97,8 +97,7 @@ class MeshReader:
 
     def inform(self, code: str, message: str, link: str) -> None:
         """Add an explanation."""
-        finding = Finding(stage=Stage.EXTRACT, severity=Severity.INFO, code=code, message=message, link=link)
-        self.findings.append(finding)
+        self.findings.append(remark(Stage.EXTRACT, code, message, link=link))
 
     def read(self, path: Path, scale: Array) -> CachedMesh:
         """The mesh of a file at this (3,) scale, from ``known`` if it is there. UnusableMeshError as ``load_mesh``."""

@@ -83,7 +83,8 @@ def metric_evidence(
         return DRAWN
     if unit_stated and not any(is_unit(edges, NEAR_UNIT) for edges in (size, rest_size)):
         return STATED_UNIT
-    apart = not any(is_unit(edges, NEAR_UNIT) or in_unit_sphere(edges) for edges in (size, rest_size))
+    low, high = UNIT_SPHERE_M
+    apart = not any(is_unit(edges, NEAR_UNIT) or low <= math.hypot(*edges) <= high for edges in (size, rest_size))
     return UNLIKE_UNITS if apart and 0.0 < max(size, default=0.0) <= LARGEST_M else ""
 
 
@@ -127,11 +128,6 @@ def is_unit(size: Sequence[float], slack: float = OF_UNIT) -> bool:
     """Whether a box of these edges was brought to a longest edge or a diagonal of 1 or 2."""
     lengths = max(size, default=0.0), math.hypot(*size)
     return any(abs(length / unit - 1.0) <= slack for length in lengths for unit in UNITS)
-
-
-def in_unit_sphere(size: Sequence[float]) -> bool:
-    """Whether a box of these edges may be of an object that was brought into a sphere of radius 1."""
-    return UNIT_SPHERE_M[0] <= math.hypot(*size) <= UNIT_SPHERE_M[1]
 
 
 def authored_density(link: LinkFeatures) -> float | None:

@@ -7,9 +7,9 @@ import numpy as np
 import trimesh
 from scipy.spatial import ConvexHull
 
-from asset2sim.assets.meshes.hull import hull_volume
 from asset2sim.assets.meshes.volume import Shape
 from asset2sim.physics.arrays import Array, box_of
+from asset2sim.physics.convex_hull import hull_volume
 
 SIZE_FACTOR = 2.0
 """Ratio of the box diagonals of collision meshes and visuals, either way, above which they differ in unit or part."""

@@ -11,12 +11,12 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.urdf.collision_points import shape_points
 from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.read import element_joint
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import convex_hull
 from asset2sim.physics.kinematics import apply
 
 PARALLEL = 1e-9
@@ -67,9 +67,8 @@ def outlines(pieces: Sequence[Array]) -> tuple[Outline, ...] | None:
     """The outlines of pieces of (n, 2) points; None where one has no area, or there is none."""
     found = []
     for points in pieces:
-        try:
-            hull = ConvexHull(points)
-        except (QhullError, ValueError):
+        hull = convex_hull(points)
+        if hull is None:
             return None
         found.append((points[hull.vertices], hull.equations[:, :2], hull.equations[:, 2]))
     return tuple(found) or None

@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import cKDTree
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.document import known_robot
 from asset2sim.assets.urdf.read import element_pose
 from asset2sim.guidance.tables import sizes
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import convex_hull, hull_volume
 from asset2sim.physics.kinematics import apply, link_to_root, rigid_links, tree_of
 from schemas.features import JointFeatures
 from schemas.finding import Finding, remark, warning
@@ -226,7 +227,7 @@ def evidence(seen: RestingShape, up: Array) -> dict[str, float]:
     footing = flat[heights < floor + TOUCHING * seen.diagonal]
     own = int(np.argmax(np.abs(up)))
     found = {
-        "foot": float(np.log(area(footing) / max(area(flat), 1e-12) + 0.02)),
+        "foot": float(np.log(hull_volume(footing) / max(hull_volume(flat), 1e-12) + 0.02)),
         "stands": float(inside(footing, across @ seen.middle) > STANDING * seen.diagonal),
         "flat": (high - floor) / seen.diagonal,
         "top": 1.0 - float(seen.alike[own]),
@@ -281,18 +282,7 @@ def is_disc(points: Array, axis: Array) -> bool:
     return bool(np.ptp(points @ axis) < DISC * np.ptp(points @ beside.T, axis=0).max())
 
 
-def area(points: Array) -> float:
-    """The area of the convex hull of (n, 2) points; 0 where they lie on a line."""
-    try:
-        return float(ConvexHull(points).volume)
-    except (QhullError, ValueError):
-        return 0.0
-
-
 def inside(points: Array, place: Sequence[float] | Array) -> float:
     """The distance of a (2,) place within the convex hull of (n, 2) points; negative outside, and without a hull."""
-    try:
-        edges = ConvexHull(points).equations
-    except (QhullError, ValueError):
-        return -1.0
-    return float(-(edges[:, :2] @ np.asarray(place) + edges[:, 2]).max())
+    hull = convex_hull(points)
+    return -1.0 if hull is None else float(-(hull.equations[:, :2] @ np.asarray(place) + hull.equations[:, 2]).max())

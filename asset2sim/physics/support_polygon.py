@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import convex_hull
 from asset2sim.physics.grip import box_middle
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 
@@ -91,10 +91,8 @@ def standing_on(points: Array, center: Array, mass: float, up: Array) -> Support
     heights = points @ up
     floor = float(heights.min())
     across = np.linalg.svd(up[None, :])[2][1:]
-    try:
-        edges = ConvexHull(points[heights <= floor + STANDING_M] @ across.T).equations
-    except (QhullError, ValueError):
-        edges = np.zeros((0, 3))
+    feet = convex_hull(points[heights <= floor + STANDING_M] @ across.T)
+    edges = np.zeros((0, 3)) if feet is None else feet.equations
     return SupportPolygon(up, mass, center, floor, edges[:, :2] @ across, edges[:, 2])
 
 
@@ -102,12 +100,10 @@ def leaning_on(points: Array, center: Array, mass: float, up: Array, most_rad: f
     """The support of a body where it comes to rest: as it is (``standing_on``), or where its centre of mass is beyond
     its feet, on the nearest side of its convex hull that bears it, within ``most_rad``, with ``up`` leaning."""
     stands = standing_on(points, center, mass, up)
-    if stands.nearest > 0.0:
+    hull = convex_hull(points) if stands.nearest <= 0.0 else None
+    if hull is None:
         return stands
-    try:
-        sides = ConvexHull(points).equations[:, :3]
-    except (QhullError, ValueError):
-        return stands
+    sides = hull.equations[:, :3]
     near = sides[sides @ up < -math.cos(most_rad)]
     for side in near[np.argsort(near @ up)]:
         leaning = standing_on(points, center, mass, -side)

@@ -147,7 +147,8 @@ def attempt_pieces_then_hulls(
     phi = largest_phi(pieces)
     if pieces.verdict.passed and phi <= GOOD_PHI_M:
         return job, attempt_again(job, questions) if open_question and questions.left > 0 else pieces
-    plain = in_mode(job, CollisionMode.REPAIR)
+    collision = job.settings.collision.model_copy(update={"mode": CollisionMode.REPAIR})
+    plain = replace(job, settings=job.settings.model_copy(update={"collision": collision}))
     hulls, _ = first_attempt(plain, shape_folder(plain), questions, unmendable(pieces, job.settings))
     if hulls.verdict.passed and not (pieces.verdict.passed and phi <= largest_phi(hulls)):
         why = f"Φ is {1e3 * phi:.3g} mm" if pieces.verdict.passed else pieces.verdict.reason
@@ -223,12 +224,6 @@ def largest_phi(tried: RefinedAttempt) -> float:
     """The largest Φ in any engine, m."""
     seen = (report.measurement for report in tried.mended.reports)
     return max((found.penetration_m for found in seen if found is not None), default=0.0)
-
-
-def in_mode(job: RefinementJob, mode: CollisionMode) -> RefinementJob:
-    """The job with another collision mode."""
-    collision = job.settings.collision.model_copy(update={"mode": mode})
-    return replace(job, settings=job.settings.model_copy(update={"collision": collision}))
 
 
 def context_of(job: RefinementJob, hulls: Hulls) -> RefinementContext:

@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import hull_volume
 from asset2sim.physics.kinematics import apply, link_to_root, rigid_links, tree_of
 from schemas.features import Features, JointFeatures
 
@@ -130,7 +130,4 @@ def front_of(door: Array, body: Array, height: float) -> tuple[float, float | No
 
 def hull_share(points: Array, box_m2: float) -> float:
     """Share of an area (m²) that the convex hull of (n, 2) points covers; 0 where they lie on a line."""
-    try:
-        return float(ConvexHull(points).volume) / max(box_m2, 1e-12)
-    except (QhullError, ValueError):
-        return 0.0
+    return hull_volume(points) / max(box_m2, 1e-12)

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.base import WORLD
 from asset2sim.guidance.supports import STANDS_CONFIDENCE, usual_support
 from asset2sim.models.object_facts import object_info
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import hull_volume
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
 from asset2sim.physics.mass_matrix import Body
@@ -216,12 +216,7 @@ def has_flat_back(points: Array) -> bool:
         side = float(np.prod((high - low)[others]))
         for end in (low[axis], high[axis]):
             flat = points[np.abs(points[:, axis] - end) <= BACK_M][:, others]
-            try:
-                # Of two dimensions, the volume is an area.
-                area = float(ConvexHull(flat).volume)
-            except (QhullError, ValueError):
-                continue
-            if side > 0.0 and area >= BACK_SHARE * side:
+            if side > 0.0 and hull_volume(flat) >= BACK_SHARE * side:
                 return True
     return False
 

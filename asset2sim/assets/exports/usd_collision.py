@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from asset2sim.assets import mujoco_options
 from asset2sim.assets.exports.refined_object import ExportShape, wxyz_of
@@ -24,6 +24,7 @@ from asset2sim.assets.exports.usd_joints import set_unregistered
 from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.assets.meshes.load import load_mesh
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import convex_hull
 
 VERTEX_LIMIT = 64
 POLYGON_LIMIT = 64
@@ -53,18 +54,15 @@ def limited_hull(points: Array) -> LimitedHull | None:
     along the axes come first, so that the box of the object and the height it stands at stay; then, one by one, the
     corner that is farthest outside.
     """
-    try:
-        full = ConvexHull(points)
-    except (QhullError, ValueError):
-        return None
-    if len(points) <= VERTEX_LIMIT and within_physx_limits(full):
+    full = convex_hull(points)
+    if full is None or (len(points) <= VERTEX_LIMIT and within_physx_limits(full)):
         return None
     corners = points[full.vertices]
-    chosen, kept = extreme_corners(corners), np.arange(0)
+    chosen = np.unique(np.concatenate([corners.argmin(axis=0), corners.argmax(axis=0)]))
+    kept = np.arange(0)
     while len(chosen) <= VERTEX_LIMIT:
-        try:
-            hull = ConvexHull(corners[chosen])
-        except QhullError:
+        hull = convex_hull(corners[chosen])
+        if hull is None:
             # Still flat: the corner farthest from those chosen gives it depth.
             apart = np.linalg.norm(corners[:, None] - corners[chosen][None], axis=2).min(axis=1)
             chosen = np.append(chosen, apart.argmax())
@@ -103,11 +101,6 @@ def polygon_sizes(hull: ConvexHull) -> list[int]:
     # Each vertex of each polygon once, as one number.
     corners = np.unique(labels[:, None].astype(np.int64) * len(hull.points) + hull.simplices)
     return [int(size) for size in np.bincount(corners // len(hull.points))]
-
-
-def extreme_corners(corners: Array) -> NDArray[np.int_]:
-    """Indices of the (n, 3) corners that are lowest and highest along each axis."""
-    return np.unique(np.concatenate([corners.argmin(axis=0), corners.argmax(axis=0)]))
 
 
 def reduced_hull(corners: Array, kept: NDArray[np.int_], volume_before: float) -> LimitedHull | None:

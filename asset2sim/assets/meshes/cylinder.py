@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import convex_hull
 
 SIDES = 64
 """Corners of a rim by which a cylinder takes part where hulls are cut apart; 0.12 % of its radius lie between them."""
@@ -72,10 +72,10 @@ def tread(points: Array, axis: Array) -> Cylinder | None:
     them inside, or beside its ends."""
     flat = points @ np.linalg.svd(axis[None, :])[2][1:].T
     reach = np.linalg.norm(flat, axis=1)
-    try:
-        rim = flat[ConvexHull(flat).vertices]
-    except QhullError:
+    hull = convex_hull(flat)
+    if hull is None:
         return None
+    rim = flat[hull.vertices]
     turns = np.sort(np.arctan2(rim[:, 1], rim[:, 0]))
     gaps = np.diff(turns, append=turns[0] + 2.0 * np.pi)
     radius = float(reach.max())

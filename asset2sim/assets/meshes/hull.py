@@ -11,9 +11,9 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.physics.arrays import Array, Faces, cross
+from asset2sim.physics.convex_hull import convex_hull
 
 Boxes = tuple[Array, Array]
 FLAT_THICKNESS = 1e-4
@@ -33,11 +33,8 @@ def hull_of(points: Array) -> Hull | None:
     extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if len(points) < 4 or extent <= 0.0:
         return None
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
-        return None
-    if 3.0 * hull.volume <= FLAT_THICKNESS * extent * hull.area:
+    hull = convex_hull(points)
+    if hull is None or 3.0 * hull.volume <= FLAT_THICKNESS * extent * hull.area:
         return None
     triangles = points[hull.simplices]
     normals = cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -77,26 +74,14 @@ def solid_moments(triangles: Array) -> tuple[float, Array, Array]:
 
 def hull_vertices(points: Array) -> Array:
     """The points that span the hull of (n, 3) points; all of them where they are coplanar."""
-    try:
-        return used_points(points, ConvexHull(points).simplices)
-    except (QhullError, ValueError):
-        return points
-
-
-def hull_volume(points: Array) -> float:
-    """Volume of the hull of (n, 3) points, m³; 0 where they are coplanar."""
-    try:
-        return float(ConvexHull(points).volume)
-    except (QhullError, ValueError):
-        return 0.0
+    hull = convex_hull(points)
+    return points if hull is None else used_points(points, hull.simplices)
 
 
 def hull_area(points: Array) -> float:
     """Area of the hull of (n, 3) points, m²; 0 where they are coplanar."""
-    try:
-        return float(ConvexHull(points).area)
-    except (QhullError, ValueError):
-        return 0.0
+    hull = convex_hull(points)
+    return 0.0 if hull is None else float(hull.area)
 
 
 def boxes_meet(first: Boxes, second: Boxes, slack: float = 0.0) -> NDArray[np.bool_]:

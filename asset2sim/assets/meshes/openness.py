@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asset2sim.assets.meshes.hull import hull_vertices, hull_volume
+from asset2sim.assets.meshes.hull import hull_vertices
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.convex_hull import hull_volume
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, moved_links
 
 SAMPLES = 9

@@ -14,11 +14,12 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import ConvexHull
 
 from asset2sim.assets.meshes.hollow import ALLOWED_DEPTH, LOOSE_DEPTHS, Hollow
 from asset2sim.assets.meshes.hull import spread_directions, used_points
 from asset2sim.physics.arrays import Array, cross
+from asset2sim.physics.convex_hull import convex_hull
 
 MOST_GROUPS = 192
 """Groups that a shape's faces are halved into at most: joining costs a millisecond for each pair that touches."""
@@ -83,21 +84,18 @@ class PatchPiece:
 
 def piece_of(points: Array, thickness: float) -> PatchPiece:
     """The hull of (n, 3) points; where it is flatter than ``thickness`` (m), it is made as thick about its middle."""
-    try:
-        hull = ConvexHull(points)
-        if 2.0 * hull.volume >= thickness * hull.area:  # a plate's volume is half its area times its thickness
-            return PatchPiece(used_points(points, hull.simplices), points[hull.simplices], float(hull.volume))
-    except QhullError:
-        pass
+    hull = convex_hull(points)
+    # A plate's volume is half its area times its thickness.
+    if hull is not None and 2.0 * hull.volume >= thickness * hull.area:
+        return PatchPiece(used_points(points, hull.simplices), points[hull.simplices], float(hull.volume))
     centre = points.mean(axis=0)
     normal = np.linalg.svd(points - centre, full_matrices=len(points) < 3)[2][-1]
     height = (points - centre) @ normal
     if float(np.ptp(height)) < thickness:
         level = points - np.outer(height - (height.max() + height.min()) / 2.0, normal)
         points = np.vstack([level + normal * thickness / 2.0, level - normal * thickness / 2.0])
-    try:
-        hull = ConvexHull(points)
-    except QhullError:  # a needle: thick enough along every axis
+    hull = convex_hull(points)
+    if hull is None:  # a needle: thick enough along every axis
         steps = np.vstack([np.eye(3), -np.eye(3)]) * thickness / 2.0
         points = (points[:, None] + steps[None]).reshape(-1, 3)
         hull = ConvexHull(points)

@@ -11,22 +11,18 @@ from lxml import etree
 from lxml.etree import _Element as Element
 
 from asset2sim.assets.meshes.unusable import other_kind
-from asset2sim.assets.urdf.joint_types import (
-    complete_limits,
-    info,
-    settle_joint_types,
-    warning,
-    without_infinite_limits,
-)
+from asset2sim.assets.urdf.joint_types import complete_limits, settle_joint_types, without_infinite_limits
 from asset2sim.assets.urdf.mimic import drop_unusable_mimics
 from asset2sim.assets.urdf.numbers import (
+    PARTS,
     check_numbers,
     drop_unusable_contacts,
     drop_unusable_inertials,
     drop_unusable_shapes,
-    elements_of,
+    info,
     name_files,
     thicken_plates,
+    warning,
 )
 from schemas.errors import AssetError
 from schemas.finding import Finding
@@ -158,7 +154,7 @@ def strip_namespace(robot: Element) -> None:
 
 def without_commas(robot: Element) -> None:
     """Separate the numbers of lists by spaces alone."""
-    for element in elements_of(robot):
+    for element in (inner for part in robot.iterchildren(*PARTS) for inner in part.iter(etree.Element)):
         for key in LISTS:
             text = element.get(key)
             if text is not None and "," in text and not DECIMAL_COMMA.fullmatch(text.strip()):

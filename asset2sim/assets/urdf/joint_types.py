@@ -2,22 +2,20 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.numbers import info, warning
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.finding import Finding
-from schemas.vocabulary import FailureMode, Severity, Stage
+from schemas.vocabulary import FailureMode
 
 NO_BOUND = re.compile(r"[+-]?(inf|infinity)|nan", re.IGNORECASE)
 """A number that bounds nothing."""
-info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
-warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
 
 def without_infinite_limits(robot: Element) -> list[Finding]:

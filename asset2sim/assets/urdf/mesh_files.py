@@ -5,6 +5,7 @@ import re
 import shutil
 import struct
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
@@ -93,10 +94,18 @@ def material_files(file: Path, within: Counts = lambda path: True, counts: Count
     """The material libraries and pictures that a mesh's looks depend on, as far as they exist: as ``counts`` has it. A
     library that is not ``within``, or that ``library_problem`` refuses, is listed and not read. None of a file that
     cannot be read."""
-    try:
-        return _material_files(file, within, counts)
-    except OSError:
-        return []
+    with suppress(OSError):
+        kind = file.suffix.lower()
+        if kind == ".obj":
+            libraries = [file.parent / name for name in libraries_of(file, counts)]
+            read = [library for library in libraries if within(library) and library_problem(library) is None]
+            return libraries + [library.parent / name for library in read for name in textures_of(library, counts)]
+        names = gltf_names(file) if kind in (".gltf", ".glb") else []
+        if kind == ".dae":
+            names = [name.decode(errors="replace") for name in COLLADA_PICTURE.findall(file.read_bytes())]
+        texts = (unquote(name.strip().replace("\\", "/").removeprefix("file://")) for name in names)
+        return [path for text in texts if counts(path := file.parent / text)]
+    return []
 
 
 def is_there(path: Path) -> bool:
@@ -114,18 +123,6 @@ def library_problem(path: Path) -> str | None:
     return None if path.stat().st_size <= MAX_LIBRARY_BYTES else f"has over {MAX_LIBRARY_BYTES >> 20} MiB"
 
 
-def _material_files(file: Path, within: Counts, counts: Counts) -> list[Path]:
-    kind = file.suffix.lower()
-    if kind == ".obj":
-        libraries = [file.parent / name for name in libraries_of(file, counts)]
-        read = [library for library in libraries if within(library) and library_problem(library) is None]
-        return libraries + [library.parent / name for library in read for name in textures_of(library, counts)]
-    names = gltf_names(file) if kind in (".gltf", ".glb") else []
-    if kind == ".dae":
-        names = [name.decode(errors="replace") for name in COLLADA_PICTURE.findall(file.read_bytes())]
-    return [path for name in names if (path := named_file(name, file.parent, counts)) is not None]
-
-
 def gltf_names(file: Path) -> list[str]:
     """Names of the buffers and pictures of a glTF file, without those that it holds; none where it is broken."""
     content = file.read_bytes()
@@ -137,12 +134,6 @@ def gltf_names(file: Path) -> list[str]:
         return [str(part["uri"]) for part in parts if "uri" in part and not str(part["uri"]).startswith("data:")]
     except (ValueError, AttributeError, TypeError, RecursionError):
         return []
-
-
-def named_file(name: str, folder: Path, counts: Counts = is_file) -> Path | None:
-    """The file that a mesh in ``folder`` means by a path or a URI; None where there is none."""
-    path = folder / unquote(name.strip().replace("\\", "/").removeprefix("file://"))
-    return path if counts(path) else None
 
 
 def without_materials(obj: bytes) -> bytes:

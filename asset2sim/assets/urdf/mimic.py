@@ -2,21 +2,18 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.numbers import info, warning
 from schemas.features import JointFeatures, Mimic
 from schemas.finding import Finding
-from schemas.vocabulary import Severity, Stage
 
 MOVING = ("revolute", "continuous", "prismatic")
 LEAST_RATIO, LARGEST_RATIO = 1e-9, 1e9
 """Bounds of a mimic's multiplier and, above, of its offset, rad or m."""
 SAME_SHARE = 1e-3
 """Share of a leader's range by which a follower's limits may fall short of it by rounding."""
-info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
-warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
 
 
 def read_mimics(robot: Element) -> dict[str, Mimic]:

@@ -4,13 +4,14 @@ import math
 from functools import partial
 from pathlib import Path
 
-from lxml import etree
 from lxml.etree import _Element as Element
 
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
 
+PARTS = ("link", "joint", "material")
+"""What a URDF consists of."""
 LARGEST = 1e7
 """Largest length, m, and largest angle, rad, that are taken for such: a metre in micrometres is 1e6, and sums with
 larger ones lose all else."""
@@ -39,13 +40,15 @@ SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, 
 THINNEST_M, THINNEST_SHARE = 1e-4, 1e-3
 """Least thickness, m, of a box or disc that engines collide with as with any other, and the share of its longest edge
 up to which one that is thinner is a plate: one of 0.01 mm by 2 m rocks on a floor for good."""
+info = partial(Finding, stage=Stage.EXTRACT, severity=Severity.INFO)
 warning = partial(Finding, stage=Stage.EXTRACT, severity=Severity.WARNING)
+"""Findings on a URDF, by how much they matter."""
 
 
 def check_numbers(path: Path, robot: Element) -> None:
     """Refuse attributes that hold no number, another count of them, or one that is not finite or too large. Raises
     AssetError, which names the element: invalid_joint_configuration of a joint, else unreadable_asset."""
-    for part in robot.iterchildren("link", "joint", "material"):
+    for part in robot.iterchildren(*PARTS):
         for element in part.iter(*COUNTS):
             parent = element.getparent()
             if parent is not None and parent.tag == "inertial":
@@ -158,7 +161,8 @@ def problem_of_shape(shape: Element) -> str | None:
     """The fault in the size of a shape or the scale of a mesh, with the remedy; None where they can be used."""
     if shape.tag == "mesh":
         text = shape.get("scale")
-        if not text or not text.strip() or is_scale(text):
+        words = (text or "").split()
+        if not text or not words or (problem_of(text, (1, 3), math.inf) is None and all(map(float, words))):
             return None
         named = f"mesh '{shortened_text(str(shape.get('filename')))}' has the scale '{shortened_text(text)}'"
         return f"{named}: state one number or three, finite and none of them 0"
@@ -168,11 +172,6 @@ def problem_of_shape(shape: Element) -> str | None:
             wanted = "a number above 0" if count == 1 else f"{count} numbers above 0"
             return f"its <{shape.tag}> has the {key} '{shortened_text(text)}': state {wanted}, in metres"
     return None
-
-
-def is_scale(text: str) -> bool:
-    """Whether a text is a mesh's scale: one number or three, finite and none of them 0."""
-    return problem_of(text, (1, 3), math.inf) is None and all(float(word) for word in text.split())
 
 
 INERTIALS = {"origin": {"xyz": 3, "rpy": 3}, "mass": {"value": 1},
@@ -212,12 +211,6 @@ def problem_of_inertial(element: Element, key: str, text: str, count: int) -> st
 
 def name_files(robot: Element) -> None:
     """Give meshes and textures that name no file an empty name."""
-    for part in robot.iterchildren("link", "joint", "material"):
+    for part in robot.iterchildren(*PARTS):
         for element in part.iter("mesh", "texture"):
-            if element.get("filename") is None:
-                element.set("filename", "")
-
-
-def elements_of(robot: Element) -> list[Element]:
-    """The elements within links, joints and materials."""
-    return [inner for part in robot.iterchildren("link", "joint", "material") for inner in part.iter(etree.Element)]
+            element.set("filename", element.get("filename", ""))

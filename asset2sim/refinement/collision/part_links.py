@@ -1,7 +1,7 @@
 """Separate links that overlap in a state by cutting their collision hulls."""
 
-from collections.abc import Iterable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
@@ -16,15 +16,19 @@ from asset2sim.refinement.position_bands import Pose
 from schemas.vocabulary import CollisionMode
 
 
-def hull_world(trimmer: Trimmer) -> AbstractContextManager[HullWorld]:
+@contextmanager
+def hull_world(trimmer: Trimmer) -> Iterator[HullWorld]:
     """A world for the hulls of a trimmer; it follows later cuts."""
     if with_pybullet():
-        from asset2sim.refinement.collision.pybullet_hulls import pybullet_hulls
+        from asset2sim.engines.pybullet_object import empty_client
+        from asset2sim.refinement.collision.pybullet_hulls import PyBulletHulls
 
-        return pybullet_hulls(trimmer)
-    from asset2sim.refinement.collision.mujoco_hulls import MuJoCoHulls
+        with empty_client() as client:
+            yield PyBulletHulls(client, trimmer)
+    else:
+        from asset2sim.refinement.collision.mujoco_hulls import MuJoCoHulls
 
-    return nullcontext(MuJoCoHulls(trimmer))
+        yield MuJoCoHulls(trimmer)
 
 
 def cut_until_clear(

@@ -1,14 +1,11 @@
 """Distances of single convex hulls in PyBullet, a static body each."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from math import sqrt
 
 import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-from asset2sim.engines.pybullet_object import empty_client
 from asset2sim.physics.arrays import Array
 from asset2sim.refinement.collision.hull_world import HullWorld
 from asset2sim.refinement.collision.trim import Key, Trimmer
@@ -45,13 +42,6 @@ class PyBulletHulls(HullWorld):
             self.client.resetBasePositionAndOrientation(known[0], pose[:3, 3].tolist(), quaternion(pose))
             self.places[key] = pose
         return known[0]
-
-
-@contextmanager
-def pybullet_hulls(trimmer: Trimmer) -> Iterator[PyBulletHulls]:
-    """A world for the hulls of a trimmer."""
-    with empty_client() as client:
-        yield PyBulletHulls(client, trimmer)
 
 
 def quaternion(pose: Array) -> tuple[float, float, float, float]:

@@ -5,6 +5,7 @@ step, inertia only upwards, no friction added to a joint with a spring.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 from scipy.spatial.transform import Rotation
 
@@ -66,10 +67,11 @@ def more_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
     return with_joints(case, overlay, change)
 
 
-def less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Half the damping: an explicit damper too strong for the inertia that it moves adds energy."""
+def less_damping(case: Case, overlay: PhysicsOverlay, factor: float = 0.5) -> PhysicsOverlay | None:
+    """Half the damping: an explicit damper too strong for the inertia that it moves adds energy. Another ``factor``
+    for a joint that moves too slowly."""
     return with_joints(
-        case, overlay, lambda joint: set_by_search("damping", 0.5 * joint.damping) if joint.damping > 0.0 else {}
+        case, overlay, lambda joint: set_by_search("damping", factor * joint.damping) if joint.damping > 0.0 else {}
     )
 
 
@@ -126,15 +128,6 @@ def looser_hold(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
         return set_by_search("friction", friction) if friction < 0.999 * joint.friction else {}
 
     return with_joints(case, overlay, change)
-
-
-def much_less_damping(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """Less damping on a joint that moves too slowly."""
-    return with_joints(
-        case,
-        overlay,
-        lambda joint: set_by_search("damping", LOOSENING_FACTOR * joint.damping) if joint.damping > 0.0 else {},
-    )
 
 
 def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
@@ -194,6 +187,10 @@ _FIRMER, _HOLD = Remedy("more damping and friction", with_more_damping), Remedy(
 _ROLLING, _BROAD = Remedy("rolling resistance", rolling_resistance), Remedy("laid on its broadest side", lie_broad)
 _EXPLOSION = (Remedy("less damping", less_damping), Remedy("mass ratio lowered", lower_mass_ratio))
 _STILL = (_FIRMER, _ROLLING)
+_LOOSER = (
+    Remedy("less friction", less_friction),
+    Remedy("less damping", partial(less_damping, factor=LOOSENING_FACTOR)),
+)
 
 _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     FailureMode.STANDS: (Remedy("written as it lies", lie_down), _BROAD),
@@ -203,7 +200,7 @@ _REMEDIES: dict[FailureMode, tuple[Remedy, ...]] = {
     FailureMode.DROP: (*_EXPLOSION, _FIRMER),
     FailureMode.NUDGE: (_DAMPED, Remedy("more friction", more_friction), *_EXPLOSION),
     FailureMode.HOLD: (_HOLD,),
-    FailureMode.RELEASE: (Remedy("less friction", less_friction), Remedy("less damping", much_less_damping)),
+    FailureMode.RELEASE: _LOOSER,
     FailureMode.EFFORT: (Remedy("looser hold", looser_hold), _BROAD),
     FailureMode.RESET: (_DAMPED, _HOLD, _FIRMER),
 }
