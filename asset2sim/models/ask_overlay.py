@@ -99,13 +99,15 @@ def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synth
     return said.value, said.calls, (*remarks(said.answers[0]), *map(_refusal, said.refused), *told)
 
 
-def ask_until_valid(first: ModelRequest, ask: ModelAsk, parse: Callable[[str], Value]) -> Replies[Value]:
-    """The first answer that ``parse`` accepts, of at most ``MAX_ASKS``; each repeated question states what was wrong.
+def ask_until_valid(
+    first: ModelRequest, ask: ModelAsk, parse: Callable[[str], Value], most: int = MAX_ASKS
+) -> Replies[Value]:
+    """The first answer that ``parse`` accepts, of at most ``most``; each repeated question states what was wrong.
     Asking ends with an answer without content: a provider that failed, or a budget that is spent. ``parse`` raises
     ``InvalidAnswerError`` for an answer that does not fit."""
     request, answers, calls, refused = first, list[ModelAnswer](), list[ModelCall](), list[InvalidAnswerError]()
     value = None
-    while value is None and len(answers) < MAX_ASKS:
+    while value is None and len(answers) < most:
         answer = ask(request)
         answers.append(answer)
         try:

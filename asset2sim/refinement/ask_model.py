@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from asset2sim.models.answers import InvalidFieldsError, RefinementAnswer, parse_refinement
-from asset2sim.models.ask_overlay import images_not_sent, marked_invalid
-from asset2sim.models.prompts import StateProblem, TriedProposal, refinement_request, with_validation_errors
+from asset2sim.models.answers import RefinementAnswer, parse_refinement
+from asset2sim.models.ask_overlay import MAX_ASKS, ask_until_valid, images_not_sent
+from asset2sim.models.prompts import StateProblem, TriedProposal, refinement_request
 from asset2sim.refinement.context import warning
 from asset2sim.refinement.locate_overlaps import locate_overlaps
 from asset2sim.refinement.position_bands import Band, Pose
 from asset2sim.refinement.search_state import Ask
 from asset2sim.render import png_bytes, render_views
-from schemas.errors import AssetError, InvalidAnswerError
+from schemas.errors import AssetError
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.model_names import REFINEMENT_PURPOSE, is_local, model_for
@@ -43,32 +43,20 @@ class AskedSoFar:
         return self.known[request.text]
 
     def _ask(self, request: ModelRequest, focus: tuple[str, ...]) -> RefinementAnswer | str:
-        asked, refused = request, ""
-        for first in (True, False):
-            if self.left <= 0:
-                break
-            self.left -= 1
-            answer = self.ask(asked)
-            if first:
-                self._note_images(answer)
-            if answer.content is None:
-                self.calls.extend(answer.calls)
-                return self._give_up(answer)
-            try:
-                step = parse_refinement(answer.content, focus)
-            except InvalidAnswerError as error:
-                self.calls.extend(marked_invalid(answer.calls))
-                refused = str(error)
-                violations = error.violations if isinstance(error, InvalidFieldsError) else (refused,)
-                asked = with_validation_errors(request, violations)
-                if first and self.left > 0:
-                    self._note("invalid_answer", f"the model's step was refused and it was asked again: {refused}")
-                continue
-            self.calls.extend(answer.calls)
-            return step
-        if refused:
-            self._note("refinement_unanswered", f"the search goes on without a step from the model: {refused}")
-        return f"no answer of the model fits: {refused}" if refused else "no model call is left"
+        said = ask_until_valid(request, self.ask, lambda text: parse_refinement(text, focus), min(self.left, MAX_ASKS))
+        self.left -= len(said.answers)
+        self.calls.extend(said.calls)
+        if not said.answers:
+            return "no model call is left"
+        self._note_images(said.answers[0])
+        if len(said.answers) > 1:
+            self._note("invalid_answer", f"the model's step was refused and it was asked again: {said.refused[0]}")
+        if said.value is not None:
+            return said.value
+        if said.answers[-1].content is None:
+            return self._give_up(said.answers[-1])
+        self._note("refinement_unanswered", f"the search goes on without a step from the model: {said.refused[-1]}")
+        return f"no answer of the model fits: {said.refused[-1]}"
 
     def _give_up(self, answer: ModelAnswer) -> str:
         """Ask no more, and say why: the budget is spent, or the provider failed in all its attempts."""
