@@ -14,8 +14,8 @@ from asset2sim.models.gateway.budget import (
     Amount,
     BudgetSpentError,
     budget_of,
+    call_amount,
     check_budget,
-    expected_amount,
     record_spent,
     reserve,
 )
@@ -187,7 +187,7 @@ def test_a_timeout_may_have_been_billed_and_counts_as_expected(tmp_path: Path) -
         session = open_gateway_session(tmp_path, "run", "a", wanted)
         answer = ask(REQUEST, wanted, session)
     assert not answer.budget_spent and answer.calls[0].cost_usd == 0.0
-    expected = expected_amount(REQUEST, wanted, False)
+    expected = call_amount(REQUEST, wanted, False)
     assert spent_so_far(session.budget) == expected
     assert expected.tokens == EXPECTED_ANSWER_TOKENS + (15 + 11) // 3 and 0.02 < expected.usd < 0.021
 

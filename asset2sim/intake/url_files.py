@@ -184,14 +184,9 @@ def _groups(folders: Sequence[str]) -> list[list[str]]:
 
 def _whole(urls: Sequence[str]) -> Listing | None:
     """One listing that covers all of these URLs; None where that would list a whole bucket for a few folders."""
-    root = _root(urls)
-    return listing_of(root) if "/" in key_of(root) else cached_listing(root)
-
-
-def _root(urls: Sequence[str]) -> str:
-    """The deepest folder that all of these URLs share."""
     scheme, _, _ = urls[0].partition("://")
-    return f"{scheme}://{posixpath.commonpath([url.partition('://')[2] for url in urls])}"
+    root = f"{scheme}://{posixpath.commonpath([url.partition('://')[2] for url in urls])}"
+    return listing_of(root) if "/" in key_of(root) else cached_listing(root)
 
 
 def _references(state: sqlite3.Connection, urdfs: dict[str, str]) -> dict[str, list[str]]:

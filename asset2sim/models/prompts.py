@@ -201,14 +201,14 @@ def _collision(
     if place is None:
         return told
     parted = [
-        {"joint": name, "change": change, "toward": _toward(joints[name], change)}
+        {
+            "joint": name,
+            "change": change,
+            "toward": "open" if change * (joints[name].open - joints[name].closed) >= 0.0 else "closed",
+        }
         for name, change in place.parted_by.items()
     ]
     return {**told, "at_a": place.at_a, "at_b": place.at_b, "a_leaves": place.a_leaves, "parted_by": parted}
-
-
-def _toward(joint: JointPhysics, change: float) -> str:
-    return "open" if change * (joint.open - joint.closed) >= 0.0 else "closed"
 
 
 def _focus_joint(

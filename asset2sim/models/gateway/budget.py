@@ -57,17 +57,11 @@ def _listed_price(model: str) -> Price | None:
         return None
 
 
-def expected_amount(request: ModelRequest, settings: ModelSettings, with_images: bool) -> Amount:
-    """Estimated amount of one call for this request."""
-    return _amount(request, settings, with_images, min(EXPECTED_ANSWER_TOKENS, settings.max_completion_tokens))
-
-
-def largest_amount(request: ModelRequest, settings: ModelSettings, with_images: bool) -> Amount:
-    """Largest amount of one call for this request: with an answer as long as is allowed."""
-    return _amount(request, settings, with_images, settings.max_completion_tokens)
-
-
-def _amount(request: ModelRequest, settings: ModelSettings, with_images: bool, answer_tokens: int) -> Amount:
+def call_amount(
+    request: ModelRequest, settings: ModelSettings, with_images: bool, answer_tokens: float = EXPECTED_ANSWER_TOKENS
+) -> Amount:
+    """Estimated amount of one call for this request, whose answer has at most so many tokens and as are allowed."""
+    answer_tokens = int(min(answer_tokens, settings.max_completion_tokens))
     turns = sum(len(turn.content) + sum(len(call.arguments) for call in turn.tool_calls) for turn in request.turns)
     tools = sum(len(tool.description) + len(str(tool.parameters)) for tool in request.tools)
     text = len(request.system) + len(request.text) + turns + tools

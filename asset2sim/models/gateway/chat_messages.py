@@ -7,7 +7,7 @@ from typing import Any
 
 from PIL import Image
 
-from schemas.request import LabelledImage, ModelRequest, Tool, ToolCall, Turn
+from schemas.request import LabelledImage, ModelRequest, Turn
 
 
 def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, Any]]:
@@ -31,11 +31,6 @@ def chat_messages(request: ModelRequest, with_images: bool) -> list[dict[str, An
     return messages
 
 
-def tool_parameters(tools: tuple[Tool, ...]) -> list[dict[str, Any]]:
-    """The tool definitions in OpenAI's format."""
-    return [{"type": "function", "function": tool.model_dump()} for tool in tools]
-
-
 def answer_format(schema: dict[str, Any] | None, name: str, level: str) -> dict[str, Any] | None:
     """The ``response_format`` of a level: ``schema``, ``object`` (any JSON), or ``prompt`` (none: the prompt says it).
     Never strict: an answer has maps whose keys are joint names, which strict mode cannot express."""
@@ -53,14 +48,13 @@ def _message(turn: Turn, shown: tuple[LabelledImage, ...]) -> dict[str, Any]:
         return {"role": "user", "content": _user_content(turn.content, shown)}
     message: dict[str, Any] = {"role": "assistant", "content": turn.content or None}
     if turn.tool_calls:
-        message["tool_calls"] = [_tool_call(call) for call in turn.tool_calls]
+        message["tool_calls"] = [
+            {"id": call.call_id, "type": "function", "function": {"name": call.name, "arguments": call.arguments}}
+            for call in turn.tool_calls
+        ]
     elif not turn.content:
         message["content"] = ""
     return message
-
-
-def _tool_call(call: ToolCall) -> dict[str, Any]:
-    return {"id": call.call_id, "type": "function", "function": {"name": call.name, "arguments": call.arguments}}
 
 
 def _user_content(text: str, images: tuple[LabelledImage, ...]) -> str | list[dict[str, Any]]:

@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from asset2sim.models.gateway.abilities import AttemptOptions, model_abilities
-from asset2sim.models.gateway.chat_messages import answer_format, chat_messages, tool_parameters
+from asset2sim.models.gateway.chat_messages import answer_format, chat_messages
 from asset2sim.models.gateway.environment import load_litellm, runs_without_key, unset_variables
 from asset2sim.models.gateway.rate_limits import STOP_POLL_S, RunStoppedError, Stopped
 from asset2sim.models.prior.answer import completion
@@ -75,7 +75,7 @@ def arguments(request: ModelRequest, settings: ModelSettings, options: AttemptOp
     if request.sample > 0:
         found["seed"] = request.sample
     if request.tools:
-        found["tools"] = tool_parameters(request.tools)
+        found["tools"] = [{"type": "function", "function": tool.model_dump()} for tool in request.tools]
         found["_skip_mcp_handler"] = True  # or LiteLLM imports a package that it does not depend on
     wanted = answer_format(request.answer_schema, request.purpose, options.answer_format)
     if wanted is not None:

@@ -13,9 +13,8 @@ from asset2sim.models.gateway.budget import (
     Budget,
     BudgetSpentError,
     budget_of,
+    call_amount,
     check_budget,
-    expected_amount,
-    largest_amount,
     price_of,
     record_spent,
     reserve,
@@ -113,7 +112,9 @@ def call_permit(
             free_slot = rate_limits.slot(session.slots, provider, settings.concurrent_requests, session.stopped)
             stack.enter_context(free_slot)
             rate_limits.wait_for_turn(session.ledger, provider, settings.requests_per_minute, session.stopped)
-        number = _held(session, ticket.expected, largest_amount(request, settings, with_images), settings.timeout_s)
+        number = _held(
+            session, ticket.expected, call_amount(request, settings, with_images, math.inf), settings.timeout_s
+        )
         try:
             yield ticket
         finally:
@@ -137,7 +138,7 @@ def _priced(session: GatewaySession, request: ModelRequest, settings: ModelSetti
         return CallPermit()
     if any(limit.usd is not None for limit in limits) and price_of(settings) is None:
         raise BudgetSpentError("a budget in USD cannot be kept for it: LiteLLM knows no price; give one in tokens")
-    return CallPermit(expected=expected_amount(request, settings, with_images))
+    return CallPermit(expected=call_amount(request, settings, with_images))
 
 
 def _held(session: GatewaySession, expected: Amount, most: Amount, timeout_s: float) -> str:

@@ -89,12 +89,11 @@ def answers_of(model: str) -> Answers:
         answers: Answers = object_at(kind.answers)(model)
         return answers
     needed = missing(model)
-    raise UsageError(needed) if needed else UnknownChoiceError("model", model, local_forms())
-
-
-def local_forms() -> tuple[str, ...]:
-    """How the names of the models of this process are written."""
-    return HOUSEHOLD, *(model.form for model in local_models().values())
+    raise (
+        UsageError(needed)
+        if needed
+        else UnknownChoiceError("model", model, (HOUSEHOLD, *(own.form for own in found.values())))
+    )
 
 
 CHARACTERS_PER_TOKEN = 4
