@@ -28,19 +28,18 @@ def rise(points: np.ndarray, center: np.ndarray, up: np.ndarray) -> tuple[float,
     return support.rise, support.furthest
 
 
-def test_a_box_tips_over_its_nearest_edge() -> None:
-    tips, support = rise(corners(0.2, 0.4, 0.6), np.array([0.02, 0.0, 0.3]), UP)
-    assert near(tips, math.hypot(0.08, 0.3) - 0.3) and near(support, 0.2)
-
-
-def test_it_lies_on_another_side_where_up_is_another_way() -> None:
-    tips, _ = rise(corners(0.2, 0.4, 0.6) - [0.0, 0.0, 0.3], np.zeros(3), np.array([1.0, 0.0, 0.0]))
-    assert near(tips, math.hypot(0.2, 0.1) - 0.1)
-
-
-@pytest.mark.parametrize("center", [(0.3, 0.0, 0.3), (0.1, 0.0, 0.3)])
-def test_what_leans_over_an_edge_needs_nothing(center: tuple[float, float, float]) -> None:
-    assert rise(corners(0.2, 0.4, 0.6), np.array(center), UP)[0] == pytest.approx(0.0, abs=1e-12)
+@pytest.mark.parametrize(
+    ("center", "up", "tips"),
+    [
+        ((0.02, 0.0, 0.3), (0.0, 0.0, 1.0), math.hypot(0.08, 0.3) - 0.3), ((0.3, 0.0, 0.3), (0.0, 0.0, 1.0), 0.0),
+        ((0.1, 0.0, 0.3), (0.0, 0.0, 1.0), 0.0), ((0.0, 0.0, 0.3), (1.0, 0.0, 0.0), math.hypot(0.2, 0.1) - 0.1),
+    ],
+    ids=["over its nearest edge", "leaning over an edge", "on an edge", "on another side"],
+)  # fmt: skip
+def test_a_box_tips_over_its_nearest_edge(center: tuple[float, ...], up: tuple[float, ...], tips: float) -> None:
+    found, support = rise(corners(0.2, 0.4, 0.6), np.array(center), np.array(up))
+    assert found == pytest.approx(tips, abs=1e-12)
+    assert center[0] != 0.02 or near(support, 0.2)
 
 
 def test_what_stands_on_an_edge_or_a_point_needs_nothing() -> None:

@@ -12,7 +12,7 @@ from asset2sim.engines.pybullet_object import loaded
 from asset2sim.engines.pybullet_world import PyBulletWorld
 from asset2sim.physics.inertia import box_inertia
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, JointSpace, cross_matrix, joint_space
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, JointSpace, joint_space
 from schemas.base import Vector3
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, tree_joint, write_urdf
 
@@ -118,10 +118,6 @@ def test_two_damped_joints_on_one_free_base_decay_faster_together() -> None:
     # (M⁻¹)ⱼⱼ = 2 and, through the base, ±1 across: eigenvalues 1 and 3 with unit damping; one joint alone gives 2.
     assert space.fastest_decay({"left": 1.0, "right": 1.0}) == pytest.approx(3.0)
     assert space.fastest_decay({"left": 1.0}) == pytest.approx(2.0)
-
-
-def test_cross_matrix_is_the_cross_product() -> None:
-    np.testing.assert_allclose(cross_matrix(np.array([1.0, 2, 3])) @ [4.0, 5, 6], np.cross([1, 2, 3], [4, 5, 6]))
 
 
 @st.composite

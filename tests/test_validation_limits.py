@@ -113,11 +113,6 @@ def test_limits_a_whole_turn_away_are_turned_back(turns: int) -> None:
     assert codes(notes) == ["limits_turned"] and near(notes.findings[0].value, -away)
 
 
-def test_the_trash_can_that_real_data_holds() -> None:
-    found = some_range(authored("revolute", -6.283185307179586, -3.022212132753381, closed=-6.283185307179586))
-    assert near((found.lower, found.upper, found.closed), (0.0, 2.0 * math.pi - 3.022212132753381, 0.0), 1e-6)
-
-
 def test_zero_outside_is_said_where_no_turn_helps() -> None:
     found, notes = ranged(authored("revolute", 0.5, 1.0))
     assert found is not None and (found.lower, found.upper) == (0.5, 1.0)

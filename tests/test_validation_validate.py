@@ -160,15 +160,6 @@ def test_mass_is_volume_times_density_times_hollow_factor_times_scale_cubed() ->
     assert (item.mass_source, item.inertia_source, item.com_source) == (Source.MODEL, Source.RULE, Source.RULE)
 
 
-def test_inertia_is_the_links_own_box_at_its_final_size() -> None:
-    result, _ = checked(Overlay(scale=0.5, links=(LinkProposal(name="lid", mass_kg=2.0),)))
-    mass, inertia = physics(result, "lid")
-    x, y, z = 0.2, 0.1, 0.05
-    assert mass == 2.0
-    assert near(inertia, np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * 2.0 / 12.0)
-    assert near(result.links[1].com, (0.1, 0.0, 0.0))
-
-
 @pytest.mark.parametrize("scale", [0.2, 0.7, 1.0])
 def test_twice_the_size_weighs_eight_times_and_turns_thirty_two_times_as_hard(scale: float) -> None:
     links = tuple(LinkProposal(name=name, density_kg_m3=2000.0, hollow_factor=0.5) for name in LINKS)
@@ -252,16 +243,6 @@ def test_an_absurd_scale_is_bounded(scale: float, longest: float) -> None:
 def test_scale_has_the_source_of_who_said_it() -> None:
     assert checked(Overlay(scale=0.5))[0].scale_source is Source.MODEL
     assert checked(Overlay(scale=0.5, asked=("scale",)))[0].scale_source is Source.USER
-
-
-def test_a_slider_scales_with_the_object() -> None:
-    for scale in (0.5, 0.25):
-        result, _ = checked(
-            Overlay(scale=scale, initial_joint_positions={"drawer_slide": 0.3}, asked=("drawer_slide",))
-        )
-        part = next(part for part in result.joints if part.name == "drawer_slide")
-        assert near((part.lower, part.upper, part.initial_position), (0.0, 0.4 * scale, 0.3 * scale))
-        assert part.position_source is Source.USER
 
 
 def lid(result: PhysicsOverlay) -> tuple[float, float, float]:
