@@ -13,7 +13,7 @@ from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import CLEAR_M, HandHold, room_of, solid_of, way_of
 from asset2sim.gym.hand.operate import Led, share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
-from asset2sim.gym.hand.recorder import Recorder
+from asset2sim.gym.hand.recorder import Recorder, bears
 from asset2sim.gym.hand.surfaces import is_flush, share_between_pads, share_of_rubbing, surface_places
 from asset2sim.gym.hand.used import HandWorlds, UsedJoint, fault_of, joints_to_try, no_task, use_joint, use_records
 from asset2sim.gym.world import body_pose
@@ -27,7 +27,7 @@ from tasks.by_hand import measure_used, overlay_of
 from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, robot, shape
 from tests.factories import make_joint
-from tests.refined_things import Solid, drawer, inertial, refined, two
+from tests.refined_things import BODY, Solid, drawer, inertial, refined, two
 
 pytestmark = pytest.mark.system
 CUBE = Solid(shape("0.3 0.3 0.3", xyz="0 0 0.15"), 20.0, 0.3)
@@ -421,3 +421,19 @@ def test_a_hose_is_bent_at_its_end_and_not_joint_by_joint(tmp_path: Path) -> Non
                         overlay_of(folder), HandSettings())  # fmt: skip
     assert [(one.joint, one.done, one.fault) for one in found if one.fault != "task"] == [("hinge8", True, "")]
     assert {one.reason for one in found if one.fault == "task"} == {"it bends along with its chain, up to 'hinge8'"}
+
+
+@pytest.mark.parametrize(("friction", "stays"), [(0.02, False), (0.3, True)])
+def test_a_lid_that_leans_back_stays_there_and_falls_from_elsewhere(
+    friction: float, stays: bool, tmp_path: Path
+) -> None:
+    # Of 0.1 kg, 0.1 m from its hinge: 0.1 N·m when level, none of it upright, where its friction holds it.
+    lid = Solid(shape("0.2 0.2 0.01", xyz="0.1 0 0"), 0.1, 0.1)
+    folder = two(tmp_path / "chest", BODY, lid, "revolute", "-0.1 0 0.17", "0 -1 0", 1.6,
+                 names=("lid", "hinge"), start=1.55, friction=friction, damping=0.001, holds=True)  # fmt: skip
+    urdf = folder / "mobility.urdf"
+    middle = inertial(0.1, 0.1).replace("<inertial>", '<inertial><origin xyz="0.1 0 0"/>')
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertial(0.1, 0.1), middle), encoding="utf-8")
+    assert bears(open_world(folder, HandSettings()), "hinge", (0.0, 1.6)) is stays
+    used = use_records(folder, overlay_of(folder), HandSettings())
+    assert [one.done for one in used] == [True], used[0].reason

@@ -285,7 +285,8 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
     def rollout(self) -> Rollout:
         """Recording of the episode so far, a sample every 4 ms."""
         subject = self.subject
-        return rollout_of(self.samples, subject.joint, (subject.lower, subject.upper), subject.target)
+        joint, ends = subject.joint, (subject.lower, subject.upper)
+        return rollout_of(self.samples, joint, ends, subject.target, holds=joint.holds)
 
     def lost(self) -> bool:
         """Whether the simulation diverged or the object flew away."""

@@ -55,11 +55,13 @@ def sample_of(
     return Moment(float(data.qpos[place]), touched, work_j, float(data.subtree_com[body, 2]), center, up)
 
 
-def rollout_of(samples: Sequence[Moment], joint: JointPhysics, ends: tuple[float, float], target: float) -> Rollout:
+def rollout_of(
+    samples: Sequence[Moment], joint: JointPhysics, ends: tuple[float, float], target: float, *, holds: bool
+) -> Rollout:
     """The recording that these samples are of a joint, led to a target between these ends, rad or m."""
     positions, touched, work, heights, centers, ups = (np.array(column) for column in zip(*samples, strict=True))
     spring = joint.stiffness, joint.spring_reference
-    return Rollout(positions, touched, work, heights, centers, ups, *ends, target, *spring, holds=joint.holds)
+    return Rollout(positions, touched, work, heights, centers, ups, *ends, target, *spring, holds=holds)
 
 
 @dataclass(frozen=True)

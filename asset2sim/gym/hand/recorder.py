@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
+import mujoco
 import numpy as np
 
 from asset2sim.checks.mechanism import span_of
@@ -13,6 +14,8 @@ from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
 
+PLACES = 9
+"""Places of a way at which it is looked whether a part stays: a catch pulls at its ends alone."""
 SAMPLE_STEPS = 3
 """Steps between two samples, 12 ms."""
 GUARDS = GuardSettings(away_samples=8)
@@ -55,7 +58,29 @@ class Recorder:
 
     def guards(self, target: float) -> Guards:
         """Findings of the environment's guards in it."""
-        return guard(rollout_of(self.samples, self.joint, span_of(self.joint), target), GUARDS)
+        ends, name = span_of(self.joint), self.joint.name
+        holds = self.joint.holds and bears(self.world, name, ends)
+        return guard(rollout_of(self.samples, self.joint, ends, target, holds=holds), GUARDS)
+
+
+def bears(world: HandWorld, name: str, ends: tuple[float, float]) -> bool:
+    """Whether a joint's friction bears its part anywhere between these ends, rad or m, the object as written: one that
+    stays where it was left may fall from elsewhere, as a lid that leans back."""
+    model, about = world.model, next(one for one in world.about.joints if one.name == name)
+    place, dof = world.place(name), int(model.jnt_dofadr[world.joint(name)])
+    data, weight = mujoco.MjData(model), np.zeros(model.nv)
+    for one, position in world.about.positions_at().items():
+        data.qpos[world.place(one)] = position
+    for position in np.linspace(*ends, PLACES + 2)[1:-1]:
+        data.qpos[place] = position
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_passive(model, data)
+        mujoco.mj_rne(model, data, 0, weight)
+        pull = data.qfrc_passive[dof] + about.exerted(float(position)) - weight[dof]
+        if abs(pull) > model.dof_frictionloss[dof]:
+            return False
+    return True
 
 
 def is_displaced(recorder: Recorder) -> bool:
