@@ -482,3 +482,19 @@ def test_a_door_without_a_range_opens_as_far_as_its_box_lets_it(
     hinge = mended.features.joint("hinge")
     assert "limits_found" in {item.code for item in found} and hinge.lower is not None and hinge.upper is not None
     assert hinge.upper < 0.1 and hinge.lower < -3.0
+
+
+def test_what_an_actuator_pulls_over_a_tendon_is_driven(tmp_path: Path) -> None:
+    """A finger of two joints that its tendon spans, on an arm that it does not move, beside a lid."""
+    finger = (
+        '<body name="arm"><joint name="shoulder"/><geom size="0.1"/><site name="s0"/>'
+        '<body name="one" pos="0 0 0.2"><joint name="first"/><geom size="0.1"/>'
+        '<body name="two" pos="0 0 0.2"><joint name="second"/><geom size="0.1"/><site name="s1"/></body></body></body>'
+    )
+    rest = (
+        '<tendon><spatial name="flexor"><site site="s0"/><site site="s1"/></spatial></tendon>'
+        '<actuator><motor tendon="flexor"/></actuator>'
+    )
+    (work := tmp_path / "work").mkdir()
+    made = urdf_of_mjcf(written(tmp_path, BODY.format(more=LID.format(more=SOLID)) + finger, rest), work)
+    assert made.driven == {"first", "second"}

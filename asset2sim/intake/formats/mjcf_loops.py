@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from asset2sim.intake.formats.mjcf_ties import Tie
+from asset2sim.intake.formats.mjcf_ties import Tie, joints_above
 from asset2sim.physics.arrays import Array
 
 STEPS = 24
@@ -93,15 +93,6 @@ def body_of(mujoco: Any, model: Any, equality: int, end: int) -> int:
     """The body at an end of a connect or weld, which names bodies or sites."""
     number = int((model.eq_obj1id, model.eq_obj2id)[end][equality])
     return int(model.site_bodyid[number]) if model.eq_objtype[equality] == mujoco.mjtObj.mjOBJ_SITE else number
-
-
-def joints_above(model: Any, body: int) -> frozenset[int]:
-    """The joints that move a body in the world."""
-    found = set[int]()
-    while body > 0:
-        found |= set(range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]))
-        body = int(model.body_parentid[body])
-    return frozenset(found)
 
 
 def bodies_below(model: Any, joint: int) -> list[int]:

@@ -127,7 +127,31 @@ def collides(robot: Element, joint: Element) -> bool:
 
 
 def driven_joints(mujoco: Any, model: Any, name: Callable[[int], str]) -> frozenset[str]:
-    """The joints of a compiled model that actuators move, by ``name``."""
+    """The joints of a compiled model that actuators move, by ``name``, be it through tendons, as muscles do."""
     of_joints = [int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)]
-    found = (int(model.actuator_trnid[i, 0]) for i in range(model.nu) if int(model.actuator_trntype[i]) in of_joints)
+    found = set[int]()
+    for kind, number in zip(model.actuator_trntype.tolist(), model.actuator_trnid[:, 0].tolist(), strict=True):
+        if kind in of_joints:
+            found.add(number)
+        elif kind == int(mujoco.mjtTrn.mjTRN_TENDON):
+            found |= tendon_joints(mujoco, model, number)
     return frozenset(map(name, found))
+
+
+def tendon_joints(mujoco: Any, model: Any, tendon: int) -> Set[int]:
+    """The joints over which a tendon goes: those it names, and those that move a part of the bodies that it is tied
+    to."""
+    wraps = range(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+    named = {int(model.wrap_objid[i]) for i in wraps if model.wrap_type[i] == mujoco.mjtWrap.mjWRAP_JOINT}
+    tied = [int(model.wrap_objid[i]) for i in wraps if model.wrap_type[i] == mujoco.mjtWrap.mjWRAP_SITE]
+    above = [joints_above(model, int(model.site_bodyid[site])) for site in tied]
+    return named.union(*above) - frozenset.intersection(*above) if above else named
+
+
+def joints_above(model: Any, body: int) -> frozenset[int]:
+    """The joints that move a body in the world."""
+    found = set[int]()
+    while body > 0:
+        found |= set(range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]))
+        body = int(model.body_parentid[body])
+    return frozenset(found)
