@@ -36,37 +36,26 @@ def inside_out(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     return trimesh.Trimesh(mesh.vertices, mesh.faces[:, ::-1], process=False)
 
 
-def check_box(mesh: trimesh.Trimesh, source: VolumeSource) -> None:
-    shape = shape_of(mesh)
-    assert shape.source is source
+@pytest.mark.parametrize(
+    ("drawn", "source", "watertight"),
+    [
+        (cuboid(), VolumeSource.SIGNED, True), (inside_out(cuboid()), VolumeSource.SIGNED, True),
+        (without_top(cuboid()), VolumeSource.HULL, False), (double_sided(cuboid()), VolumeSource.HULL, None),
+        (double_sided(without_top(cuboid())), VolumeSource.HULL, None),
+        (loose_sides(cuboid()), VolumeSource.HULL, False),
+    ],
+    ids=["closed", "inside out", "open", "double-sided", "open and double-sided", "six loose sides"],
+)  # fmt: skip
+def test_a_box_is_one_solid_however_its_faces_are_drawn(
+    drawn: trimesh.Trimesh, source: VolumeSource, watertight: bool | None
+) -> None:
+    shape = shape_of(drawn)
+    assert shape.source is source and watertight in (None, shape.watertight)
     assert shape.solid.volume == pytest.approx(VOLUME, rel=1e-9)
     np.testing.assert_allclose(shape.solid.center, np.zeros(3), atol=1e-9)
     np.testing.assert_allclose(shape.solid.inertia, box_inertia(VOLUME, SIZE), rtol=1e-7, atol=1e-12)
     assert len(shape.pieces) == 1 and len(shape.pieces[0]) == 8 and not shape.flat
     np.testing.assert_allclose([shape.points.min(axis=0), shape.points.max(axis=0)], [-SIZE / 2, SIZE / 2])
-
-
-def test_a_closed_box_is_measured_by_its_own_surface() -> None:
-    check_box(cuboid(), VolumeSource.SIGNED)
-    assert shape_of(cuboid()).watertight
-
-
-def test_an_inside_out_box_is_the_same_solid() -> None:
-    check_box(inside_out(cuboid()), VolumeSource.SIGNED)
-
-
-def test_an_open_box_is_its_hull() -> None:
-    check_box(without_top(cuboid()), VolumeSource.HULL)
-    assert not shape_of(without_top(cuboid())).watertight
-
-
-def test_a_double_sided_box_is_its_hull_and_not_the_nothing_its_faces_enclose() -> None:
-    check_box(double_sided(cuboid()), VolumeSource.HULL)
-    check_box(double_sided(without_top(cuboid())), VolumeSource.HULL)
-
-
-def test_a_box_of_six_loose_sides_is_one_box() -> None:
-    check_box(loose_sides(cuboid()), VolumeSource.HULL)
 
 
 def test_loose_sides_with_a_solid_knob_are_still_one_box() -> None:

@@ -22,20 +22,17 @@ def hinge(**fields: object) -> tuple[JointProposal, ...]:
     return (JointProposal.model_validate({"name": "hinge"} | fields),)
 
 
-def test_a_scale_is_weighted_by_inverse_variance() -> None:
-    # Weights 1/0.1² = 100 and 1/0.2² = 25: (100 · 1 + 25 · 2) / 125.
-    assert near(fuse([answer(1.0, 0.1), answer(2.0, 0.2)]).scale, 1.2)
-
-
-def test_without_sigmas_all_weigh_the_same() -> None:
-    assert near(fuse([answer(1.0), answer(2.0), answer(6.0)]).scale, 3.0)
-
-
-@pytest.mark.parametrize("unstated", [None, 0.0])
-def test_a_sigma_that_is_missing_or_zero_counts_as_the_median_of_the_others(unstated: float | None) -> None:
-    # The median of 0.1, 0.2 and 0.4 is 0.2: weights 100, 25, 6.25 and 25.
-    found = fuse([answer(1.0, 0.1), answer(2.0, 0.2), answer(3.0, 0.4), answer(4.0, unstated)]).scale
-    assert near(found, (100 * 1 + 25 * 2 + 6.25 * 3 + 25 * 4) / 156.25)
+@pytest.mark.parametrize(
+    ("said", "scale"),
+    [
+        ([(1.0, 0.1), (2.0, 0.2)], (100 * 1 + 25 * 2) / 125), ([(1.0, None), (2.0, None), (6.0, None)], 3.0),
+        *(([(1.0, 0.1), (2.0, 0.2), (3.0, 0.4), (4.0, unstated)], (100 * 1 + 25 * 2 + 6.25 * 3 + 25 * 4) / 156.25)
+          for unstated in (None, 0.0)),
+    ],
+    ids=["by inverse variance", "alike without sigmas", "a missing one is the median of the others", "so is zero"],
+)  # fmt: skip
+def test_a_scale_is_weighted_by_how_sure_its_answers_are(said: list[tuple[float, float | None]], scale: float) -> None:
+    assert near(fuse([answer(*item) for item in said]).scale, scale)
 
 
 def test_weights_sum_to_one_however_small_or_large_the_sigmas() -> None:
