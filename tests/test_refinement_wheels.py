@@ -111,6 +111,27 @@ def test_a_cylinder_is_known_by_its_corners_until_it_is_cut() -> None:
     assert cylinder_of(made.corners + np.eye(3)[[i % 3 for i in range(2 * SIDES)]] * 1e-3) is None
 
 
+@pytest.mark.parametrize(
+    ("tilt_rad", "gone_m", "left_m"),
+    [
+        (0.0, 0.002, 0.008),
+        (0.02, 0.002, 0.008 - 0.04 * np.tan(0.02)),  # the rim's lowest corner lies R tan over the plane
+        (np.pi, 0.002, 0.008),  # from the other end
+        (0.02, 0.006, None),  # more than half of it
+        (0.3, 0.002, None),  # across
+    ],
+)
+def test_a_wheel_whose_end_is_cut_off_stays_a_cylinder(tilt_rad: float, gone_m: float, left_m: float | None) -> None:
+    made = Cylinder(np.array([0.1, 0.2, 0.3]), np.array([0.0, 1.0, 0.0]), 0.04, 0.01)
+    normal = np.array([0.0, np.cos(tilt_rad), np.sin(tilt_rad)])
+    on_plane = made.middle + np.array([0.0, np.sign(np.cos(tilt_rad)) * (gone_m - 0.005), 0.0])
+    cut = trim(made.corners, normal, float(normal @ on_plane))
+    assert cut is not None and (cut @ normal).min() >= normal @ on_plane - 1e-9
+    found = cylinder_of(cut)
+    assert (found and found.length) == (left_m and pytest.approx(left_m, rel=1e-3))
+    assert found is None or found.radius == pytest.approx(0.04)
+
+
 def refined(folder: Path) -> Path:
     """The URDF of the cart as it is written, its axles rubbing by ``RUB_NM`` each."""
     item = read(cart(folder / "in", prism(CORNERS)))

@@ -22,6 +22,8 @@ HUB_SHARE = 0.9
 """Largest reach of what a wheel has beside its tread, over the tread's radius."""
 LEAST_LENGTH_M = 2e-3
 """Least length of a cylinder, m: the tread of a tyre that is drawn with a single outermost circle."""
+LEAST_LEFT = 0.5
+"""Least share of a wheel's length that is left where its end is cut off and it stays a cylinder."""
 SAME = 1e-6
 """Share of its size by which the corners of a cylinder may be off through rounding."""
 
@@ -64,6 +66,23 @@ def cylinder_of(points: Array) -> Cylinder | None:
     if min(length, radius) <= 0.0 or off > SAME * max(length, radius):
         return None
     return Cylinder(points.mean(axis=0), along / length, radius, length)
+
+
+def shortened(points: Array, normal: Array, offset: float) -> Array | None:
+    """Corners of the longest cylinder in the part with normal · x ≥ offset of the cylinder whose ``corners`` these
+    points are; None where they are others, or where less than ``LEAST_LEFT`` of its length is left: it rolls as before,
+    which over the corners of a hull it would not."""
+    whole = cylinder_of(points)
+    if whole is None or abs(slope := float(normal @ whole.axis)) < SAME:
+        return None
+    away = whole.axis if slope > 0.0 else -whole.axis
+    reach = whole.radius * float(np.sqrt(max(1.0 - slope**2, 0.0)))
+    start = (offset - normal @ whole.middle + reach) / abs(slope)
+    length = whole.length / 2.0 - float(start)
+    if not LEAST_LEFT * whole.length <= length <= whole.length:
+        return None
+    middle = whole.middle + away * (whole.length - length) / 2.0
+    return Cylinder(middle, whole.axis, whole.radius, length).corners
 
 
 def tread(points: Array, axis: Array) -> Cylinder | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.assets.hulls import Hulls
+from asset2sim.assets.meshes.cylinder import shortened
 from asset2sim.assets.meshes.hull import hull_of
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply
@@ -82,7 +83,8 @@ def contact_pairs(
 
 
 def trim(points: Array, normal: Array, offset: float) -> Array | None:
-    """Hull points of the part with normal · x ≥ offset; None if no volume is left.
+    """Hull points of the part with normal · x ≥ offset, of a wheel cut at its end a shorter wheel's; None if no volume
+    is left.
 
     The clipped hull is spanned by the kept points and the crossings of kept-to-removed segments with the plane.
     """
@@ -92,6 +94,9 @@ def trim(points: Array, normal: Array, offset: float) -> Array | None:
         return points
     if not len(kept):
         return None
+    wheel = shortened(points, normal, offset)
+    if wheel is not None:
+        return wheel
     above, below = height[height >= 0.0][:, None, None], -height[height < 0.0][None, :, None]
     crossing = (kept[:, None] * below + removed[None] * above) / (above + below)
     hull = hull_of(np.vstack([kept, crossing.reshape(-1, 3)]))
