@@ -10,7 +10,7 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.urdf.base import WORLD
+from asset2sim.assets.urdf.base import WORLD, unused
 from asset2sim.assets.urdf.document import strip_namespace, without_commas
 from asset2sim.assets.urdf.edit import short_numbers, turn_root
 from asset2sim.assets.urdf.read import element_joint
@@ -194,9 +194,7 @@ class _Scene:
         stands = group.holds or (len(group.tops) == 1 and by_child[first].type == "fixed")
         root, pose = first, poses[first].copy()
         if not stands:
-            root = f"{first}_base"
-            while root in poses:
-                root += "_"
+            root = unused(f"{first}_base", {*poses})
             pose = poses[self.hub].copy()
             pose[:3, 3] = (pose @ by_child[first].child_to_parent)[:3, 3]
         free = group.tops == [first] and first in self.free

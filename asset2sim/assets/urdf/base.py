@@ -1,7 +1,6 @@
-"""A fixed object's URDF hung from a link ``world``, for readers that know no other way to hold a root."""
+"""A fixed object's URDF hung from a link ``world``, for readers that know no other way to hold a root; free names."""
 
 from lxml import etree
-from lxml.etree import _Element as Element
 
 from asset2sim.assets.urdf.edit import serialised
 
@@ -19,7 +18,8 @@ def hung_from_world(document: bytes, height_m: float) -> bytes:
     root = next(name for name in links if name not in children)
     if root == WORLD:
         return document
-    joint = etree.Element("joint", name=free_name(robot), type="fixed")
+    taken = {str(joint.get("name")) for joint in robot.findall("joint")}
+    joint = etree.Element("joint", name=unused(JOINT, taken), type="fixed")
     etree.SubElement(joint, "origin", xyz=f"0 0 {height_m!r}", rpy="0 0 0")
     etree.SubElement(joint, "parent", link=WORLD)
     etree.SubElement(joint, "child", link=root)
@@ -40,9 +40,9 @@ def taken_from_world(document: bytes, root: str) -> bytes:
     return serialised(robot)
 
 
-def free_name(robot: Element) -> str:
-    """A name for the joint that no other has."""
-    taken, name = {joint.get("name") for joint in robot.findall("joint")}, JOINT
+def unused(name: str, taken: set[str]) -> str:
+    """The name, with underscores after it where it is taken; it is taken from now on."""
     while name in taken:
         name += "_"
+    taken.add(name)
     return name

@@ -102,6 +102,7 @@ def _candidates(reference: str, folder: Path, reach: AllowedFolders) -> Iterator
         yield reach.packages[parts[0]].joinpath(*parts[1:])
     if text.startswith("/"):
         yield Path(text)
+    # Resolving asks the system for every folder on the way; only loose references are looked for above.
     above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
     yield from map(Path, mesh_candidates(reference, folder, above))
 
@@ -176,14 +177,7 @@ def find_mesh(reference: str, folder: Path) -> Path | None:
     """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
     and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
     folders above."""
-    text = path_in(reference)
-    nearest = folder / text  # a path from the root stays one
-    if text and is_file(nearest):
-        return nearest
-    # Resolving asks the system for every folder on the way; only loose references are looked for above.
-    above = folder.resolve().parents[:PARENTS_SEARCHED] if is_loose(reference) else ()
-    candidates = map(Path, mesh_candidates(reference, folder, above))
-    return next((candidate for candidate in candidates if is_file(candidate)), None)
+    return next((candidate for candidate in _candidates(reference, folder, ANYWHERE) if is_file(candidate)), None)
 
 
 def mesh_candidates(reference: str, folder: PurePath, above: Sequence[PurePath]) -> Iterator[PurePath]:

@@ -12,6 +12,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.base import unused
 from asset2sim.assets.urdf.document import parse_xml
 from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.assets.urdf.references import AllowedFolders
@@ -35,7 +36,6 @@ from asset2sim.intake.formats.sdf_model import CLOSING, SdfModel
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten, name_nameless
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, mass_of, solid_of
 from asset2sim.intake.formats.sdf_tree import as_tree, limits_in_axes
-from asset2sim.intake.formats.tree import unused
 from asset2sim.intake.formats.tree_loops import Closing, close_loops
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import origin_transform

@@ -6,10 +6,10 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.base import unused
 from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.intake.formats.sdf_includes import FRAMED_AXES
 from asset2sim.intake.formats.sdf_model import SdfModel
-from asset2sim.intake.formats.tree import unused
 from asset2sim.physics.kinematics import rpy_of
 
 KINDS = ("link", "joint", "frame")

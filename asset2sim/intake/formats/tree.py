@@ -49,11 +49,3 @@ def spanning(bodies: Sequence[str], ends: Sequence[tuple[str, str]]) -> Spanning
                     waiting.append(below)
                     ways.append((number, turned))
     return SpanningTree(tuple(roots), tuple(ways), tuple(loops))
-
-
-def unused(name: str, taken: set[str]) -> str:
-    """The name, with underscores after it where it is taken; it is taken from now on."""
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name

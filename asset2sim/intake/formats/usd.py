@@ -11,6 +11,7 @@ import numpy as np
 from lxml import etree
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.urdf.base import unused
 from asset2sim.assets.urdf.edit import short_numbers
 from asset2sim.assets.urdf.references import ANYWHERE, AllowedFolders
 from asset2sim.intake.formats.format import (
@@ -26,7 +27,7 @@ from asset2sim.intake.formats.format import (
     world_name,
     write_obj,
 )
-from asset2sim.intake.formats.tree import spanning, unused
+from asset2sim.intake.formats.tree import spanning
 from asset2sim.intake.formats.tree_loops import Closing, close_loops
 from asset2sim.intake.formats.usd_joints import (
     Step,
