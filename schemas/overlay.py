@@ -265,6 +265,8 @@ class PhysicsOverlay(Frozen):
     asset_id: str
     scale: Positive
     scale_source: Source
+    scale_sigma: NonNegative | None = Field(None, exclude_if=lambda sigma: sigma is None)
+    """Relative standard deviation of the size, as its proposal states it; None where it does not."""
     contact_friction: NonNegative
     contact_source: Source | None = Field(None, exclude_if=lambda source: source is None)
     """Where that comes from; None where it was not validated."""

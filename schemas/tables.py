@@ -45,6 +45,7 @@ _ASSETS: tuple[Column, ...] = (
     ("reason!", TEXT, "", "The verdict in a sentence"),
     ("scale", REAL, "1", "Uniform scale against the authored size"),
     ("scale_source", TEXT, "", "Where the scale came from"),
+    ("scale_sigma", REAL, "1", "Relative standard deviation of the size, as proposed; null where none is stated"),
     ("kept", COUNT, "1", "Numbers that are as its file has them; null in runs of older versions"),
     ("supplied", COUNT, "1", "Numbers that its file does not state"),
     ("mended", COUNT, "1", "Numbers of a file in metres that are not believed, or that a check or bound changed"),

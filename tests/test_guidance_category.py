@@ -69,3 +69,28 @@ def test_flaps_at_adjacent_sides_make_a_box_a_carton_of_corrugated_board() -> No
     for others in ((y,), (y, y), (y, y, y, y), (x, z, z)):
         assert identify(flapped(*others), ())[0] == "Box", "a chest, its two lids, compartments, doors"
     assert identify(flapped(x, y, x, y), ("a", "lunch", "box"))[0] == "LunchBox", "its words say more"
+
+
+@pytest.mark.parametrize("times", [0.6, 1.0, 4.0])
+@pytest.mark.parametrize(
+    ("category", "edges", "kind"),
+    [
+        ("Fan", (0.25, 0.34, 0.46), "Fan"),
+        ("Fan", (1.1, 1.2, 0.35), "CeilingFan"),
+        ("Fan", (0.4, 0.45, 1.25), "FloorFan"),
+        ("Lamp", (0.3, 0.3, 1.6), "FloorLamp"),
+        ("Lamp", (0.3, 0.32, 0.5), "Lamp"),
+        ("Clock", (0.04, 0.3, 0.3), "Clock"),
+        ("Clock", (0.06, 0.1, 0.13), "AlarmClock"),
+        ("Clock", (0.27, 0.48, 2.1), "GrandfatherClock"),
+        ("Globe", (0.3, 0.3, 0.38), "Globe"),
+        ("Globe", (0.5, 0.5, 0.95), "FloorGlobe"),
+        ("Fan", (0.1, 3.0, 0.1), "Fan"),  # like none
+    ],
+)
+def test_a_kind_that_no_words_name_is_told_by_its_shape(
+    category: str, edges: tuple[float, ...], kind: str, times: float
+) -> None:
+    info = ObjectInfo.from_json(known.thing(category) | {"size_closed_m": [times * edge for edge in edges]})
+    assert identify(info, ())[0] == kind
+    assert identify(info, ("a", "tower", "fan"))[0] == ("FloorFan" if category == "Fan" else kind), "words say more"

@@ -74,6 +74,20 @@ def test_a_clock_and_an_unknown_thing_are_left_to_their_shape() -> None:
     assert usual_support(thing("", "object-17"), called_by(tokenize("A thing with a lid."))) is None
 
 
+@pytest.mark.parametrize(
+    ("category", "kind", "support"),
+    [
+        ("Fan", "CeilingFan", SupportKind.FIXED),
+        ("Fan", "FloorFan", SupportKind.FREESTANDING),
+        ("Clock", "AlarmClock", SupportKind.FREESTANDING),
+        ("Oven", "Hob", SupportKind.FIXED),  # no row of its own: as its category
+    ],
+)
+def test_a_kind_of_its_category_is_carried_as_that_kind_is(category: str, kind: str, support: SupportKind) -> None:
+    found = usual_support(thing(category), None, kind)
+    assert found is not None and found.kind is support
+
+
 def test_a_name_is_believed_less_than_a_category() -> None:
     named, stated = usual_support(thing("Furniture", "office-door"), None), usual_support(thing("Door"), None)
     assert named is not None and stated is not None and named.confidence < stated.confidence

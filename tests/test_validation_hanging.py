@@ -6,9 +6,10 @@ import pytest
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.guidance.read import read_guidance
+from asset2sim.guidance.supports import usual_support
 from asset2sim.models.object_facts import rounded_object_info
 from asset2sim.physics.arrays import Array
-from asset2sim.validation.hanging import hangs_on_wall, swings_below
+from asset2sim.validation.hanging import hangs_on_wall, lifts_up, swings_below
 from asset2sim.validation.support import support_findings
 from asset2sim.validation.validate import validate
 from schemas.overlay import Overlay
@@ -81,10 +82,16 @@ def test_what_is_made_as_wall_cupboards_are_is_told(tmp_path: Path, urdf: str, h
     ("words", "kind"),
     [("A cabinet, closed.", SupportKind.FIXED), ("A freestanding cabinet, closed.", SupportKind.FREESTANDING)],
 )
-def test_it_is_fixed_as_a_guess_which_words_go_before(tmp_path: Path, words: str, kind: SupportKind) -> None:
+@pytest.mark.parametrize("proposes", [False, True])
+def test_it_is_fixed_as_a_guess_which_words_go_before(
+    tmp_path: Path, words: str, kind: SupportKind, proposes: bool
+) -> None:
+    """Also where a model, as the tables do, says of all cabinets that they stand or lie."""
     item = read(written(tmp_path, cupboard()), "StorageFurniture")
     guidance = read_guidance(words, rounded_object_info(item.features))
-    overlay, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, NO_VIEWS.physics, guidance=guidance)
+    usual = usual_support(rounded_object_info(item.features), None)
+    proposal = Overlay(scale=1.0, support=usual if proposes else None)
+    overlay, _ = validate(item, proposal, Source.MODEL, 0.5, NO_VIEWS.physics, guidance=guidance)
     assert overlay.support.kind is kind
     if kind is SupportKind.FIXED:
         assert overlay.support.mount is Mount.WALL and overlay.support.confidence <= 0.5
@@ -134,3 +141,30 @@ def test_only_a_guess_that_it_stands_gives_way_to_its_flap(
     proposal = Overlay(scale=1.0, support=said)
     overlay, _ = validate(item, proposal, Source.PRIOR, 0.5, NO_VIEWS.physics, guidance=guidance)
     assert overlay.support.kind is kind
+
+
+def fronted(hinge: float, axis: str = "0 1 0", below: str = "", flat: bool = False) -> str:
+    """A cupboard of 0.4 m with a front of 0.4 m on a hinge ``hinge`` over its bottom, or a lid on top."""
+    front = shape("0.3 0.9 0.02", xyz="-0.15 0 0.01") if flat else shape("0.02 0.9 0.4", xyz=f"0.01 0 {0.2 - hinge}")
+    return robot(
+        link("body", shape("0.3 0.9 0.4", xyz="0 0 0.2") + below),
+        link("front", front),
+        joint("fold", "revolute", "body", "front", xyz=f"0.15 0 {hinge}", axis=axis, limit="0 1.5"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("urdf", "hangs"),
+    [
+        (fronted(0.39, "0 -1 0"), True),
+        (fronted(0.01), False),  # it drops
+        (fronted(0.39, "0 0 1"), False),
+        (fronted(0.39, "0 -1 0", FEET), False),
+        (fronted(0.4, "0 1 0", flat=True), False),  # a lid
+    ],
+)
+def test_fronts_that_are_lifted_are_those_of_wall_cupboards(tmp_path: Path, urdf: str, hangs: bool) -> None:
+    item = read(written(tmp_path, urdf), "StorageFurniture")
+    for scale, clouds in at_scales(item):
+        assert bool(lifts_up(item.features, clouds, scale, "StorageFurniture")) is hangs
+        assert lifts_up(item.features, clouds, scale, "Oven") == ""

@@ -1,5 +1,6 @@
 """A closed end that is a guess is said."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -39,3 +40,30 @@ def test_a_door_whose_closed_end_its_shape_does_not_tell_is_doubtful(
     assert bool(found) is told
     assert not told or (found[0].severity is Severity.WARNING and "overrides.csv" in found[0].message)
     assert "closed_end_guessed" in GUESSES
+
+
+@pytest.mark.parametrize(
+    ("category", "label", "drawn"),
+    [
+        ("Faucet", "switch", True),
+        ("Lamp", "head", True),
+        ("FoldingChair", "seat", True),
+        ("Box", "rotation_lid", False),
+    ],
+)
+def test_what_one_sets_starts_as_drawn_and_what_opens_starts_shut(
+    tmp_path: Path, category: str, label: str, drawn: bool
+) -> None:
+    """A leaf drawn upright that lies on its body at the end of its range, where it is most compact."""
+    urdf = robot(
+        link("body", shape("0.4 0.3 0.02", xyz="-0.2 0 0")),
+        link("part", shape("0.02 0.3 0.4", xyz="0 0 0.2")),
+        joint("hinge", "revolute", "body", "part", xyz="0 0 0.03", axis="0 -1 0", limit="0 1.5708"),
+    )
+    item = read(written(tmp_path, urdf), category)
+    links = tuple(one.model_copy(update={"label": label if one.name == "part" else ""}) for one in item.features.links)
+    item = replace(item, features=item.features.model_copy(update={"links": links}))
+    overlay, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, NO_VIEWS.physics)
+    (hinge,) = overlay.joints
+    assert hinge.closed == pytest.approx(1.5708, abs=1e-3)
+    assert hinge.initial_position == pytest.approx(0.0 if drawn else 1.5708, abs=1e-3)

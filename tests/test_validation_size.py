@@ -10,9 +10,10 @@ import pytest
 from asset2sim.assets.extract import Extraction
 from asset2sim.guidance import tables
 from asset2sim.guidance.category import identify
+from asset2sim.guidance.edges import fitted_edges
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
-from asset2sim.guidance.sizing import fitted_edges, propose_scale
+from asset2sim.guidance.sizing import propose_scale
 from asset2sim.models.object_facts import object_facts
 from asset2sim.validation.sanity import corrected_proposal
 from asset2sim.validation.size import HAND_M, with_sensible_size
@@ -213,9 +214,37 @@ def test_things_of_other_names_are_as_large_as_such_things(category: str, words:
     assert 2.3 * edges[2] * overlay.scale == pytest.approx(edges[2], rel=0.15)
 
 
+@pytest.mark.parametrize("times", [1.0, 2.0, 5.0])
+@pytest.mark.parametrize(
+    ("category", "edges"),
+    [
+        ("WashingMachine", (0.60, 0.60, 0.85)),
+        ("WashingMachine", (0.68, 0.69, 1.10)),
+        ("Suitcase", (0.20, 0.40, 0.55)),
+        ("Suitcase", (0.10, 0.45, 0.33)),
+        ("Safe", (0.37, 0.43, 0.20)),
+        ("Clock", (0.15, 0.30, 0.70)),
+        ("Fan", (0.16, 0.53, 0.54)),
+        ("Fan", (1.32, 1.32, 0.45)),
+        ("Fan", (0.43, 0.45, 1.30)),
+        ("Globe", (0.45, 0.45, 0.90)),
+        ("Lamp", (0.35, 0.30, 1.60)),
+        ("Lighter", (0.013, 0.038, 0.057)),
+    ],
+)
+def test_what_is_drawn_without_units_is_as_large_as_its_kind(
+    category: str, edges: tuple[float, ...], times: float
+) -> None:
+    """Makers' dimensions: by one edge of its category a ceiling fan had 0.58 m and a floor lamp 0.50."""
+    drawn = thing(category) | {key: [times * edge for edge in edges] for key in ("size_closed_m", "size_m")}
+    overlay = Overlay.model_validate(ask(drawn, ""))
+    assert times * max(edges) * overlay.scale == pytest.approx(max(edges), rel=0.15)
+
+
 def test_edges_that_disagree_make_a_size_less_sure_and_other_categories_have_none() -> None:
-    usual, odd = (fitted_edges(edges, "Window") for edges in ((0.08, 0.85, 1.3), (0.9, 3.0, 0.7)))
+    usual, odd = (fitted_edges(edges, "Window") for edges in ((0.08, 0.85, 1.3), (0.3, 2.6, 0.7)))
     assert usual is not None and odd is not None and odd.sigma > 1.5 * usual.sigma
+    assert fitted_edges((0.9, 3.0, 0.7), "Window") is None, "like no window at all"
     assert fitted_edges((0.1, 0.1, 0.1), "Bottle") is None and fitted_edges((0.0, 1.0, 1.0), "Window") is None
 
 

@@ -210,6 +210,7 @@ def _shape_columns(record: AssetRecord) -> Row:
     return {
         "scale": overlay.scale if overlay else None,
         "scale_source": overlay.scale_source.value if overlay else None,
+        "scale_sigma": overlay.scale_sigma if overlay else None,
         "mass_kg": overlay.mass_kg if overlay else None,
         **{f"size_{axis}_m": edge for axis, edge in zip("xyz", size, strict=True)},
         **_support_columns(overlay),

@@ -11,7 +11,15 @@ from rich.text import Text
 
 from asset2sim.catalog.read import FrameRow, read_asset, rows
 from asset2sim.catalog.show_physics import engine_tables, measurement_table, physics_tables
-from asset2sim.catalog.text import NOTHING, cut_text, further_lines, number_table, numbers_in_brackets, significant
+from asset2sim.catalog.text import (
+    NOTHING,
+    cut_text,
+    further_lines,
+    number_table,
+    numbers_in_brackets,
+    plus_or_minus,
+    significant,
+)
 from schemas.location import Location
 from schemas.model_names import described
 from schemas.settings import Thresholds
@@ -65,8 +73,9 @@ def _overlay(asset: FrameRow) -> RenderableType:
     if asset["scale"] is None:
         return Text("\nno overlay: the asset failed before it had one", style="dim")
     size = numbers_in_brackets(asset[f"size_{axis}_m"] for axis in "xyz") if asset["size_x_m"] is not None else NOTHING
+    spread = plus_or_minus(asset.get("scale_sigma"))
     return Text(
-        f"\nscale {significant(asset['scale'])} ({asset['scale_source']}) · size {size} m · "
+        f"\nscale {significant(asset['scale'])} ({asset['scale_source']}) · size {size} m{spread} · "
         f"mass {significant(asset['mass_kg'], 'kg')} · contact friction {significant(asset['contact_friction'])} · "
         f"{asset['n_links']} links · {asset['n_joints']} movable joints{_support(asset)}{_kept(asset)}"
     )

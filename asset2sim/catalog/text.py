@@ -109,6 +109,11 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], right
     return "\n".join(f"| {' | '.join(line)} |" for line in (headings, rule, *cells))
 
 
+def plus_or_minus(sigma: object) -> str:
+    """A relative standard deviation, as " ± 12 %"; "" for none."""
+    return f" ± {100.0 * sigma:.0f} %" if isinstance(sigma, float) and sigma > 0.0 else ""
+
+
 def percent(count: int, total: int) -> str:
     """A share, as "98.7 %"; "100 %" only where it is all of them, "0 %" only where it is none."""
     if count in (0, total):

@@ -5,8 +5,10 @@ from collections import Counter
 from collections.abc import Sequence
 
 from asset2sim.guidance import tables
+from asset2sim.guidance.edges import fitted_edges
 from asset2sim.guidance.lexicon import head_of, noun_spans
 from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.parts import depth_width_height
 
 LEVEL = 0.2
 """|a · b| of unit axes up to which they are about square to each other, or level."""
@@ -16,8 +18,8 @@ _GENERIC = ("", "*", "Furniture")
 
 def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
     """The object's row of the table of sizes, "*" where nothing names it, and what named it. The stated category,
-    refined by a noun in the guidance for a kind of it ("handbag" of a suitcase); where the category is unknown or says
-    little, the asset's name, then the guidance's nouns, then the labels of the links."""
+    refined by a noun in the guidance for a kind of it ("handbag" of a suitcase), or by its shape; where the category is
+    unknown or says little, the asset's name, then the guidance's nouns, then the labels of the links."""
     known = _category(info.category)
     nouns = [category for _, _, category in noun_spans(head_of(tokens))]
     if known not in _GENERIC:
@@ -26,6 +28,9 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
                 return noun, f"named in the guidance, a kind of {known}"
         if known == "Box" and has_crossing_flaps(info):
             return "Carton", "its flaps, a kind of Box"
+        shape = fitted_edges(depth_width_height(info), known)
+        if shape is not None and shape.category in tables.sizes():
+            return shape.category, f"its edges, those of a {shape.kind}"
         return known, "as stated"
     for source, found in (
         ("the asset's name", [noun for noun in reversed(_nouns(info.asset_id)) if noun not in _GENERIC]),

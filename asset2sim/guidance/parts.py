@@ -86,7 +86,7 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
             extent = link.box_m[along.index(max(along))] / max(max(across, default=0.0), 1e-9)
             name = held_as(name, category, joint.motion, extent)
             shaped = shape_name(joint.type, joint.axis, link.box_m, info.size_closed_m, joint.lower, joint.upper)
-            name = by_shape(name, shaped, link.label, joint.child, joint.name)
+            name = by_shape(name, shaped, category, link.label, joint.child, joint.name)
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
 
@@ -98,13 +98,15 @@ def held_as(name: str, category: str, motion: str, extent: float) -> str:
     return "lever" if name == "handle" and usual and motion != "slider" and extent < LEVER_SHARE else name
 
 
-def by_shape(name: str, shaped: str, *called: str) -> str:
+def by_shape(name: str, shaped: str, category: str, *called: str) -> str:
     """The part, ``shaped`` where nothing names it: and a "door" where it hangs upright and is a cover, flap or hatch,
-    which are lids where they lie; ``called`` are its label and names, by which a laptop's base is no lid."""
+    which are lids where they lie, as a door does of a ``category`` that has lids; ``called`` are its label and names,
+    by which a laptop's base is no lid."""
     if any(words[-1] in HOLDS_PARTS - {"bodyset"} for text in called if (words := re.findall(r"[a-z]+", text.lower()))):
         return name
     upright = name == "lid" and shaped == "door" and not any("lid" in text.lower() for text in called)
-    return shaped if upright or not name else name
+    lies = name == "door" and shaped == "lid" and tables.has_part(category, "lid")
+    return shaped if upright or lies or not name else name
 
 
 def shape_name(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, MOST_SCALE, plain_guidance
+from asset2sim.guidance.edges import fitted_edges
 from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.parts import depth_width_height
@@ -26,9 +27,6 @@ NORMALISED_M = 0.45
 and of a usual size for its kind, is in metres."""
 DEEPEST = 4.0 / 3.0
 """Depth over width from which a kitchen appliance (0.55 to 0.68 m deep at 0.6 m, EN 1116) has its front along y."""
-SIDEWAYS = 6.0
-"""−2 ln of the share of objects whose front is not where it is taken to be, towards x where no part shows it (so in
-ROS and in PartNet-Mobility): one in 20."""
 TABLETOP_M = 0.36
 """Longest edge of a thing of usual size that is handled on a table, m: 0.27 m for a small one, 0.20 m for a very small
 one, the upper end of the paper's 0.10 to 0.20 m."""
@@ -40,6 +38,8 @@ MEASURING = frozenset(("size", "sized", "measures", "measuring", "scale", "scale
 """Words beside which a length is that of the object ..."""
 LONGEST = frozenset(("long", "length", "across", "diameter"))
 """... and those after it that mean its longest edge."""
+RANGE_SIGMAS = 4.0
+"""σ between the least and the most size of a category, which nearly all of its objects are within."""
 _REAL = re.compile(r"(?=\b(real|actual|true|life|original|full) size)")
 _FULL = "full"
 """A "full size" may be that of another thing of its kind, and says nothing of this one."""
@@ -104,12 +104,14 @@ def _size_words(tokens: tuple[str, ...], statements: Sequence[Segment]) -> tuple
 
 @dataclass(frozen=True)
 class Scale:
-    """A uniform scale, whether the user asked for it, the object's length at that scale (m), and the reason."""
+    """A uniform scale, whether the user asked for it, the object's length at that scale (m), the reason, and the
+    relative ``sigma`` of what is neither stated nor kept, 0 for what is."""
 
     value: float
     asked: bool
     final_m: float
     note: str
+    sigma: float = 0.0
 
 
 def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: SupportProposal | None = None) -> Scale:
@@ -139,50 +141,14 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
     widest = narrow_enough(info, size) * factor
     fits, target = fits and authored <= widest, min(target, widest, tabletop_limit(info, size, phrase) * factor)
     if fits and size.category != "*":
-        return Scale(1.0, bool(phrase) or real, authored, f"scale 1: {authored:.3g} m is plausible for {size.category}")
+        told = f"scale 1: {authored:.3g} m is plausible for {size.category}"
+        return Scale(1.0, bool(phrase) or real, authored, told, KEEP_WITHIN)
     value = min(max(target / authored, LEAST_SCALE), MOST_SCALE)
     word = f", '{phrase}' × {factor:g}" if phrase else ""
     by = "" if fit is None else f", of the edges of a {fit.kind} (± {fit.sigma:.0%})"
     note = f"scale: {size.category} {size.dimension} {target / factor:.3g} m{by}{word}, authored {authored:.3g} m"
-    return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note)
-
-
-@dataclass(frozen=True)
-class Fit:
-    """The ``scale`` at which an object is likeliest of its ``kind``, the scale's relative ``sigma``, and how that kind
-    is ``placed`` where that is not as its category is."""
-
-    scale: float
-    sigma: float
-    kind: str
-    placed: str = ""
-
-
-def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit | None:
-    """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category,
-    of those that hang on a wall where it ``hangs`` and the table has some; None where that has no proportions of it.
-    What is taken for its depth may be its width where that fits far better: its parts need not show its front.
-
-    The maximum of a normal likelihood of the edges' logarithms: their mean, each weighed by 1 / σ². Its σ grows with
-    how far the edges disagree.
-    """
-    if min(size_m) <= 0.0:
-        return None
-    fits = []
-    kinds = tables.proportions().get(category, ())
-    for known in [kind for kind in kinds if hangs and kind.placed == "wall"] or kinds:
-        weights = [spread**-2 for spread in known.spread]
-        for depth, width, rare in ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS)):
-            edges = zip(known.usual_m, (depth, width, size_m[2]), strict=True)
-            wanted = [math.log(usual / edge) for usual, edge in edges]
-            mean = sum(w * x for w, x in zip(weights, wanted, strict=True)) / sum(weights)
-            misfit = sum(w * (x - mean) ** 2 for w, x in zip(weights, wanted, strict=True))
-            # Three edges determine one scale: two are left to tell how well they agree.
-            sigma = math.sqrt(max(misfit / 2.0, 1.0) / sum(weights))
-            # Less likely is what fits worse, and what is so broad that it fits anything.
-            unlikely = misfit + 2.0 * sum(map(math.log, known.spread)) + math.log(sum(weights)) + rare
-            fits.append((unlikely, Fit(math.exp(mean), sigma, known.kind, known.placed)))
-    return min(fits, key=lambda item: item[0])[1] if fits else None
+    sigma = math.log(size.max_m / size.min_m) / RANGE_SIGMAS if fit is None else fit.sigma
+    return Scale(float(f"{value:.4g}"), bool(phrase) or real, authored * value, note, round(sigma, 3))
 
 
 def keeps_size(info: ObjectInfo, size: Size, asked: AskedSize) -> bool:

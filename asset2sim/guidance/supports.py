@@ -3,7 +3,7 @@
 import re
 from functools import lru_cache
 
-from asset2sim.guidance.category import is_generic
+from asset2sim.guidance.category import is_generic, spaced
 from asset2sim.guidance.csv_rows import csv_rows
 from asset2sim.guidance.lexicon import head_of, longest_spans
 from asset2sim.guidance.object_info import ObjectInfo
@@ -70,12 +70,15 @@ def called_by(tokens: Phrase) -> str | None:
     return _last_noun(head_of(tokens))
 
 
-def usual_support(info: ObjectInfo, called: str | None) -> SupportProposal | None:
-    """The usual support of such an object: by its category, else by what the guidance calls it, else by the last noun
-    of the asset's name, with less confidence; None where the tables do not know it, or leave it to its shape."""
+def usual_support(info: ObjectInfo, called: str | None, kind: str = "") -> SupportProposal | None:
+    """The usual support of such an object: by its category, or the ``kind`` of it that it is where the table has a row
+    of that, else by what the guidance calls it, else by the last noun of the asset's name, with less confidence; None
+    where the tables do not know it, or leave it to its shape."""
     places = [("the guidance calls it", called, 1.0), ("its name says", _last_noun(_words(info.asset_id)), NAMED_SHARE)]
     if info.category and not is_generic(info.category):
-        places = [("its category is", _last_noun(_words(re.sub(r"(?<=[a-z])(?=[A-Z])", " ", info.category))), 1.0)]
+        nouns_of = [_last_noun(_words(spaced(name))) for name in (kind, info.category)]
+        known = [noun for noun in nouns_of if noun in _phrases("object").values()]
+        places = [("its category is", known[0] if known else nouns_of[-1], 1.0)]
     for why, noun, share in places:
         if noun is None:
             continue

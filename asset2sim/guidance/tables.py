@@ -37,13 +37,15 @@ class Size:
 
 @dataclass(frozen=True)
 class Proportions:
-    """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), and
-    how that kind is ``placed`` where that is not as its category is: it hangs on a "wall", or "stands"."""
+    """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), how
+    that kind is ``placed`` where that is not as its category is (it hangs on a "wall", or "stands"), and the
+    ``category`` that it is of its own, "" for none."""
 
     kind: str
     usual_m: tuple[float, float, float]
     spread: tuple[float, float, float]
     placed: str
+    category: str = ""
 
 
 @dataclass(frozen=True)
@@ -201,8 +203,9 @@ def proportions() -> dict[str, tuple[Proportions, ...]]:
     for row in csv_rows("proportions"):
         usual = (float(row["depth_m"]), float(row["width_m"]), float(row["height_m"]))
         spread = (float(row["depth_spread"]), float(row["width_spread"]), float(row["height_spread"]))
-        kind = Proportions(row["kind"], usual, spread, row["placed"])
-        found[row["category"]] = (*found.get(row["category"], ()), kind)
+        kind = Proportions(row["kind"], usual, spread, row["placed"], row["as"])
+        for category in filter(None, (row["category"], row["as"])):
+            found[category] = (*found.get(category, ()), kind)
     return found
 
 
@@ -245,6 +248,12 @@ def part_material(category: str, part: str) -> PartMaterial:
     if skin.name == "rubber":
         return row
     return PartMaterial(skin.name, row.hollow, row.wall_m * skin.wall_factor)
+
+
+@lru_cache
+def has_part(category: str, part: str) -> bool:
+    """Whether a row says how that part of objects of this category is built."""
+    return (category, part) in _part_materials()
 
 
 @lru_cache

@@ -9,7 +9,7 @@ from typing import Any
 
 from asset2sim.catalog.read import FrameRow
 from asset2sim.catalog.summarize import WAYS
-from asset2sim.catalog.text import NOTHING, further_lines, significant
+from asset2sim.catalog.text import NOTHING, further_lines, plus_or_minus, significant
 from asset2sim.checks.known_checks import failure_guide
 from asset2sim.report.charts import line
 from asset2sim.report.hand_feel import position_in_words, sensations
@@ -132,7 +132,7 @@ def facts(asset: FrameRow) -> list[tuple[str, str, str]]:
     mount = f" ({asset['support_mount']})" if asset["support_mount"] else ""
     found = [
         ("size", f"{sizes} m", ""),
-        ("scale", significant(asset["scale"]), asset["scale_source"]),
+        ("scale", f"{significant(asset['scale'])}{plus_or_minus(asset.get('scale_sigma'))}", asset["scale_source"]),
         ("mass", significant(asset["mass_kg"], "kg"), ""),
         ("support", f"{asset['support'] or NOTHING}{mount}", asset["support_source"]),
         ("contact friction", significant(asset["contact_friction"]), ""),

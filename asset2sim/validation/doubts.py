@@ -114,7 +114,7 @@ def size_doubts(
     if authored <= 0.0:
         return []
     bounds = size_bounds(info, size, guidance.size)
-    carried = guidance.support or usual_support(info, guidance.called)
+    carried = guidance.support or usual_support(info, guidance.called, guidance.category)
     usual = propose_scale(info, size, guidance.size, carried).value
     if size.category == UNKNOWN and bounds.exact is None:
         usual = min(max(answer.scale, bounds.low_m / authored), bounds.high_m / authored)

@@ -110,7 +110,7 @@ def handling(
     named = held_as(part_name(label, joint.child, joint.name), features.category, motion, moved.extent)
     box = features.link_boxes.get(joint.child, (0.0, 0.0, 0.0))
     shaped = shape_name(joint.type, joint.axis_in_root, box, features.closed_size, joint.lower, joint.upper)
-    named = by_shape(named, shaped, label, joint.child, joint.name)
+    named = by_shape(named, shaped, features.category, label, joint.child, joint.name)
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
     if joint.type == "continuous" and turns_as_its_kind(named, features.category):

@@ -34,6 +34,8 @@ FLAP_RAD = math.radians(110.0)
 """How far flaps are opened in use (``mechanisms.csv``), rad."""
 BELOW_SHARE = 0.05
 """How far a flap swings below the bottom of a cupboard that hangs, as a share of its height: more than handles do."""
+HINGE_SHARE = 0.1
+"""How far below a front's upper edge, as a share of its height, the hinge lies on which it is lifted."""
 GRIP_SHARE = 0.3
 """Share of how far a door's front stands out, outermost, that is its handle's ..."""
 LEAST_GRIP = 0.008
@@ -76,6 +78,36 @@ def hangs_on_wall(features: Features, points: Mapping[str, Array], scale: float,
         f"its doors end at its flat bottom, without feet or plinth, and are gripped at {100 * max(heights):.0f} % of "
         "their height, from below"
     )
+
+
+def lifts_up(features: Features, points: Mapping[str, Array], scale: float, category: str) -> str:
+    """Evidence, in words, that a cupboard hangs on a wall: all that opens are fronts on hinges along their upper edges,
+    over a flat bottom without feet or plinth; empty where any of this is missing. ``points`` are as in
+    ``hangs_on_wall``."""
+    flaps = [joint for joint in features.movable_joints if is_flap(joint)]
+    if category != CABINET or not flaps or len(flaps) < len(features.movable_joints):
+        return ""
+    tree = tree_of(features.joints, scale)
+    poses = link_to_root(tree, features.root, {joint.name: joint.closed or 0.0 for joint in flaps})
+    clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
+    for joint in tree:
+        if joint.name not in {flap.name for flap in flaps}:
+            continue
+        front = np.vstack([np.zeros((0, 3)), *(clouds[link] for link in rigid_links(tree, joint.name) & clouds.keys())])
+        hinge = float((poses[joint.parent] @ joint.child_to_parent)[2, 3])
+        if not len(front) or hinge < front[:, 2].max() - HINGE_SHARE * np.ptp(front[:, 2]) or lies(front):
+            return ""
+    whole = np.vstack(list(clouds.values()))
+    low, size = whole.min(axis=0), np.ptp(whole, axis=0)
+    body = np.vstack([clouds[name] for name in clouds if name not in {flap.child for flap in flaps}] or [whole])
+    bottom = body[body[:, 2] <= low[2] + FLAT_SHARE * float(size[2])]
+    flat = hull_share(bottom[:, :2], float(np.prod(np.ptp(body[:, :2], axis=0)))) >= FOOT_SHARE
+    return "its fronts are lifted on hinges along their upper edges, over a flat bottom without feet" if flat else ""
+
+
+def lies(front: Array) -> bool:
+    """Whether (n, 3) points are of a leaf that lies level, as a lid does."""
+    return int(np.argmin(np.ptp(front, axis=0))) == 2
 
 
 def swings_below(features: Features, points: Mapping[str, Array], scale: float, category: str) -> str:

@@ -15,7 +15,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from asset2sim.validation.limits import Range
-from schemas.features import Features
+from schemas.features import Features, JointFeatures
 from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -52,9 +52,11 @@ def initial_positions(
     settings: PhysicsSettings,
     notes: Notes,
     stated: Mapping[str, float] = MappingProxyType({}),
+    known: Features | None = None,
 ) -> dict[str, Start]:
     """Where every movable joint starts: as proposed, else where its spring brings it (``rests``), else where its file
-    has it (``stated``), else closed where geometry is sure of it, else at zero. All at the authored scale."""
+    has it (``stated``), else closed where geometry is sure of it, else at zero. So does what one sets, and neither
+    opens nor shuts (a tap's lever, an arm of a lamp), of an object that is ``known``. All at the authored scale."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -72,7 +74,8 @@ def initial_positions(
                 at = span.clamp(without_whole_turns(span, stated[name] * (scale if span.joint.prismatic else 1.0)))
                 starts[name] = Start(span, at, Source.AUTHORED, False)
                 continue
-            sure = span.joint.openness_confidence >= settings.sure_of_closed
+            is_set = known is not None and part_and_role(known, span.joint)[1] == "control"
+            sure = span.joint.openness_confidence >= settings.sure_of_closed and not is_set
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)
     return starts
 
@@ -143,6 +146,12 @@ def position_within(span: Range, wanted: float, requested: bool, notes: Notes) -
     return span, clamped
 
 
+def part_and_role(features: Features, joint: JointFeatures) -> tuple[str, str]:
+    """The part that a joint carries by its names, and its role: whether it opens, or one sets it."""
+    part = part_name(features.link(joint.child).label, joint.child, joint.name)
+    return part, mechanism(part, features.category, "slider" if joint.prismatic else "hinge").role
+
+
 def note_guessed_ends(
     features: Features, starts: Mapping[str, Start], asked: Collection[str], sure: float, notes: Notes
 ) -> None:
@@ -150,13 +159,8 @@ def note_guessed_ends(
     confidence ``sure``, which end is closed: what is asked counts from a guess, unless it is ``asked`` as a number."""
     for name, start in starts.items():
         joint = start.range.joint
-        part = part_name(features.link(joint.child).label, joint.child, name)
-        motion = "slider" if joint.prismatic else "hinge"
-        plain = (
-            joint.type != "continuous"
-            and joint.mimic is None
-            and mechanism(part, features.category, motion).role == "main"
-        )
+        part, role = part_and_role(features, joint)
+        plain = joint.type != "continuous" and joint.mimic is None and role == "main"
         stated = f"initial_joint_positions.{name}" in asked
         if not plain or stated or joint.openness_confidence >= sure:
             continue

@@ -15,7 +15,7 @@ from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.support_polygon import SupportPolygon, leaning_on
-from asset2sim.validation.hanging import hangs_on_wall, swings_below
+from asset2sim.validation.hanging import hangs_on_wall, lifts_up, swings_below
 from schemas.features import Features
 from schemas.finding import Finding
 from schemas.guidance import Guidance
@@ -67,7 +67,8 @@ def with_support(
 
 def wall_evidence(features: Features, points: Mapping[str, Array], scale: float, category: str) -> tuple[str, str]:
     """Evidence of its shape, in words, that an object hangs on a wall: it is made so, and a floor would stop it."""
-    return hangs_on_wall(features, points, scale, category), swings_below(features, points, scale, category)
+    made_so = hangs_on_wall(features, points, scale, category) or lifts_up(features, points, scale, category)
+    return made_so, swings_below(features, points, scale, category)
 
 
 def held_by_file(extraction: Extraction, polygon: SupportPolygon) -> str:
@@ -140,11 +141,11 @@ def support_of(
     below: str = "",
 ) -> Support:
     """The support of the object, of the first that says so: the guidance, its file (``held``: how, in words), a lone
-    part's root unless a model proposes, the proposal (of ``source``), the shape of a wall cupboard (``hangs``: why, in
-    words), the tables, the shape. What opens ``below`` a floor (how, in words) hangs on a wall where the proposal or
-    the tables only guess that it stands. ``polygon`` and ``points`` are of ``closed_polygon``."""
+    part's root unless a model proposes, the proposal (of ``source``), the tables, the shape. What opens ``below`` a
+    floor (how, in words), or is made as a wall cupboard (``hangs``: why, in words), hangs on a wall where the proposal
+    or the tables only guess that it stands. ``polygon`` and ``points`` are of ``closed_polygon``."""
     # Of the asset's name models are told; rules take no more from it than from the shape.
-    usual = usual_support(replace(object_info(features), asset_id=""), guidance.called)
+    usual = usual_support(replace(object_info(features), asset_id=""), guidance.called, guidance.category)
     said = guidance.support
     if said is not None:
         mount = usual.mount if usual is not None and said.mount is None else said.mount
@@ -154,12 +155,10 @@ def support_of(
     if source is Source.PRIOR and is_lone_part(features):
         return by_shape(polygon, points, frame=True)
     guess = usual if proposal is None or proposal.support is None else proposal.support
-    if below and (guess is None or guess.confidence <= STANDS_CONFIDENCE):
-        return on_a_wall(below)
+    if (below or hangs) and (guess is None or guess.confidence <= STANDS_CONFIDENCE):
+        return on_a_wall(below or hangs)
     if proposal is not None and proposal.support is not None:
         return support_record(without_doubtful_support(proposal.support, polygon), source)
-    if hangs and (usual is None or usual.confidence <= STANDS_CONFIDENCE):
-        return on_a_wall(hangs)
     if usual is not None:
         return support_record(without_doubtful_support(usual, polygon), Source.PRIOR)
     return by_shape(polygon, points, frame=on_a_frame(features))

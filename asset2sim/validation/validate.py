@@ -189,7 +189,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     limits_kept = given.opinion.keeps(Quantity.LIMITS)
     drawn = Drawn(features, authored_shapes(extraction, 1.0), extraction.presses)
     ranges = pressed_ranges(drawn, ranges, proposals, asked_for, scale, kept=limits_kept, notes=notes)
-    starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts)
+    starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts, known)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
     starts = starts_of_followers(features, starts, scale, notes)
     note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
@@ -224,6 +224,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
         asset_id=features.asset_id,
         scale=scale,
         scale_source=given.scale_source,
+        scale_sigma=overlay.uncertainty.get("scale"),
         contact_friction=given.contact[0],
         contact_source=given.contact[1],
         front=features.front,

@@ -18,11 +18,12 @@ _SPRUNG = {"stiffness": 1.0, "press_start": 1.0, "press_end": 1.0, "spring_hz": 
 def with_wrong_numbers(
     answer: dict[str, Any], links: Sequence[str], joints: Sequence[str], draws: Draws, sizes: NoiseLevel
 ) -> dict[str, Any]:
-    """The answer with every positive number off by its log-normal factor; ``links`` and ``joints`` in prompt order."""
+    """The answer with every positive number off by its log-normal factor, and without what it says of its own
+    uncertainty; ``links`` and ``joints`` in prompt order."""
     growth = draws.factor("scale", sizes.scale_log, sizes.shared)
     scale = min(max(answer["scale"] * growth, SCALES[0]), SCALES[1])
     growth = scale / answer["scale"]
-    return answer | {
+    return {key: value for key, value in answer.items() if key != "uncertainty" or not sizes.scale_log} | {
         "scale": scale,
         "links": [_link(entry, links, growth, draws, sizes) for entry in answer.get("links") or []],
         "joints": [_joint(entry, joints, draws, sizes) for entry in answer.get("joints") or []],

@@ -11,11 +11,12 @@ from types import SimpleNamespace
 from typing import Any
 
 from asset2sim.guidance import tables
+from asset2sim.guidance.edges import fitted_edges
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.guidance.parts import depth_width_height, parts_of
 from asset2sim.guidance.placing import asked_positions
 from asset2sim.guidance.read import read_guidance
-from asset2sim.guidance.sizing import fitted_edges, propose_scale
+from asset2sim.guidance.sizing import propose_scale
 from asset2sim.guidance.supports import STANDS_CONFIDENCE, usual_support
 from asset2sim.models.gateway.chat_messages import message_text
 from asset2sim.models.prior.joint_proposals import propose_joints
@@ -51,7 +52,7 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     """An overlay for any object and any user's words, from the tables; deterministic."""
     guidance = read_guidance(words, info)
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
-    support = guidance.support or usual_support(info, guidance.called)
+    support = guidance.support or usual_support(info, guidance.called, guidance.category)
     shape = fitted_edges(depth_width_height(info), size.category)
     if guidance.support is None and shape is not None and shape.placed == "stands":
         said = f"its edges are those of a {shape.kind}, which stands"
@@ -70,6 +71,7 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
         joints=joints,
         initial_joint_positions=positions,
         mass_change=change,
+        uncertainty={"scale": scale.sigma} if scale.sigma else {},
         asked=(*(("scale",) if scale.asked else ()), *positions),
         notes=(category_note, scale.note, *state_notes, *mass_notes, *feel_notes),
     )

@@ -1,0 +1,55 @@
+"""The kind of its category that an object is likeliest by its three edges, and the scale at which it is."""
+
+import math
+from dataclasses import dataclass
+
+from asset2sim.guidance import tables
+from asset2sim.guidance.object_info import Vector
+
+SIDEWAYS = 6.0
+"""−2 ln of the share of objects whose front is not where it is taken to be, towards x where no part shows it (so in
+ROS and in PartNet-Mobility): one in 20."""
+MOST_MISFIT = 16.0
+"""Squared σ by which three edges may miss the usual ones for an object to be of that kind: four σ in one of them."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The ``scale`` at which an object is likeliest of its ``kind``, the scale's relative ``sigma``, how that kind is
+    ``placed`` where that is not as its category is, and the ``category`` that it is of its own, "" for none."""
+
+    scale: float
+    sigma: float
+    kind: str
+    placed: str = ""
+    category: str = ""
+
+
+def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit | None:
+    """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category,
+    of those that hang on a wall where it ``hangs`` and the table has some; None where that has no proportions that
+    would be like it.
+    What is taken for its depth may be its width where that fits far better: its parts need not show its front.
+
+    The maximum of a normal likelihood of the edges' logarithms: their mean, each weighed by 1 / σ². Its σ grows with
+    how far the edges disagree.
+    """
+    if min(size_m) <= 0.0:
+        return None
+    fits = []
+    kinds = tables.proportions().get(category, ())
+    for known in [kind for kind in kinds if hangs and kind.placed == "wall"] or kinds:
+        weights = [spread**-2 for spread in known.spread]
+        for depth, width, rare in ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS)):
+            edges = zip(known.usual_m, (depth, width, size_m[2]), strict=True)
+            wanted = [math.log(usual / edge) for usual, edge in edges]
+            mean = sum(w * x for w, x in zip(weights, wanted, strict=True)) / sum(weights)
+            misfit = sum(w * (x - mean) ** 2 for w, x in zip(weights, wanted, strict=True))
+            if misfit > MOST_MISFIT:
+                continue
+            # Three edges determine one scale: two are left to tell how well they agree.
+            sigma = math.sqrt(max(misfit / 2.0, 1.0) / sum(weights))
+            # Less likely is what fits worse, and what is so broad that it fits anything.
+            unlikely = misfit + 2.0 * sum(map(math.log, known.spread)) + math.log(sum(weights)) + rare
+            fits.append((unlikely, Fit(math.exp(mean), sigma, known.kind, known.placed, known.category)))
+    return min(fits, key=lambda item: item[0])[1] if fits else None
