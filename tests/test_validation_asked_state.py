@@ -31,92 +31,50 @@ def stated(positions: dict[str, float], guidance: str = OPEN_LID, **lid: Any) ->
     ]
 
 
-@pytest.mark.parametrize("at", [0.05, 0.3, 0.8, 0.9])
-def test_what_does_not_contradict_the_words_stands(at: float) -> None:
-    overlay, codes = stated({"lid": at})
-    assert overlay.initial_joint_positions == {"lid": at}
-    assert not codes
+@pytest.mark.parametrize(
+    ("positions", "guidance", "lid"),
+    [
+        *(({"lid": at}, OPEN_LID, {}) for at in (0.05, 0.3, 0.8, 0.9)),
+        *(({"lid": at}, "A box with its lid open.", {"upper": 6.28}) for at in (1.92, 3.14, 6.0)),
+        ({"lid": 1.1}, "A box with its lid half open.", {}),
+        ({"lid": 0.3, "drawer": 0.1}, OPEN_LID, {}),
+        ({"lid": 1.3}, OPEN_LID, {"confidence": 0.1}),
+        *(({"drawer": 0.4}, words, {}) for words in ("", "A wooden box.", "Surprise me.")),
+        # Words for a part of no known name count for the whole object: which part they mean is not clear.
+        ({"drawer": 0.1}, "A box with its hatch slightly open.", {}),
+    ],
+    ids=[*["slightly open"] * 4, *["further open than in use"] * 3, "half open from either end",
+         "more states than named", "unsure of the ends", *["unclear words"] * 3, "part of no known name"],
+)  # fmt: skip
+def test_what_does_not_contradict_the_words_stands(
+    positions: dict[str, float], guidance: str, lid: dict[str, float]
+) -> None:
+    overlay, codes = stated(positions, guidance, **lid)
+    assert overlay.initial_joint_positions == positions and not codes
 
 
 @pytest.mark.parametrize(
-    ("guidance", "at", "right"),
+    ("positions", "guidance", "lid", "right", "said"),
     [
-        (OPEN_LID, 1.3, 0.3),
-        ("A box with its lid closed.", 1.6, 0.0),
-        ("A box with its lid fully open.", 0.0, 1.6),
-        ("A box with its lid fully open.", 0.2, 1.4),
-        ("A box with its lid open.", 0.0, 1.6),
+        ({"lid": 1.3}, OPEN_LID, {}, 0.3, ["state_at_wrong_end"]),
+        ({"lid": 1.6}, "A box with its lid closed.", {}, 0.0, ["state_at_wrong_end"]),
+        ({"lid": 0.0}, "A box with its lid fully open.", {}, 1.6, ["state_at_wrong_end"]),
+        ({"lid": 0.2}, "A box with its lid fully open.", {}, 1.4, ["state_at_wrong_end"]),
+        ({"lid": 0.0}, "A box with its lid open.", {}, 1.6, ["state_at_wrong_end"]),
+        # Of a lid that turns by 360°, 110° are less than two fifths.
+        ({"lid": 0.0}, "A box with its lid open.", {"upper": 6.28}, 6.28, ["state_at_wrong_end"]),
+        ({"lid": 0.0}, "A box with its lid closed.", {"closed": 1.6}, 1.6, ["state_at_wrong_end"]),
+        ({"drawer": 0.1}, OPEN_LID, {}, 0.32, ["state_of_wrong_part"]),
+        ({"drawer": 0.4}, OPEN_LID, {}, 0.32, ["state_of_wrong_part", "state_at_wrong_end"]),
+        ({}, "A box with its lid fully open.", {}, 1.6, ["state_missing"]),
     ],
 )
-def test_the_wrong_end_is_counted_from_the_other(guidance: str, at: float, right: float) -> None:
-    overlay, codes = stated({"lid": at}, guidance)
-    assert overlay.initial_joint_positions["lid"] == pytest.approx(right)
-    assert codes == ["state_at_wrong_end"]
-    assert overlay.asked == ("lid",)
-
-
-def test_a_range_that_opens_downwards_is_mirrored_too() -> None:
-    overlay, _ = stated({"lid": 0.0}, "A box with its lid closed.", closed=1.6)
-    assert overlay.initial_joint_positions["lid"] == pytest.approx(1.6)
-
-
-def test_where_geometry_is_unsure_of_the_ends_nothing_is_changed() -> None:
-    overlay, codes = stated({"lid": 1.3}, confidence=0.1)
-    assert overlay.initial_joint_positions == {"lid": 1.3}
-    assert not codes
-
-
-@pytest.mark.parametrize("guidance", ["", "A wooden box.", "Surprise me."])
-def test_where_words_are_unclear_nothing_is_changed(guidance: str) -> None:
-    positions = {"drawer": 0.4}
-    overlay, codes = stated(positions, guidance)
-    assert overlay.initial_joint_positions == positions
-    assert not codes
-
-
-def test_a_part_that_is_not_known_by_name_moves_no_state() -> None:
-    """Words for a part of no known name count for the whole object: which part they mean is not clear."""
-    overlay, codes = stated({"drawer": 0.1}, "A box with its hatch slightly open.")
-    assert overlay.initial_joint_positions == {"drawer": 0.1}
-    assert not codes
-
-
-@pytest.mark.parametrize(("at", "meant"), [(1.92, 1.92), (3.14, 3.14), (6.0, 6.0), (0.0, 6.28)])
-def test_what_is_open_may_be_further_open_than_in_use(at: float, meant: float) -> None:
-    # Of a lid that turns by 360°, 110° are less than two fifths, so that 6.0 would be near the other end.
-    overlay, _ = stated({"lid": at}, "A box with its lid open.", upper=6.28)
-    assert overlay.initial_joint_positions["lid"] == pytest.approx(meant)
-
-
-def test_half_open_is_the_same_from_either_end() -> None:
-    assert stated({"lid": 1.1}, "A box with its lid half open.")[1] == []
-
-
-def test_a_state_of_the_wrong_part_goes_to_the_part_that_is_named() -> None:
-    overlay, codes = stated({"drawer": 0.1})
-    assert overlay.initial_joint_positions == {"lid": pytest.approx(0.32)}
-    assert overlay.asked == ("lid",)
-    assert codes == ["state_of_wrong_part"]
-
-
-def test_a_state_of_the_wrong_part_from_the_wrong_end() -> None:
-    overlay, codes = stated({"drawer": 0.4})
-    assert overlay.initial_joint_positions == {"lid": pytest.approx(0.32)}
-    assert codes == ["state_of_wrong_part", "state_at_wrong_end"]
-
-
-def test_a_state_that_is_left_out_is_what_the_words_say() -> None:
-    overlay, codes = stated({}, "A box with its lid fully open.")
-    assert overlay.initial_joint_positions == {"lid": pytest.approx(1.6, rel=1e-3)}
-    assert overlay.asked == ("lid",)
-    assert codes == ["state_missing"]
-
-
-def test_more_states_than_the_words_name_stand() -> None:
-    positions = {"lid": 0.3, "drawer": 0.1}
-    overlay, codes = stated(positions)
-    assert overlay.initial_joint_positions == positions
-    assert not codes
+def test_a_state_at_the_wrong_end_of_the_wrong_part_or_left_out_is_what_the_words_say(
+    positions: dict[str, float], guidance: str, lid: dict[str, float], right: float, said: list[str]
+) -> None:
+    overlay, codes = stated(positions, guidance, **lid)
+    assert overlay.initial_joint_positions == {"lid": pytest.approx(right, rel=1e-3)}
+    assert overlay.asked == ("lid",) and codes == said
 
 
 def test_up_and_down_are_clear_of_an_upright_slide() -> None:
