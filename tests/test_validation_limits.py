@@ -85,16 +85,13 @@ def test_inverted_limits_are_swapped() -> None:
     assert (finding.value, finding.limit) == (0.4, -0.1)
 
 
-@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_a_joint_without_a_range_is_locked(kind: str) -> None:
-    found, notes = ranged(authored(kind, 0.3, 0.3))
-    assert found is None
-    assert codes(notes) == ["joint_locked"] and notes.findings[0].joint == "part"
-
-
-def test_fixed_joints_have_no_range() -> None:
-    found, notes = ranged(authored("fixed", None, None))
-    assert found is None and not notes.findings
+@pytest.mark.parametrize(
+    ("kind", "at", "said"), [("revolute", 0.3, ["part"]), ("prismatic", 0.3, ["part"]), ("fixed", None, [])]
+)
+def test_a_joint_without_a_range_is_locked(kind: str, at: float | None, said: list[str]) -> None:
+    found, notes = ranged(authored(kind, at, at))
+    assert found is None and codes(notes) == ["joint_locked"] * len(said)
+    assert [item.joint for item in notes.findings] == said
 
 
 def test_a_continuous_joint_has_a_full_turn() -> None:
@@ -122,33 +119,33 @@ def test_zero_outside_is_said_where_no_turn_helps() -> None:
     assert codes(notes) == ["zero_outside_limits"]
 
 
-def test_a_position_inside_is_taken_as_it_is() -> None:
-    position, span, notes, source = started(some_range(authored("revolute", 0.0, 1.0)), 0.625)
-    assert (position, span.lower, span.upper, source) == (0.625, 0.0, 1.0, Source.USER) and not notes.findings
-
-
 def test_a_slider_position_is_at_the_authored_scale() -> None:
     span = some_range(authored("prismatic", 0.0, 0.8), 0.25)
     assert started(span, 0.4, scale=0.25)[0] == 0.1
 
 
-@pytest.mark.parametrize(("wanted", "lower", "upper"), [(1.0625, 0.0, 1.0625), (-0.0625, -0.0625, 1.0)])
-def test_slightly_outside_widens(wanted: float, lower: float, upper: float) -> None:
-    position, span, notes, _ = started(some_range(authored("revolute", 0.0, 1.0)), wanted)
-    assert (position, span.lower, span.upper, span.source) == (wanted, lower, upper, Source.USER)
-    assert codes(notes) == ["limits_widened"] and notes.findings[0].joint == "part"
-
-
-@pytest.mark.parametrize(("wanted", "expected"), [(1.25, 1.0), (-0.25, 0.0)])
-def test_far_outside_clamps(wanted: float, expected: float) -> None:
-    position, span, notes, _ = started(some_range(authored("revolute", 0.0, 1.0)), wanted)
-    assert (position, span.lower, span.upper) == (expected, 0.0, 1.0)
-    assert codes(notes) == ["position_clamped"] and notes.findings[0].value == wanted
-
-
-def test_limits_are_widened_for_nobody_but_the_user() -> None:
-    position, span, notes, source = started(some_range(authored("revolute", 0.0, 1.0)), 1.0625, asked=False)
-    assert (position, span.upper, source) == (1.0, 1.0, Source.MODEL) and codes(notes) == ["position_clamped"]
+@pytest.mark.parametrize(
+    ("wanted", "asked", "position", "limits", "code"),
+    [
+        (0.625, True, 0.625, (0.0, 1.0), None),
+        (1.0625, True, 1.0625, (0.0, 1.0625), "limits_widened"),
+        (-0.0625, True, -0.0625, (-0.0625, 1.0), "limits_widened"),
+        (1.25, True, 1.0, (0.0, 1.0), "position_clamped"),
+        (-0.25, True, 0.0, (0.0, 1.0), "position_clamped"),
+        (1.0625, False, 1.0, (0.0, 1.0), "position_clamped"),
+    ],
+    ids=["inside", "slightly over", "slightly under", "far over", "far under", "not the user's"],
+)
+def test_a_position_slightly_outside_widens_for_the_user_and_any_other_is_clamped(
+    wanted: float, asked: bool, position: float, limits: tuple[float, float], code: str | None
+) -> None:
+    found, span, notes, source = started(some_range(authored("revolute", 0.0, 1.0)), wanted, asked=asked)
+    assert (found, (span.lower, span.upper), source) == (position, limits, Source.USER if asked else Source.MODEL)
+    assert [(item.code, item.joint) for item in notes.findings] == [(code, "part")] * bool(code)
+    if code == "limits_widened":
+        assert span.source is Source.USER
+    if code == "position_clamped":
+        assert notes.findings[0].value == wanted
 
 
 def test_whole_turns_are_taken_out_of_a_requested_angle() -> None:
@@ -164,10 +161,8 @@ def test_nobody_asked(closed: float, sure: float, expected: float) -> None:
     span = replace(some_range(authored("revolute", -1.0, 0.75, closed=closed, opened=-1.0, sure=sure)))
     position, _, notes, source = started(span, None)
     assert (position, source) == (expected, Source.RULE) and not notes.findings
-
-
-def test_an_authored_zero_outside_is_clamped() -> None:
-    assert started(some_range(authored("revolute", 0.5, 1.0, sure=0.0)), None)[0] == 0.5
+    outside = some_range(authored("revolute", 0.5, 1.0, sure=0.0))
+    assert started(outside, None)[0] == 0.5, "the authored zero, where it lies outside, is clamped"
 
 
 def test_a_part_on_a_spring_starts_where_that_brings_it_unless_a_state_is_asked() -> None:
