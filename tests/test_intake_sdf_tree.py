@@ -80,6 +80,8 @@ def test_what_a_loop_ties_follows_the_joint_that_leads_it(parent: str, last: str
               for joint in found.robot.findall("joint") for follows in joint.findall("mimic")}  # fmt: skip
     assert ratios == {"two": pytest.approx(-1.0, abs=1e-4), "three": pytest.approx(1.0, abs=1e-4)}
     assert any("the loop that 'one' moves" in note for note in found.notes), found.notes
+    (joined,) = found.robot.findall("disable_collisions")
+    assert {joined.get("link1"), joined.get("link2")} == {"c", "d"}, "as links that a joint ties"
 
 
 def test_a_joint_that_closes_a_loop_of_several_freedoms_is_left_out_and_named(tmp_path: Path) -> None:

@@ -32,9 +32,10 @@ class Closing:
 
 
 def close_loops(robot: Element, closings: Sequence[Closing]) -> Iterator[str]:
-    """Let the joints of a URDF follow as those that are left out of it would have them; a note on each loop, or on its
-    joint where a loop is none of one freedom."""
-    said = set[int]()
+    """Let the joints of a URDF follow as those that are left out of it would have them, and the links that these join
+    pass through one another, as all that are joined; a note on each loop, or on its joint where a loop is none of one
+    freedom."""
+    said, apart = set[int](), {item.ends for item in closings}
     links = {str(link.get("name")) for link in robot.findall("link")}
     usable = [item for item in closings if item.kind in (*JOINTS, "fixed") and links.issuperset(item.ends)]
     if usable:
@@ -47,11 +48,11 @@ def close_loops(robot: Element, closings: Sequence[Closing]) -> Iterator[str]:
         found = loop_ties(mujoco, model, lambda joint: str(model.joint(joint).name))
         yield from found.notes
         yield from tie(robot, found.ties)
-        apart = sorted({(str(model.body(one).name), str(model.body(other).name)) for one, other in found.apart})
-        for one, other in apart:
-            if {one, other} <= links:
-                add_child(robot, "disable_collisions", link1=one, link2=other, reason="Never")
+        apart |= {(str(model.body(one).name), str(model.body(other).name)) for one, other in found.apart}
         said = found.said
+    for one, other in sorted(apart):
+        if links.issuperset((one, other)):
+            add_child(robot, "disable_collisions", link1=one, link2=other, reason="Never")
     for item in closings:
         if item not in usable or usable.index(item) not in said:
             yield f"joint '{item.name}' closes a loop, which a URDF cannot say: it is left out"
