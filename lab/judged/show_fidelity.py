@@ -1,7 +1,7 @@
 """Policies' results by method, for people: rates, correlations with reality, agreement, and what went wrong."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -66,16 +66,11 @@ def fidelity_block(trials: pd.DataFrame, real: pd.DataFrame) -> str:
 
 def rows_of(figures: Sequence[FidelityFigure]) -> list[tuple[str, ...]]:
     """A row per policy and method, as the paper's table has them."""
-    names = _names(figures)
+    names = variant_names([(item.method, item.model) for item in figures])
     return [
         (
             *(item.policy, names[item.method, item.model], f"{100.0 * item.mean:.2f}"),
-            *(
-                _span(100.0 * item.low, 100.0 * item.high, 0),
-                *_correlated(item.srcc),
-                str(item.tasks),
-                str(item.trials),
-            ),
+            *(span(100.0 * item.low, 100.0 * item.high, 0), *_correlated(item.srcc), str(item.tasks), str(item.trials)),
         )
         for item in figures
     ]
@@ -107,7 +102,7 @@ def _correlated(found: Correlation | None) -> tuple[str, str, str]:
         return NOTHING, NOTHING, NOTHING
     if found.undefined:
         return f"undefined ({found.undefined})", NOTHING, NOTHING
-    return f"{found.r:.2f}", _span(found.low, found.high, 2), f"{found.p:.2f}"
+    return f"{found.r:.2f}", span(found.low, found.high), f"{found.p:.2f}"
 
 
 def _caution(figures: Sequence[FidelityFigure], rates: pd.DataFrame) -> list[str]:
@@ -146,10 +141,12 @@ def _agreed(item: RateAgreement) -> str:
     return f"{item.policy}: success with {item.first} and with {item.second} over {item.n} tasks: {said}"
 
 
-def _span(low: float, high: float, digits: int) -> str:
+def span(low: float, high: float, digits: int = 2) -> str:
+    """An interval in words; a dash where it is not known."""
     return NOTHING if math.isnan(low) else f"{low:.{digits}f} to {high:.{digits}f}"
 
 
-def _names(figures: Sequence[FidelityFigure]) -> dict[tuple[str, str], str]:
-    several = len({item.model for item in figures}) > 1
-    return {(item.method, item.model): f"{item.method}, {item.model}" if several else item.method for item in figures}
+def variant_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
+    """(method, model) → what to call it: the method, and its model where it was run with several."""
+    methods = [method for method, _ in {*pairs}]
+    return {(method, model): f"{method}, {model}" if methods.count(method) > 1 else method for method, model in pairs}

@@ -18,7 +18,7 @@ from lab.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place,
 from lab.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
 from lab.judged.physical_scores import PHYSICAL_JUDGE
 from lab.judged.published import SUCCESS_FILE, published_rates, published_ratings, published_videos
-from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates
+from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates, span, variant_names
 from lab.judged.variant_folders import variant_folders
 from lab.runner import latest_own
 from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
@@ -149,11 +149,11 @@ def describe_ratings(outs: Sequence[Path | str], published: Path | None) -> list
 def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> list[RenderableType]:
     if rated.empty:
         return []
-    names = _names(rated)
+    names = variant_names(pairs_of(rated))
     headings = ("method", "mean", "95 % of it", "± raters", "± objects", "before", "untouched", "touched", "n")
     rows = [
         (
-            *(names[item.method, item.model], _two(item.mean), _span(item.low, item.high)),
+            *(names[item.method, item.model], _two(item.mean), span(item.low, item.high)),
             *(_two(value) for value in (item.over_raters, item.over_objects, *item.stages)),
             f"{item.raters} × {item.objects}",
         )
@@ -173,7 +173,7 @@ def _ratings(title: str, rated: pd.DataFrame, verdicts: pd.DataFrame | None) -> 
 
 
 def _verdicts(rated: pd.DataFrame, verdicts: pd.DataFrame) -> list[str]:
-    variants, names = rated_variants(rated, verdicts), _names(rated)
+    variants, names = rated_variants(rated, verdicts), variant_names(pairs_of(rated))
     if not variants:
         return ["no verdict of ours on what was rated"]
     figures = verdict_figures(variants)
@@ -202,11 +202,11 @@ def describe_scores(title: str, scores: pd.DataFrame) -> list[RenderableType]:
     scores = latest_scores(scores)
     if scores.empty:
         return []
-    names = _names(scores)
+    names = variant_names(pairs_of(scores))
     rows = [
         (
             *(item.judge, names[item.method, item.model], f"{_two(item.mean)} ± {_two(item.plus_minus)}"),
-            *(_span(item.low, item.high), item.tasks, item.trials),
+            *(span(item.low, item.high), item.tasks, item.trials),
         )
         for item in video_figures(scores)
     ]
@@ -236,16 +236,10 @@ def _order(what: str, found: OrderEffect | None) -> str:
     )
 
 
-def _names(rows: pd.DataFrame) -> dict[tuple[str, str], str]:
-    """(method, model) → what to call it: the method, and its model where it was run with several."""
-    pairs = sorted(set(zip(rows["method"], rows["model"], strict=True)))
-    methods = [method for method, _ in pairs]
-    return {(method, model): f"{method}, {model}" if methods.count(method) > 1 else method for method, model in pairs}
+def pairs_of(rows: pd.DataFrame) -> list[tuple[str, str]]:
+    """Each method and model of rows, once."""
+    return sorted(set(zip(rows["method"], rows["model"], strict=True)))
 
 
 def _two(value: float) -> str:
     return f"{value:.2f}" if significant(value) != NOTHING else NOTHING
-
-
-def _span(low: float, high: float) -> str:
-    return NOTHING if significant(low) == NOTHING else f"{low:.2f} to {high:.2f}"
