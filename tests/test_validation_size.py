@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.extract import Extraction
+from asset2sim.catalog.text import plus_or_minus
 from asset2sim.guidance import tables
 from asset2sim.guidance.category import identify
 from asset2sim.guidance.edges import fitted_edges
@@ -279,3 +280,12 @@ def test_a_size_to_which_no_dataset_brings_anything_stays_where_it_may_be_real(
     if category == "Laptop":
         real = read_guidance("A laptop at its real size.", info).size
         assert propose_scale(info, size, real).value == 1.0, "the user says that it is one"
+
+
+def test_a_size_that_is_found_states_its_spread_and_one_that_is_stated_has_none() -> None:
+    drawn = thing("Clock") | {key: [0.08, 0.6, 0.6] for key in ("size_closed_m", "size_m")}
+    found = Overlay.model_validate(ask(drawn, ""))
+    # Of the edges of a wall clock, that agree: (0.5⁻² + 2 · 0.15⁻²)^-½ = 10 %.
+    assert found.uncertainty["scale"] == pytest.approx(0.104, abs=0.002)
+    assert plus_or_minus(found.uncertainty["scale"]) == " ± 10 %" and not plus_or_minus(None)
+    assert "scale" not in Overlay.model_validate(ask(drawn, "A clock 40 cm across.")).uncertainty
