@@ -15,13 +15,13 @@ from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.urdf.base import hung_from_world
 from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import contacts_at
-from asset2sim.render import write_views
 from schemas.finding import Finding, warning
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay
 from schemas.recipe import MEASUREMENT_NAME, RECIPE_NAME, Recipe
 from schemas.settings import Settings
 from schemas.vocabulary import BaseMode, Stage, StateMode
+from tasks.known_views import VIEW_CACHE, write_known_views
 from tasks.progress import AssetJob, StageResult
 
 REPORTS = TypeAdapter(list[EngineReport])
@@ -55,11 +55,15 @@ def publish_folder(
     (folder / MEASUREMENT_NAME).write_bytes(written)
     if recipe is not None:
         (folder / RECIPE_NAME).write_text(recipe.model_dump_json(indent=1), encoding="utf-8")
-    return Published(overlay=overlay, findings=(*findings, *finish_folder(folder, overlay, settings)))
+    views = job.out / VIEW_CACHE / f"{job.ref.asset_id}.npz"
+    return Published(overlay=overlay, findings=(*findings, *finish_folder(folder, overlay, settings, views)))
 
 
-def finish_folder(folder: Path, overlay: PhysicsOverlay, settings: Settings) -> tuple[Finding, ...]:
-    """Write the overlay, exports, views and checksums beside the URDF that it describes; findings of the exports."""
+def finish_folder(
+    folder: Path, overlay: PhysicsOverlay, settings: Settings, views: Path | None = None
+) -> tuple[Finding, ...]:
+    """Write the overlay, exports, views and checksums beside the URDF that it describes; findings of the exports. The
+    file ``views`` keeps the views from run to run."""
     urdf = folder / URDF_NAME
     (folder / REFINED_NAME).write_text(overlay.model_dump_json(indent=2), encoding="utf-8")
     findings = write_exports(folder, overlay, settings.exports, settings.engine.timestep_s)
@@ -67,7 +71,7 @@ def finish_folder(folder: Path, overlay: PhysicsOverlay, settings: Settings) -> 
         height = read_object(folder, overlay).height_to_stand(overlay.initial_positions)
         urdf.write_bytes(hung_from_world(urdf.read_bytes(), height))
     if settings.views.write:
-        write_views(urdf, overlay.initial_positions, folder / "views", settings.views)
+        write_known_views(folder, overlay.initial_positions, settings.views, views)
     write_checksums(folder)
     return findings
 
