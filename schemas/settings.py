@@ -163,7 +163,6 @@ class CollisionSettings(Frozen):
     """How collision geometry is made, and its limits."""
 
     mode: CollisionMode = CollisionMode.DECOMPOSE
-
     max_link_hulls: int = Field(48, ge=1)
     """Most convex pieces of one link: contacts get slower with each."""
     max_asset_hulls: int = Field(256, ge=1)
@@ -203,7 +202,7 @@ class SearchSettings(Frozen):
     """Most iterations of the loop in which a model proposes every step, and most model calls about an asset's state
     there, repeats included (the paper: 25)."""
     max_model_calls: int = Field(2, ge=0)
-    """Most model calls about an asset's state where the search proposes, repeats included: where it left
+    """Most model calls about an asset's state where the search proposes, repeats included: where parts
     overlap."""
 
 

@@ -291,5 +291,5 @@ class Export(StrEnum):
     SDF = "sdf"
 
 
-DECIDING_PACKAGES = (*("lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core", "xacro"),)
+DECIDING_PACKAGES = ("lxml", "numpy", "pillow", "pycollada", "python-fcl", "scipy", "trimesh", "usd-core", "xacro")
 """Packages, beside the engines (``Engine``), whose version may change a number in an asset's result."""

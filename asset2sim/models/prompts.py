@@ -159,7 +159,6 @@ def refinement_request(
     }
     if situation.solved:
         information["solved_pairs"] = [list(pair) for pair in situation.solved]
-
     if situation.tried:
         information["tried"] = [_tried(item, focus) for item in situation.tried]
     return ModelRequest(

@@ -152,7 +152,7 @@ def gaps(mujoco: Any, model: Any, data: Any, equalities: Sequence[int], joints: 
     data.qpos[:] = model.qpos0
     data.qpos[model.jnt_qposadr[list(joints)]] += moved
     mujoco.mj_kinematics(model, data)
-    return np.concatenate([(ends_of(mujoco, model, data, equality)).ravel() for equality in equalities])
+    return np.concatenate([ends_of(mujoco, model, data, equality).ravel() for equality in equalities])
 
 
 def ends_of(mujoco: Any, model: Any, data: Any, equality: int) -> Array:

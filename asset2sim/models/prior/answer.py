@@ -91,11 +91,8 @@ def answers_of(model: str) -> Answers:
         answers: Answers = object_at(kind.answers)(model)
         return answers
     needed = missing(model)
-    raise (
-        UsageError(needed)
-        if needed
-        else UnknownChoiceError("model", model, (HOUSEHOLD, *(own.form for own in found.values())))
-    )
+    choices = HOUSEHOLD, *(own.form for own in found.values())
+    raise UsageError(needed) if needed else UnknownChoiceError("model", model, choices)
 
 
 CHARACTERS_PER_TOKEN = 4

@@ -34,7 +34,6 @@ class FocusJoint:
     upper: float
     closed: float
     open: float
-
     tried: tuple[float, ...] = ()
     reach: tuple[float, float] = (-math.inf, math.inf)
     apart: float = 0.0
