@@ -98,7 +98,7 @@ def test_a_file_of_built_in_values_changes_no_content_hash(tmp_path: Path) -> No
         ("thresholds: {drift_mm: 1}", "unknown field thresholds.drift_mm; did you mean thresholds.drift_m?"),
         ("drift_m: 1", "unknown field drift_m; did you mean thresholds.drift_m?"),
         ("threshold: {drift_m: 1}", "unknown field threshold; did you mean thresholds?"),
-        ("views: {zzz: 1}", "unknown field views.zzz; choose from width, height, write, later"),
+        ("views: {zzz: 1}", "unknown field views.zzz; choose from width, height, write"),
         ("thresholds: {drift_m: 0}", "thresholds.drift_m: '0' is not a number above 0"),
         ("thresholds: {drift_m: .nan}", "thresholds.drift_m: 'nan' is not a number above 0"),
         ("thresholds: {nudge_remaining: 1.5}", "thresholds.nudge_remaining: '1.5' is not a number from 0 to 1"),

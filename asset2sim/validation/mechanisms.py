@@ -175,14 +175,25 @@ def pressed_shut(start: Start, kind: Handling, rest: float, stiffness: float, se
     return Bias(kind="spring return", slope=-force / shut, none_at=rest, least=least, most=most)
 
 
+def steady_force(span: Range, force: float) -> Bias:
+    """The bias of a spring that exerts the same force (N) all over a slide's range, as a gas spring nearly does."""
+    assert span.lower is not None and span.upper is not None, "only slides with limits have springs"
+    slope = abs(force) / (span.upper - span.lower)
+    none_at = 2.0 * span.lower - span.upper if force > 0.0 else 2.0 * span.upper - span.lower
+    return Bias(kind="strut", slope=slope, none_at=none_at, least=min(force, 0.0), most=max(force, 0.0))
+
+
 def strut(start: Start, pull: Pull, kind: Handling, stays: bool, settings: PhysicsSettings) -> Bias | None:
     """Strut of a flap or lid that gravity shuts and that is too heavy for a hand, somewhere or, where it ``stays`` as
-    it starts, with the friction that would hold it there, and of any of furniture's flaps; None for the rest. Linear
-    over the range: as near as can be to the share of its weight that struts carry, and of a part that may fall shut
-    never more."""
+    it starts, with the friction that would hold it there, and of any of furniture's flaps; the spring of a slide whose
+    kind has one (a seat, a screen on its stand); None for the rest. Linear over the range: as near as can be to the
+    share of its weight that struts carry, and of a part that may fall shut never more."""
     span = start.range
-    if span.joint.prismatic or span.lower is None or span.open == span.closed:
+    if span.lower is None or span.open == span.closed:
         return None
+    if span.joint.prismatic:
+        carried = -settings.strut_share * pull.force
+        return steady_force(span, carried) if kind.mechanism == "strut" and abs(carried) > FELT_N else None
     # What friction keeps anywhere needs none, unless springs are its kind's mechanism: a garage door.
     if kind.anywhere and kind.mechanism != "strut":
         return None

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from asset2sim.guidance.parts import part_name
-from asset2sim.guidance.tables import mechanism
+from asset2sim.guidance.tables import mechanism, sizes
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
@@ -56,7 +56,8 @@ def initial_positions(
 ) -> dict[str, Start]:
     """Where every movable joint starts: as proposed, else where its spring brings it (``rests``), else where its file
     has it (``stated``), else closed where geometry is sure of it, else at zero. So does what one sets, and neither
-    opens nor shuts (a tap's lever, an arm of a lamp), of an object that is ``known``. All at the authored scale."""
+    opens nor shuts (a tap's lever, an arm of a lamp), of an object that is ``known`` and of a kind that the table of
+    sizes has. All at the authored scale."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -74,7 +75,9 @@ def initial_positions(
                 at = span.clamp(without_whole_turns(span, stated[name] * (scale if span.joint.prismatic else 1.0)))
                 starts[name] = Start(span, at, Source.AUTHORED, False)
                 continue
-            is_set = known is not None and part_and_role(known, span.joint)[1] == "control"
+            is_set = (
+                known is not None and known.category in sizes() and part_and_role(known, span.joint)[1] == "control"
+            )
             sure = span.joint.openness_confidence >= settings.sure_of_closed and not is_set
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)
     return starts

@@ -138,6 +138,13 @@ def test_whole_datasets_are_as_their_block_counts_them(row: Row) -> None:
     assert [*numbers(row.label), *numbers(row.cells[0])] == [count, good]
 
 
+@pytest.mark.parametrize("row", [row for row in ROWS if row.anchor == "held-out"], ids=lambda row: row.label)
+def test_what_was_held_out_is_as_its_row_counts_it(row: Row) -> None:
+    """The columns objects, and ok at first with its shares."""
+    sets = [(numbers(line[2]), numbers(line[4])[::2]) for line in tables(section_of(row.page, row.anchor))[0][1:]]
+    assert (numbers(row.label), numbers(row.cells[0])) in sets
+
+
 @pytest.mark.parametrize("row", [row for row in ROWS if len(row.cells) == 2], ids=lambda row: row.label)
 def test_what_is_compared_is_as_its_block_has_it_and_no_other_method_is_better(row: Row) -> None:
     rates, count = compared(row)

@@ -29,6 +29,8 @@ ROOMS = (
     *("asset2sim/intake", "asset2sim/storage/regular_files.py"),
     *("asset2sim/physics", "asset2sim/assets", "asset2sim/models", "asset2sim/validation", "asset2sim/engines"),
     *("asset2sim/checks", "asset2sim/refinement", "asset2sim/baselines"),
+    # Of what loads an object for users, what the SAPIEN engine loads with.
+    *(f"asset2sim/load/{module}.py" for module in ("description", "in_sapien", "loaded", "shapes")),
     # An asset's rows, and the records of those that fail outside the pipeline.
     *("asset2sim/catalog/rows.py", "asset2sim/catalog/rows_engines.py", "asset2sim/catalog/summarize.py"),
     *("asset2sim/experiments/isolation", "asset2sim/runs/asset_attempt.py"),

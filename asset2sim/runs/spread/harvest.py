@@ -166,6 +166,7 @@ def _finish(harvest: Harvest[Kept], record: AssetRecord) -> None:
 
 def _received(harvest: Harvest[Kept], end: JobResult) -> KeptRecord:
     """The record that a worker handed over, written here where there was no room for it there."""
+    records.share_field_sets(end.kept)
     return end.kept if end.written else _keep(harvest, end.kept)
 
 
