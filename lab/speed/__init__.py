@@ -1,1 +1,1 @@
-"""``make bench``: speed of a nightly run, its orchestration overhead, and the time of each stage."""
+"""``make bench``: what refining takes without caches, on one worker and two, and where there is nothing to do."""
