@@ -37,7 +37,7 @@ def total_mass(information: Json, overlay: Json) -> float:
 
 
 FLAT = thing("") | {"size_m": [0.24, 1.6, 1.6], "size_closed_m": [0.24, 1.6, 1.6]}
-"""What nothing names, as thin as what hangs on a wall."""
+"""An object without a name, as thin as a wall clock."""
 
 
 # Tables

@@ -10,7 +10,7 @@ import pytest
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.handling import Handling
 from asset2sim.validation.limits import Range
-from asset2sim.validation.mechanisms import caught_where_it_drops, mechanism_bias, nearer_end
+from asset2sim.validation.mechanisms import caught_where_it_drops, mechanism_bias, nearer_end, steady_force
 from asset2sim.validation.positions import Start
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
@@ -249,6 +249,13 @@ HEAVY = {
         {"axis": "0 1 0", "limit": "0 1.6", "xyz": "-0.19 0 0.3"},
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("force", [-7.5, 28.0])
+def test_the_spring_of_a_slide_is_as_strong_at_either_end(force: float) -> None:
+    slide = make_features("7").movable_joints[1]
+    bias = steady_force(Range(slide, -0.02, 0.1, -0.02, 0.1, Source.AUTHORED), force)
+    assert [bias.at(place) for place in (-0.02, 0.0, 0.1)] == pytest.approx([force] * 3)
 
 
 @pytest.mark.parametrize("name", HEAVY)

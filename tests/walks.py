@@ -15,7 +15,7 @@ LIMIT_S = 400.0
 INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 8 "
 """When nightly.md interrupts a run, s: of these few samples, it would be over by then on a quick machine."""
 UNHURRIED = "--force"
-"""What the command that nightly.md interrupts is known by."""
+"""Option by which the command that nightly.md interrupts is told from others."""
 PLANTED = ("planted_missing_mesh", "planted_not_xml")
 SAMPLES = ("laptop_silver", "box_wooden", *PLANTED)
 BLOCKS = {(block.page, block.number): block for page in PAGES for block in blocks(page)}

@@ -72,7 +72,7 @@ def test_a_run_is_measured_with_all_that_it_started(
     monkeypatch.setenv("PREFECT_API_URL", prefect_server)
     found = bench.run(BenchRequest(data=RAW, work=tmp_path), tmp_path / "one", 1, ["stapler_desk"])
     assert (found.row["assets"], found.row["ok"], found.row["unchanged"]) == (1, 1, 0)
-    # The object's process, which is nobody's child by then, is counted.
+    # The process that refined the object is counted, though the one that started it has ended.
     assert found.own_s.sum() > 0.05 and found.used.processor_s > 1.0 + found.own_s.sum()
     assert found.used.driver_mb > 100.0 and found.used.largest_mb > 100.0 and "| extract |" in stage_table(found)
 

@@ -11,7 +11,7 @@ from schemas.finding import Finding
 from schemas.vocabulary import FailureMode, Severity, Stage
 
 PARTS = ("link", "joint", "material")
-"""What a URDF consists of."""
+"""Tags of the elements of a URDF whose numbers are checked."""
 LARGEST = 1e7
 """Largest length, m, and largest angle, rad, that are taken for such: a metre in micrometres is 1e6, and sums with
 larger ones lose all else."""

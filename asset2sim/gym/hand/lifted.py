@@ -71,8 +71,7 @@ class Watch:
 
 def lift(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, settings: LiftSettings) -> Lifted:
     """The object lifted and set down at each yaw, by the best of some grasps of one hand or, where that does not do it,
-    of both. Raises LoadError as ``load`` does,
-    ValueError where MuJoCo refuses the model."""
+    of both. Raises LoadError as ``load`` does, ValueError where MuJoCo refuses the model."""
     if overlay.support.fixed:
         return Lifted(False)
     best, miss, wide, heavier = Lifted(False), None, 0.0, overlay.mass_kg / hand.steadied_kg
