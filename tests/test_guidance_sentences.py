@@ -264,10 +264,17 @@ def test_asked_states(information: Json, guidance: str, expected: dict[str, floa
         ("a box 4x4 plywood", 0.4),
         ("a box on a foot", 0.4),
         ("Scale it to 10 cm.", 0.1),
+        ("an 8-inch box, opened at 60°", 0.2032),
+        ("a box of 30 cm whose lid moves freely", 0.3),
     ],
 )
 def test_a_size_in_edges_or_in_words(guidance: str, longest_m: float) -> None:
     assert ask(known.BOX, guidance)["scale"] * 1.6 == pytest.approx(longest_m, abs=1e-3)
+
+
+def test_the_one_length_of_a_kitchen_appliance_is_its_width() -> None:
+    found = ask(FRIDGE, "a 24-inch fridge, its door 20 cm open")
+    assert found["scale"] * max(FRIDGE["size_closed_m"][:2]) == pytest.approx(0.6096, abs=1e-3)
 
 
 def test_half_a_kilo_is_a_weight() -> None:
@@ -367,6 +374,12 @@ def test_feel(information: Json, guidance: str, name: str, expected: Json) -> No
         (known.BOX, "a box at 45% of its travel", {"lid": -0.136}),
         (known.BOX, "its lid thrown all the way back", {"lid": 2.0}),
         (known.MICROWAVE, "its buttons are pressed with 2 N", {}),
+        (known.BOX, "a box with its lid on", {"lid": -1.0}),
+        (known.BOX, "a box with its lid on top of it", {}),
+        (known.BOX, "its lid neither open nor ajar", {"lid": -1.0}),
+        (known.BOX, "its lid 1/2 open", {"lid": -0.04}),
+        (known.DRAWERS, "upper drawer shut and the lower one out", {"d0": 0.0, "d2": 0.5}),
+        (known.DRAWERS, "the drawers slide out", {}),
     ],
 )
 def test_states_as_users_write_them(information: Json, guidance: str, expected: dict[str, float]) -> None:

@@ -55,13 +55,39 @@ _SCALED = re.compile(r"\bscal(?:e|ed|ing)(?:\s+(?:factor|of|to|by|is|it|up|down)
 _SIZED = re.compile(r"[\s-]*(?:long|wide|tall|high|deep|across|in\s+(?:length|width|height|depth|diameter))\b")
 _OPENED = re.compile(r"[\s-]*(?:open|closed|shut|of\s+the\s+way)\b")
 _OPENS = re.compile(r"\bopen(?:ed)?(?:\s+(?:by|to|at))?\s*$")
+_SPELT_NUMBERS = {
+    word: float(number)
+    for number, words in enumerate(
+        ("", "a an one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+    )
+    for word in words.split()
+}
 _SPELT = re.compile(
-    r"\b(?P<half>half\s+)?(?P<word>an?|one|two|three|four|five|six)\s+(?P<unit>(?:centi|milli)?met(?:re|er)s?|inch(?:es)?"
-    r"|kilo(?:gram)?s?|pounds?|feet|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot"
-    r"|(?<=about\sa\s)foot|(?<=by\sa\s)foot)\b"
+    rf"\b(?:(?P<part>half|(?:a\s+)?quarter\s+of|three\s+quarters\s+of)\s+)?(?P<word>{'|'.join(_SPELT_NUMBERS)})"
+    r"(?:\s+and\s+a\s+(?P<more>half|quarter))?\s+(?P<unit>(?:centi|milli)?met(?:re|er)s?|inch(?:es)?"
+    r"|kilo(?:gram)?s?|pounds?|ounces?|stones?|(?<=of\sa\s)ton(?:ne)?|(?<=half\sa\s)ton(?:ne)?|feet"
+    r"|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot|(?<=about\sa\s)foot|(?<=by\sa\s)foot)\b"
 )
-"""Amounts in words: "a metre long", "half a kilo", "open about a foot"; else "a foot" may be one to stand on."""
-_SPELT_NUMBERS = {"a": 1.0, "an": 1.0, "one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0, "five": 5.0, "six": 6.0}
+"""Amounts in words: "a metre long", "half a kilo", "two and a half pounds", "open about a foot"; else "a foot" may be
+one to stand on, and "a ton" only much."""
+_PARTS_OF_ONE = {"h": 0.5, "q": 0.25, "a": 0.25, "t": 0.75}
+"""By their first letter: half, quarter, a quarter, three quarters."""
+_INCH_FRACTION = re.compile(
+    r"(?<![\w.,/])(?:(?P<whole>\d+)[\s-]+)?(?P<over>\d)\s?[/⁄]\s?(?P<under>\d{1,2})"
+    r"(?:(?P<state>\s(?=open|closed|shut|of\sthe\sway))"
+    r"|(?=[\s-]*(?:\"|″|inch|in\b|feet|foot|ft|pounds?|lbs?|oz|ounces?|kg|kilos?|cm|m\b)))"
+)
+"""A fraction of a unit, or of an opening: "27 1/2 inches", "1/3 open"."""
+_GLYPHS = {"½": " 1/2", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8", "⅜": " 3/8", "⅝": " 5/8", "⅞": " 7/8"}
+_FEET_INCHES = re.compile(
+    r"(?<![\w.,])(\d+(?:\.\d+)?)\s*(?:'|′|ft\b\.?|feet|foot)(?:[\s,-]|and\s)*(\d+(?:\.\d+)?)\s*(?:\"|″|''|in\b\.?|inch(?:es)?)"
+)
+_FEET = re.compile(r"(?<=\d)\s?(?:'|′)(?=[\s,.;)-]|$)")
+_POUNDS_OUNCES = re.compile(
+    r"(?<![\w.,])(\d+(?:\.\d+)?)\s*(?:lbs?\b\.?|pounds?)(?:[\s,]|and\s)*(\d+(?:\.\d+)?)\s*(?:oz\b|ounces?)"
+)
+_SHORTENED = re.compile(r"(?<=\d)(\s?(?:in|ft|yd|cm|mm|m))\.(?=\s+(?:long|wide|tall|high|deep|thick|across|in\b))")
+"""A unit with the full stop of its abbreviation, which ends no sentence: "8 in. tall"."""
 _EDGE = r"(\d+(?:\.\d+)?)\s*(cm|mm|m|centimet(?:re|er)s?|millimet(?:re|er)s?|met(?:re|er)s?|inch(?:es)?|in|ft|feet)?"
 _EDGES = re.compile(rf"(?<![\w.,]){_EDGE}\s*(?:x|×|by)\s*{_EDGE}(?:\s*(?:x|×|by)\s*{_EDGE})?(?![\w.])")
 """Two or three edges: "20 by 15 by 10 cm", "80cm x 70cm x 35cm"."""
@@ -109,7 +135,28 @@ def asked_masses(guidance: str) -> tuple[AskedMass, ...]:
 
 def _in_digits(found: "re.Match[str]") -> str:
     """An amount in words as a number with its unit."""
-    return f"{_decimal(_SPELT_NUMBERS[found['word']] * (0.5 if found['half'] else 1.0))} {found['unit']}"
+    amount = _SPELT_NUMBERS[found["word"]] + (_PARTS_OF_ONE[found["more"][0]] if found["more"] else 0.0)
+    return f"{_decimal(amount * (_PARTS_OF_ONE[found['part'][0]] if found['part'] else 1.0))} {found['unit']}"
+
+
+def _without_fractions(found: "re.Match[str]") -> str:
+    """A whole number and a fraction as one decimal number; as it stands where it is no fraction."""
+    whole, over, under = float(found["whole"] or 0), float(found["over"]), float(found["under"])
+    if under <= over:
+        return found.group()
+    if found["state"]:
+        return f"{_decimal(100.0 * over / under)} %{found['state']}"
+    return _decimal(whole + over / under)
+
+
+def _in_one_unit(text: str) -> str:
+    """The text with feet and inches, and pounds and ounces, each as one amount: "5'8\"" becomes "68 inch"."""
+    for glyph, fraction in _GLYPHS.items():
+        text = text.replace(glyph, fraction)
+    text = _SHORTENED.sub(r"\1", _INCH_FRACTION.sub(_without_fractions, text))
+    text = _FEET_INCHES.sub(lambda found: f"{_decimal(12.0 * float(found[1]) + float(found[2]))} inch", text)
+    text = _POUNDS_OUNCES.sub(lambda found: f"{_decimal(16.0 * float(found[1]) + float(found[2]))} oz", text)
+    return _INCHES.sub(" inch", _FEET.sub(" ft", text))
 
 
 def _longest(found: "re.Match[str]") -> str:
@@ -119,14 +166,13 @@ def _longest(found: "re.Match[str]") -> str:
     if last is None:
         return found.group()
     edges = [(digit, unit or last) for digit, unit in zip(digits, units, strict=True) if digit]
-    longest, unit = max(edges, key=lambda edge: float(edge[0]) * _unit(edge[1])[1])
+    longest, unit = max(edges, key=lambda edge: float(edge[0]) * _unit(edge[1], " long")[1])
     return f"{longest} {'inches' if unit == 'in' else unit} long"
 
 
 @lru_cache(maxsize=64)
 def _read(guidance: str) -> tuple[str, tuple[UnmetNumber, ...]]:
-    text = _SPELT.sub(_in_digits, guidance.lower().replace("\u2019", "'"))
-    text = _INCHES.sub(" inch", text)
+    text = _in_one_unit(_SPELT.sub(_in_digits, guidance.lower().replace("\u2019", "'")))
     text = _DIAGONAL.sub(lambda found: f"{_decimal(float(found[1]) * WIDTH_OF_DIAGONAL_M)} m wide ", text)
     text, pieces, unmet, end = _EDGES.sub(_longest, text), list[str](), list[UnmetNumber](), 0
     for found in _AMOUNT.finditer(text):
@@ -146,7 +192,7 @@ def _rewritten(found: "re.Match[str]", before: str, after: str) -> tuple[str, st
     scales = _SCALED.search(before) is not None
     if (found["ratio"] and not scales) or not _NUMBER.fullmatch(found["digits"]):
         return found.group(), ""  # a time, a version, a list
-    value, (unit, factor) = _value(found["digits"], found["power"]), _unit(found["unit"])
+    value, (unit, factor) = _value(found["digits"], found["power"]), _unit(found["unit"], after)
     # "10 -20 cm" is a range.
     if found["sign"] is not None and not before.rstrip()[-1:].isdigit():
         return "", "no amount is negative"
@@ -179,14 +225,15 @@ def _too_much(unit: str, amount: float, before: str, after: str) -> str:
     return ""
 
 
-def _unit(name: str | None) -> tuple[str, float]:
-    """SI unit of a unit's name, and its factor; "" for none."""
+def _unit(name: str | None, after: str) -> tuple[str, float]:
+    """SI unit of a unit's name before the words ``after`` it, and its factor; "" for none."""
     if name is None:
         return "", 1.0
     read = {"newtonmetres": _NEWTON_METRES, "newtons": _NEWTONS, "m": _METRES, "kg": _KILOGRAMS}
     for unit, units in (*read.items(), *_PLAIN.items()):
         for pattern, factor in units.items():
-            if re.fullmatch(pattern.partition("(?=")[0], name):
+            found = re.match(pattern, name + after)
+            if found is not None and found.end() == len(name):
                 return unit, factor
     return "", 1.0
 

@@ -2,7 +2,8 @@
 
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from asset2sim.guidance import tables
@@ -59,6 +60,10 @@ _PULLS = frozenset((
 _UNREAL = frozenset(("to", "can", "could", "would", "will", "may", "might", "be"))
 _CONDITIONS = frozenset(("when", "whenever", "if", "once", "until", "after", "before"))
 _MOVING = frozenset((("by", "itself"), ("by", "themselves"), ("and", "down"), ("and", "close"), ("and", "closes")))
+_ADJECTIVES = 1
+"""Words that may stand between a length and the object that is so long: "8 inch steel scissors"."""
+_SOLD_BY_WIDTH = frozenset(("Dishwasher", "Oven", "Refrigerator", "WashingMachine", "Microwave"))
+"""Kitchen appliances, whose one stated length is the width of their niche: "a 24 inch dishwasher" (EN 1116)."""
 _STATE_KINDS = ("open", "closed", "rest", "pressed", "up", "down")
 
 
@@ -122,6 +127,8 @@ def segments(tokens: tuple[str, ...], category: str) -> tuple[Segment, ...]:
             start = index
             continue
         item = None if any(a <= index < b for a, b in nouns) else _item(tokens, index)
+        if item is not None and item.kind == "length" and _is_of(item, nouns, tokens):
+            item = replace(item, kind="size", value="wide" if category in _SOLD_BY_WIDTH else "")
         if item is not None:
             items.append(item)
         end = item.end if item is not None else index + 1
@@ -129,6 +136,12 @@ def segments(tokens: tuple[str, ...], category: str) -> tuple[Segment, ...]:
         index = end
     found.append(Segment(sentence, tuple(items), tuple(words), start))
     return tuple(segment for segment in found if segment.tokens)
+
+
+def _is_of(length: Item, nouns: Sequence[tuple[int, int]], tokens: tuple[str, ...]) -> bool:
+    """Whether a length is that of the object named beside it: "8 inch steel scissors", "a trolley of 1 m"."""
+    of = tokens[max(length.start - 1, 0) : length.start] == ("of",)
+    return any(0 <= a - length.end <= _ADJECTIVES or (of and b == length.start - 1) for a, b in nouns)
 
 
 def head_of(tokens: tuple[str, ...]) -> tuple[str, ...]:

@@ -69,13 +69,12 @@ def _lengths(statements: Sequence[Segment]) -> tuple[AskedLength, ...]:
     return tuple(
         AskedLength(
             metres=item.number,
-            following=_following(segment.tokens[item.end - segment.start :]),
-            beside=tuple(sorted((MEASURING | LONGEST) & set(segment.tokens))),
+            following=item.value if item.kind == "size" else _following(segment.tokens[item.end - segment.start :]),
+            beside=("size",) if item.kind == "size" else tuple(sorted((MEASURING | LONGEST) & set(segment.tokens))),
             **place_of(segment),
         )
         for segment in statements
-        if not segment.of("part", "parts", "open", "closed")
-        for item in segment.of("length")
+        for item in segment.of("size", *(() if segment.of("part", "parts", "open", "closed") else ("length",)))
         if item.number > 0.0
     )
 

@@ -4,15 +4,17 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from asset2sim.guidance.clauses import NO_MENTION, Mention, mentioned_parts, parts_of_whole, split_states
+from asset2sim.guidance.clauses import GENERIC, NO_MENTION, Mention, mentioned_parts, parts_of_whole, split_states
 from asset2sim.guidance.lexicon import Item, Segment, place_of
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import MovablePart, outermost_parts
 from schemas.guidance import WHOLE_OBJECT, AskedOpening, AskedState, State
 
-_POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off")
+_POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off", "on", "out")
 _PLACES = ("up", "down", "off")
 """Poses whose words are so common that they count only right after their part: "its lever up"."""
+_PARTICLES = {"on": 0.0, "out": None}
+"""Poses that only the last words of a statement are, with what is open by then: "its cap on", not "on the lid"."""
 UPRIGHT = 0.9
 """|axis · z| from which a part turns about the vertical."""
 _DIMENSIONS = ("wide", "tall", "long", "high", "deep", "thick", "across", "diameter", "width", "height", "length")
@@ -64,20 +66,32 @@ def state_of(segment: Segment, about_parts: bool) -> State | None:
     degree = _degree(segment)
     measure = _measure(segment, verbs)
     negated = any(item.value == "state" for item in segment.of("not"))
-    poses = [item for item in segment.of(*_POSES) if item.kind not in _PLACES or _follows_part(item, segment)]
+    poses = [item for item in segment.of(*_POSES) if _is_pose(item, segment)]
     if not verbs:
         if measure is not None and (about_parts or measure.value == "travel"):
             return _measured(measure, False)
         opening = bool(segment.of("opening"))
         if degree is not None and (opening or (about_parts and degree not in (1.0, "slightly"))):
             return _open(1.0 if degree == "slightly" and negated else _share(degree), slightly=degree == "slightly")
-        return State(kind=poses[0].kind) if poses and (about_parts or poses[0].kind == "rest") else None
+        if not poses or not (about_parts or poses[0].kind == "rest"):
+            return None
+        return _open(_PARTICLES[poses[0].kind]) if poses[0].kind in _PARTICLES else State(kind=poses[0].kind)
     closing = verbs[-1].kind == "closed" and not any(verb.kind == "open" for verb in verbs)
     if measure is not None:
         return _measured(measure, closing)
     if verbs[0].kind == "ajar":
         degree = "slightly"
     return _negated(degree, closing) if negated else _stated(degree, closing)
+
+
+def _is_pose(item: Item, segment: Segment) -> bool:
+    """Whether a word is about how a part stands, by where it is."""
+    if item.kind in _PARTICLES:
+        before = segment.tokens[: item.start - segment.start]
+        closing, named = item.end - segment.start == len(segment.tokens), segment.of("part", "parts", "ordinal")
+        at = item.start - (before[-1:] == ("one",))
+        return closing and any(other.end == at and other.value not in GENERIC for other in named)
+    return item.kind not in _PLACES or _follows_part(item, segment)
 
 
 def _follows_part(item: Item, segment: Segment) -> bool:
