@@ -26,8 +26,9 @@ from schemas.learning_settings import LearningSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import EngineSettings
 
-BAG = Task("bag handle sideways", Verb.OPEN, "rotation_handle")
-"""What the paper's robot learns with the bag, which its arm otherwise lifts (``trials.tasks.PAPER``)."""
+BAG = Task("bag handle sideways", Verb.LAY, "rotation_handle")
+"""What the paper's robot learns with the bag, which its arm otherwise lifts (``PAPER``). Its sentence has the handle
+rest sideways from the start, so to the other side."""
 TOOL_POINT = "tool_point"
 ROOM_M = 0.45
 """Distance that the default place of the base leaves between it and the object: the waiting hand is 0.3 m before it."""

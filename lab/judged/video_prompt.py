@@ -21,6 +21,7 @@ MOTION_PROMPTS = {
     Verb.PRESS: "The robot tries to press a part down, and lets it go.",
     Verb.OPEN: "The robot tries to push a part further open.",
     Verb.TURN: "The robot tries to turn a part.",
+    Verb.LAY: "The robot tries to lay a part over to its other side.",
     Verb.GRASP: "The robot tries to pick up the object and put it into the bowl.",
 }
 """Verb → the judge's words for tasks that are none of the paper's, which have published words of their own."""

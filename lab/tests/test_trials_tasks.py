@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, is_near, joint_of, target_of, tasks_of
+from asset2sim.gym.subject import BAG
 from lab.flows.record_motion import trials_block
 from lab.options.trial_options import RecordMotionOptions
 from lab.schemas.tables_trials import TRIALS
@@ -111,6 +112,13 @@ def test_what_hardly_moves_rolls_or_hangs_is_no_task_of_its_own() -> None:
 def test_what_is_fixed_and_has_nothing_to_move_has_no_task() -> None:
     fixed = overlay().model_copy(update={"support": Support(kind=SupportKind.FIXED)})
     assert tasks_of(fixed) == () and tasks_of(overlay())[0].verb is Verb.GRASP
+
+
+@pytest.mark.parametrize(("start", "end"), [(-1.51, 1.57), (1.4, -1.57), (0.0, -1.57)])
+def test_a_handle_is_laid_over_to_the_side_on_which_it_does_not_lie(start: float, end: float) -> None:
+    ends = {"lower": -1.57, "upper": 1.57, "closed": 1.57, "open": -1.57, "initial_position": start}
+    handle = make_joint("bail").model_copy(update=ends | {"label": BAG.part})
+    assert joint_of(BAG, overlay(handle)) == handle and target_of(BAG, handle) == end
 
 
 def test_a_joint_that_closes_upwards_opens_downwards() -> None:

@@ -25,13 +25,14 @@ ROLLING, HANGING = ("wheel", "caster"), ("handle", "bail", "strap")
 
 
 class Verb(StrEnum):
-    """Action of a task: push a part shut, press it down and let go, push it open, turn it, or lift the object into a
-    bowl."""
+    """Action of a task: push a part shut, press it down and let go, push it open, turn it, lay it over to the end
+    further from where it starts, or lift the object into a bowl."""
 
     CLOSE = "close"
     PRESS = "press"
     OPEN = "open"
     TURN = "turn"
+    LAY = "lay"
     GRASP = "grasp"
 
 
@@ -142,9 +143,12 @@ def least_travel(joint: JointPhysics) -> float:
 def target_of(task: Task, joint: JointPhysics) -> float:
     """Where a task's joint should end, rad or m: shut, or, where it is pressed and is shut already, open; for ``open``
     a third of the range further open than it starts (a hinge at most half a right angle, a slider ``OPENED_M`` at least
-    if it goes so far), for ``turn`` the same, and half a right angle where there are no ends."""
+    if it goes so far), for ``turn`` the same, and half a right angle where there are no ends; for ``lay`` the end
+    further from where it starts, of two as far the open one."""
     if task.verb is Verb.PRESS and is_near(joint, joint.initial_position, joint.closed):
         return joint.open
+    if task.verb is Verb.LAY:
+        return max(joint.open, joint.closed, key=lambda end: round(abs(end - joint.initial_position), 2))
     if task.verb not in (Verb.OPEN, Verb.TURN):
         return joint.closed
     whole = range_of(joint)
