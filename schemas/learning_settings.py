@@ -58,6 +58,12 @@ class GuardSettings(Frozen):
     """Share of its way by which the part may move towards the target before it is first touched: 5 mm of 10 cm."""
     spring_share: Fraction = 0.5
     """Share of the work of spring and arm that the part's spring may do."""
+    struck_m_s: Positive = 0.6
+    """Speed of the part's edge from which it is struck, m/s: twice that of the arm's tool, a quarter more than a hand's
+    fastest, 15/8 of its mean 0.25 m/s in a motion with least jerk (Flash and Hogan 1985). Planned pushes of the paper's
+    nine reach 0.36."""
+    struck_share: Fraction = 0.5
+    """Share of the way to the target that the part may go faster than that, what falls aside."""
     tilt_rad: Positive = 0.26
     """Tilt of the object beyond which it was tipped and not used, rad: 15°, what a rocking table comes back from."""
     lift_m: Positive = 0.03

@@ -77,6 +77,22 @@ def test_a_lid_that_is_struck_and_coasts_down_is_not_used_and_one_that_is_pushed
     assert found.moved_untouched == fires and not found.drifted
 
 
+@pytest.mark.parametrize(
+    ("seconds", "edge_m", "terms", "fires"),
+    [
+        (0.2, 1.0, {}, False), (0.15, 1.0, {}, True), (0.15, 0.5, {}, False), (0.07, 0.5, {}, True),
+        (0.15, 1.0, {"falls": True}, False), (0.15, 1.0, {"falls": True, "holds": True}, True),
+    ],
+)  # fmt: skip
+def test_a_part_that_goes_faster_than_a_hand_is_struck_though_it_is_touched_all_along_unless_it_falls(
+    seconds: float, edge_m: float, terms: dict[str, bool], fires: bool
+) -> None:
+    """It goes 0.1 m, or rad, in this time: 0.6 m/s at its edge are 0.167 s of a slider, 0.083 s of a hinge of 0.5 m."""
+    struck = replace(pushed(1.0, 1.0 + seconds, (0.9, 2.2)), edge_m=edge_m, holds="holds" in terms)
+    found = guard(replace(struck, heights=0.2 + struck.positions) if "falls" in terms else struck, SETTINGS)
+    assert found.struck == found.degenerate == fires and found.struck_share == pytest.approx(float(fires), abs=0.05)
+
+
 def test_drift_before_the_touch_is_found_even_where_the_push_does_the_rest() -> None:
     found = guard(pushed(1.0, 2.0, (1.08, 2.2)), SETTINGS)
     assert found.drift_share == pytest.approx(0.08, abs=0.005) and found.drifted and not found.moved_untouched

@@ -286,7 +286,7 @@ class ObjectEnv(gymnasium.Env[NDArray[np.float32], Action]):
         """Recording of the episode so far, a sample every 4 ms."""
         subject = self.subject
         joint, ends = subject.joint, (subject.lower, subject.upper)
-        return rollout_of(self.samples, joint, ends, subject.target, holds=joint.holds)
+        return rollout_of(self.samples, joint, ends, subject.target, subject.edge_m, SAMPLE_S, holds=joint.holds)
 
     def lost(self) -> bool:
         """Whether the simulation diverged or the object flew away."""

@@ -29,8 +29,9 @@ class Rollout:
     """Recording of an episode, (n,) samples, the start first: ``positions`` of the part's joint, rad or m; whether the
     arm ``touched`` the part; ``tool_work_j``, its work on the object since the sample before; ``heights`` of the
     part's centre of mass, m; (n, 3) ``centers`` of the root link's mass, m, world, and ``ups``, the world's up axis in
-    the root link's frame. Beside them the joint's limits as loaded, its target, its spring (N·m/rad or N/m; rad
-    or m), and whether it ``holds``: its friction bears its part, which never falls."""
+    the root link's frame. Beside them the joint's limits as loaded, its target, how far its part's edge is from its
+    axis (m; 1 of a slider), the time between samples, its spring (N·m/rad or N/m; rad or m), and whether it ``holds``:
+    its friction bears its part, which never falls."""
 
     positions: Array
     touched: NDArray[np.bool_]
@@ -41,6 +42,8 @@ class Rollout:
     lower: float
     upper: float
     target: float
+    edge_m: float = 1.0
+    sample_s: float = 0.004
     stiffness: float = 0.0
     spring_reference: float = 0.0
     holds: bool = False
@@ -56,40 +59,47 @@ def sample_of(
 
 
 def rollout_of(
-    samples: Sequence[Moment], joint: JointPhysics, ends: tuple[float, float], target: float, *, holds: bool
-) -> Rollout:
-    """The recording that these samples are of a joint, led to a target between these ends, rad or m."""
+    samples: Sequence[Moment], joint: JointPhysics, ends: tuple[float, float], target: float, edge_m: float,
+    sample_s: float = 0.004, *, holds: bool,
+) -> Rollout:  # fmt: skip
+    """The recording that these samples, of each of these seconds, are of a joint, led to a target between these ends,
+    rad or m; the edge of its part is so far from its axis."""
     positions, touched, work, heights, centers, ups = (np.array(column) for column in zip(*samples, strict=True))
     spring = joint.stiffness, joint.spring_reference
-    return Rollout(positions, touched, work, heights, centers, ups, *ends, target, *spring, holds=holds)
+    seen = positions, touched, work, heights, centers, ups
+    return Rollout(*seen, *ends, target, edge_m, sample_s, *spring, holds=holds)
 
 
 @dataclass(frozen=True)
 class Guards:
     """Findings of the guards. Shares of the way to the target: ``drift_share`` was gone before anything touched the
     object, ``fallen_share`` untouched after that but downwards and no slower, as a lid falls that was pushed over,
-    ``untouched_share`` all that was gone untouched but for the fall; ``spring_share`` is the spring's share of the
-    spring's and the arm's work. Of the object itself, at most in the episode: ``tilted_rad`` from how it stood,
-    ``lifted_m`` and ``travelled_m`` of its root link. ``moved_untouched``, ``drifted``, ``spring_did_it`` and
-    ``displaced`` (tilted, lifted or travelled) are these over their bounds."""
+    ``untouched_share`` all that was gone untouched but for the fall, ``struck_share`` faster than a hand, touched or
+    not, but for a fall; ``spring_share`` is the spring's share of the spring's and the arm's work. Of the object
+    itself, at most in the episode: ``tilted_rad`` from how it stood, ``lifted_m`` and ``travelled_m`` of its root link.
+    ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced`` (tilted, lifted or travelled) are
+    these over their bounds."""
 
     solved_at_start: bool
     untouched_share: float
     fallen_share: float
     drift_share: float
+    struck_share: float
     spring_share: float
     tilted_rad: float
     lifted_m: float
     travelled_m: float
     moved_untouched: bool
     drifted: bool
+    struck: bool
     spring_did_it: bool
     displaced: bool
 
     @property
     def degenerate(self) -> bool:
         """Whether any guard fired."""
-        return self.solved_at_start or self.moved_untouched or self.drifted or self.spring_did_it or self.displaced
+        by_itself = self.solved_at_start or self.moved_untouched or self.drifted or self.spring_did_it
+        return by_itself or self.struck or self.displaced
 
     def info(self) -> dict[str, float | bool]:
         """All of it by name, as an environment's ``info`` has it at the end of an episode."""
@@ -113,10 +123,11 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
     gone = max(float(forward.sum()), 0.0)
     whole, after = max(abs(way), gone, 1e-9), np.arange(len(free)) >= first
     steady = forward >= settings.steady_share * np.concatenate([[0.0], forward[:-1]])
-    of_itself = (steady & (not rollout.holds)) | at_hand(touched, settings.away_samples)[1:]
-    falls = after & (np.diff(rollout.heights) < 0.0) & of_itself
-    untouched, fallen, drift = (
-        max(float(forward[which].sum()), 0.0) / whole for which in (free & ~falls, free & falls, free & ~after)
+    down, at_ease = np.diff(rollout.heights) < 0.0, steady & (not rollout.holds)
+    falls = after & down & (at_ease | at_hand(touched, settings.away_samples)[1:])
+    fast = (forward * rollout.edge_m > settings.struck_m_s * rollout.sample_s) & ~(down & at_ease)
+    untouched, fallen, drift, struck = (
+        max(float(forward[which].sum()), 0.0) / whole for which in (free & ~falls, free & falls, free & ~after, fast)
     )
     end, rest = float(rollout.positions[-1]), rollout.spring_reference
     sprung = 0.5 * rollout.stiffness * ((start - rest) ** 2 - (end - rest) ** 2)
@@ -126,9 +137,10 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
     tilted, lifted, travelled = (float(most) for most in displaced.max(axis=0))
     return Guards(
         solved_at_start(start, rollout.target, rollout.lower, rollout.upper, settings),
-        untouched, fallen, drift, share, tilted, lifted, travelled,
+        untouched, fallen, drift, struck, share, tilted, lifted, travelled,
         moved_untouched=untouched > settings.untouched_share,
         drifted=drift > settings.drift_share,
+        struck=struck > settings.struck_share,
         spring_did_it=share > settings.spring_share,
         displaced=bool(is_displaced(displaced, settings).any()),
     )  # fmt: skip

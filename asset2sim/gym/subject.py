@@ -64,6 +64,7 @@ class TrialSubject:
     upper: float
     target: float
     plan: ToolPlan | None
+    edge_m: float
     part_geoms: NDArray[np.int64]
     tool_geom: int
     hand: int
@@ -215,8 +216,8 @@ def _subject(
     ]
     return TrialSubject(
         stage, task, joint, low, high, float(np.clip(target_of(task, joint), low, high)), plan,
-        part_geoms=np.array(parts), tool_geom=int(model.geom(TOOL + TOOL_POINT).id),
-        hand=int(model.body(TOOL + HAND).id),
+        edge_m=stage.edge_m(joint.name, vertices(stage, bodies)), part_geoms=np.array(parts),
+        tool_geom=int(model.geom(TOOL + TOOL_POINT).id), hand=int(model.body(TOOL + HAND).id),
         arm_dofs=np.array([int(model.joint(TOOL + name).dofadr[0]) for name in JOINTS]),
         place=int(model.jnt_qposadr[number]), dof=int(model.jnt_dofadr[number]),
         body=int(model.jnt_bodyid[number]), free_place=free[0] if free else None,

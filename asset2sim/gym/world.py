@@ -77,6 +77,14 @@ class ObjectWorld:
         """An object's joint's position, rad or m."""
         return float(self.data.qpos[self.place(name)])
 
+    def edge_m(self, name: str, points: Array) -> float:
+        """Distance of the farthest of (n, 3) points, world, from a hinge's axis, m; 1 of a slider."""
+        number = self.joint(name)
+        if self.model.jnt_type[number] == mujoco.mjtJoint.mjJNT_SLIDE:
+            return 1.0
+        off = np.cross(self.data.xaxis[number], points - self.data.xanchor[number])
+        return float(np.linalg.norm(off, axis=1).max(initial=0.0))
+
     def first_met(
         self, source: Array, towards: Array, but: int = -1, data: mujoco.MjData | None = None
     ) -> tuple[float, int]:

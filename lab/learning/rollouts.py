@@ -36,6 +36,7 @@ class Rolled:
     solved_at_start: bool = False
     drifted: bool = False
     moved_untouched: bool = False
+    struck: bool = False
     spring_did_it: bool = False
     displaced: bool = False
     diverged: bool = False
@@ -85,7 +86,7 @@ def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[
     return [ends[index] for index in range(len(envs))]
 
 
-GUARDS = ("solved_at_start", "drifted", "moved_untouched", "spring_did_it", "displaced")
+GUARDS = ("solved_at_start", "drifted", "moved_untouched", "struck", "spring_did_it", "displaced")
 """The guards, as the end of an episode names them."""
 DISPLACED = ("tilted_rad", "lifted_m", "travelled_m")
 """How far the object itself was moved at most in an episode."""

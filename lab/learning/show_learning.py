@@ -18,7 +18,7 @@ COLORS = {"asset2sim": "#2f7d5b", "reference": "#c8553d", "ivw": "#4c6fa5", "dir
 OTHER = "#6b6b6b"
 GUARDS = {
     "solved_at_start": "solved at start", "drifted": "drifted", "moved_untouched": "moved untouched",
-    "spring_did_it": "spring did it", "displaced": "tipped or shoved",
+    "struck": "struck", "spring_did_it": "spring did it", "displaced": "tipped or shoved",
 }  # fmt: skip
 
 
@@ -89,7 +89,9 @@ def cell(some: pd.DataFrame) -> str:
     needed = f"{rated['steps'].astype(float).mean() / 1000.0:.0f}k, {rated['seconds'].mean() / 60.0:.0f} min"
     moved = rated["tilted_rad"].astype(float).max() if "tilted_rad" in rated else math.nan
     needed += f", tilted {math.degrees(moved):.0f}°" if moved == moved else ""
-    fired = [f"{words} {int(total)}" for name, words in GUARDS.items() if (total := rated[name].sum())]
+    fired = [
+        f"{words} {int(total)}" for name, words in GUARDS.items() if name in rated and (total := rated[name].sum())
+    ]
     return f"{each} % ({'; '.join([needed, *fired])})"
 
 

@@ -33,6 +33,7 @@ _LEARNING: tuple[Column, ...] = (
     ("solved_at_start", COUNT, "1", f"{_FOUND} the start was the target"),
     ("drifted", COUNT, "1", f"{_FOUND} the part moved before anything touched the object"),
     ("moved_untouched", COUNT, "1", f"{_FOUND} it went most of its way untouched"),
+    ("struck", COUNT, "1", f"{_FOUND} it was struck, faster than a hand; null in rows of older versions"),
     ("spring_did_it", COUNT, "1", f"{_FOUND} its spring did the work"),
     ("displaced", COUNT, "1", f"{_FOUND} the object was tipped, lifted or shoved away"),
     ("diverged", COUNT, "1", f"{_FOUND} the simulation diverged"),

@@ -11,8 +11,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from asset2sim.gym.arm.gripper import gripper_of
+from asset2sim.gym.arm.paths import vertices
+from asset2sim.gym.arm.scene import SAMPLE_STEPS, TIMESTEP_S
 from asset2sim.gym.arm.tasks import Task, Verb, is_near, joint_of, range_of, target_of
 from asset2sim.gym.guards import Rollout, guard
+from asset2sim.gym.world import welded_bodies
 from asset2sim.load import LoadError
 from asset2sim.physics.arrays import Array
 from lab.schemas.trial_settings import TrialSettings
@@ -83,6 +86,8 @@ def missing(track: Track, task: Task, joint: JointPhysics | None, stage: TrialSc
         return f"the object itself was {most} and shoved by {100.0 * found.travelled_m:.0f} cm"
     if found.drifted or found.moved_untouched:
         return f"{joint.name} went {found.untouched_share:.0%} of its way untouched"
+    if found.struck:
+        return f"{joint.name} was struck: it went {found.struck_share:.0%} of its way faster than a hand"
     if found.spring_did_it:
         return f"its spring did {found.spring_share:.0%} of the work"
     if task.verb is Verb.PRESS:
@@ -102,7 +107,9 @@ def track_rollout(track: Track, stage: TrialScene, joint: JointPhysics, target: 
         track.positions[:, track.joints.index(joint.name)], track.touched.astype(np.bool_), track.work_j,
         middles(track.poses[:, part], stage.model.body_ipos[body])[:, 2],
         middles(track.poses[:, 0], stage.model.body_ipos[root]), track.poses[:, 0, 2, :3],
-        float(lower or 0.0), float(upper or 0.0), target, joint.stiffness, joint.spring_reference, joint.holds,
+        float(lower or 0.0), float(upper or 0.0), target,
+        stage.edge_m(joint.name, vertices(stage, welded_bodies(stage.model, body))), SAMPLE_STEPS * TIMESTEP_S,
+        joint.stiffness, joint.spring_reference, joint.holds,
     )  # fmt: skip
 
 

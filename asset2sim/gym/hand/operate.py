@@ -248,9 +248,9 @@ def lead_along(
 
 def hand_limit(world: HandWorld, way: Way, kind: Kind) -> float:
     """The most that a hand has on a joint by a kind of hold, N·m or N: at the edge of its part, and about the wrist."""
-    lever = np.linalg.norm(way.velocity(surface_places(world, way.bodies)[0]), axis=1).max()
+    lever = world.edge_m(way.joint, surface_places(world, way.bodies)[0])
     twist = world.settings.torque_n_m if kind == "grasp" and not way.slides else 0.0
-    return world.most_n * float(lever) + twist
+    return world.most_n * lever + twist
 
 
 def effort_on_way(world: HandWorld, way: Way) -> float:

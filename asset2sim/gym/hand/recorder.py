@@ -10,6 +10,7 @@ from asset2sim.checks.mechanism import span_of
 from asset2sim.gym.contacts import pressures
 from asset2sim.gym.guards import Guards, Moment, guard, rollout_of, sample_of
 from asset2sim.gym.hand.gripper import HandWorld
+from asset2sim.gym.hand.surfaces import surface_places
 from asset2sim.physics.arrays import Array
 from schemas.learning_settings import GuardSettings
 from schemas.overlay import JointPhysics
@@ -60,7 +61,9 @@ class Recorder:
         """Findings of the environment's guards in it."""
         ends, name = span_of(self.joint), self.joint.name
         holds = self.joint.holds and bears(self.world, name, ends)
-        return guard(rollout_of(self.samples, self.joint, ends, target, holds=holds), GUARDS)
+        edge_m = self.world.edge_m(name, surface_places(self.world, self.bodies)[0])
+        sample_s = SAMPLE_STEPS * self.world.dt
+        return guard(rollout_of(self.samples, self.joint, ends, target, edge_m, sample_s, holds=holds), GUARDS)
 
 
 def bears(world: HandWorld, name: str, ends: tuple[float, float]) -> bool:

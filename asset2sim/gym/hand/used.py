@@ -276,6 +276,7 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
         (not done and led.in_the_way, "hand", f"other parts stop it; {went}"),
         (not done, "hand", f"it slipped off or stuck; {went}"),
         (stays and guards.moved_untouched, "hand", f"it runs ahead for {guards.untouched_share:.0%} of its way"),
+        (guards.struck, "hand", f"it is struck: {guards.struck_share:.0%} of its way is faster than a hand"),
         (stays and led.rested < enough - LEFT, "object", f"left alone, it rests at {rests}"),
         (sprung_away, "object", f"its spring leaves it at {rests}"),
     )
