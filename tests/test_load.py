@@ -21,8 +21,7 @@ from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.load import LoadError, describe
 from asset2sim.load.shapes import TOUCH_M, overlap_depth, pieces_of
-from lab.loaders import hold
-from lab.loaders.held_table import BLOCK, WAYS, held_block, sample_folders
+from lab.loaders.held_table import BLOCK, ENGINES, WAYS, held_block, sample_folders
 from lab.pages.blocks import markers
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
@@ -162,7 +161,7 @@ def test_the_index_has_the_latest_of_two_models(tmp_path: Path) -> None:
 
 
 def test_every_engine_has_a_plain_loader() -> None:
-    assert set(NEEDS) == set(hold.PLAIN) == set(asset2sim.load.ENGINES)
+    assert set(NEEDS) == set(ENGINES) == set(asset2sim.load.ENGINES)
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +247,7 @@ def test_the_table_says_what_holds_through_the_loader() -> None:
     lines = readme.split(begin, 1)[1].split(end, 1)[0].splitlines()
     rows = [line.strip("|").split("|") for line in lines if line.startswith("|")]
     assert [cell.strip() for cell in rows[0][1:]] == list(WAYS.values())
-    assert [row[0].split()[0] for row in rows[2:]] == list(hold.PLAIN), "stale: run make flow, then make held"
+    assert [row[0].split()[0] for row in rows[2:]] == list(ENGINES), "stale: run make flow, then make held"
     for name, as_loaded, _, loaded in ([cell.strip() for cell in row] for row in rows[2:]):
         held, of = loaded.split(";")[0].split(" of ")
         assert held == of, f"{name}: {loaded}"

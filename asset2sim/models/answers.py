@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from statistics import median
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import Field, ValidationError
 from pydantic_core import ErrorDetails
@@ -15,9 +15,7 @@ from asset2sim.models.lenient_json import parse_json
 from schemas.base import Finite, Frozen
 from schemas.errors import InvalidAnswerError, first_words, known_names, shortened
 from schemas.features import Features
-from schemas.overlay import JointProposal, LinkProposal, Overlay
-
-_PARTS: dict[str, type[Frozen]] = {"links": LinkProposal, "joints": JointProposal}
+from schemas.overlay import Overlay
 
 _Model = TypeVar("_Model", bound=Frozen)
 
@@ -110,11 +108,20 @@ def _violation(item: ErrorDetails, model: type[Frozen]) -> str:
     loc = item["loc"]
     path = ".".join(_path(loc))
     if item["type"] == "extra_forbidden":
-        owner = _PARTS.get(str(loc[0]), model) if len(loc) > 1 else model
-        return f"{path}: no such field; fields are: {_choices(sorted(owner.model_fields))}"
+        return f"{path}: no such field; fields are: {_choices(sorted(_owner(model, loc[:-1]).model_fields))}"
     if item["type"] == "missing":
         return f"{path}: this field is required"
     return f"{path or 'the answer'}: {item['msg']}, not {_quoted(json.dumps(item['input'], default=str))}"
+
+
+def _owner(model: type[Frozen], loc: Iterable[int | str]) -> type[Frozen]:
+    """The record at a place in a model."""
+    for name in (item for item in loc if isinstance(item, str) and item in model.model_fields):
+        kinds: list[Any] = [model.model_fields[name].annotation]
+        for kind in kinds:
+            kinds.extend(get_args(kind))
+        model = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Frozen)), model)
+    return model
 
 
 def _path(loc: Iterable[int | str]) -> list[str]:
@@ -192,18 +199,19 @@ def overlay_schema(purpose: str, *, disputable: bool = False) -> dict[str, Any]:
     return schema
 
 
-def trimmed(value: object, without: frozenset[str]) -> Any:
-    """The schema without these properties, and without titles, descriptions and defaults."""
+def trimmed(value: object, without: frozenset[str], words: Sequence[str] = ("title", "description", "default")) -> Any:
+    """The schema without these properties, and without what ``words`` name: titles, descriptions and defaults."""
     if isinstance(value, list):
-        return [trimmed(item, without) for item in value]
+        return [trimmed(item, without, words) for item in value]
     if not isinstance(value, dict):
         return value
-    kept = {key: item for key, item in value.items() if key not in ("title", "description", "default")}
+    kept = {key: item for key, item in value.items() if key not in words}
     named = kept.pop("properties") if isinstance(value.get("properties"), dict) else None
-    rest = {key: trimmed(item, without) for key, item in kept.items()}
-    if named is None:
-        return rest
-    return {**rest, "properties": {key: trimmed(item, without) for key, item in named.items() if key not in without}}
+    rest = {key: trimmed(item, without, words) for key, item in kept.items()}
+    if named is not None:
+        own = {key: trimmed(item, without, words) for key, item in named.items() if key not in without}
+        rest["properties"] = own
+    return rest
 
 
 def _choices(names: Sequence[str]) -> str:

@@ -16,7 +16,6 @@ from asset2sim.runs.option_groups import FileOptions, Selection
 from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, none_if_empty
 from asset2sim.runs.request import merged_mappings, settings_for_run, stated_settings
 from lab.noise.noise_level import MAX_LEVEL, NOISY, is_noisy, noise_of
-from schemas.base import Frozen
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
@@ -81,41 +80,44 @@ def level_of(model: str) -> float | None:
     return None if noise is None else noise.level
 
 
+def in_order(methods: Sequence[Method]) -> tuple[Method, ...]:
+    """The methods in the tables' order; all where none is named."""
+    return tuple(method for method in METHODS if method in methods) or METHODS
+
+
+def levels_of(text: str | None) -> tuple[float, ...]:
+    """The error levels that a text names. Raises ValueError."""
+    try:
+        levels = {float(word) for word in (text or "").split(",") if word.strip()}
+    except ValueError:
+        levels = {-1.0}
+    if not all(0.0 <= level <= MAX_LEVEL for level in levels):
+        raise ValueError(f"'{text}': give numbers from 0 to {MAX_LEVEL:g}, such as 0,0.5,1,2,4")
+    return tuple(sorted(levels))
+
+
+def of_levels(text: str) -> str:
+    """The text, where it names levels. Raises ValueError."""
+    levels_of(text)
+    return text
+
+
 Folder = Annotated[Path, BeforeValidator(lambda text: Location(text).folder)]
 METHOD_NAMES = TypeAliasType("METHOD_NAMES", tuple[Method, ...])
 MODELS = TypeAliasType("MODELS", tuple[str, ...])
-LEVELS = TypeAliasType("LEVELS", str)
-
-
-class CompareRequest(Frozen):
-    """A dataset, what to take of it, the methods and models, and the settings that all runs share."""
-
-    data: Path
-    out: Path
-    subset: str | None = None
-    asset_ids: tuple[str, ...] = ()
-    limit: int | None = None
-    methods: tuple[Method, ...] = METHODS
-    models: tuple[str, ...] = (NOISY,)
-    settings: Settings = Settings()
-    page: Path | None = None
-    first: Path | None = None
-    shapes: Path | None = None
-
-    @property
-    def engines(self) -> str:
-        """Names of the engines to verify in, as text."""
-        return ", ".join(self.settings.engine.verify or ("every engine installed",))
+LEVELS = TypeAliasType("LEVELS", Annotated[str, AfterValidator(of_levels)])
 
 
 class CompareMethodsOptions(Selection, FileOptions):
     """Compare methods and models on the same objects."""
 
     data: CliPositionalArg[Folder] = Field(description="a dataset, as asset2sim refine takes it")
-    out: CliPositionalArg[Folder] = Field(
+    out: CliPositionalArg[Annotated[Folder, AfterValidator(Path.resolve)]] = Field(
         description="the output folder: one folder for each method and model, and the tables"
     )
-    methods: Listed[METHOD_NAMES] = Field((), description=f"methods, of {', '.join(Method)} (default: all)")
+    methods: Annotated[Listed[METHOD_NAMES], AfterValidator(in_order)] = Field(
+        METHODS, description=f"methods, of {', '.join(Method)} (default: all)"
+    )
     models: Listed[MODELS] = Field((), description=f"any LiteLLM models (default: {NOISY})")
     levels: LEVELS | None = Field(None, description=f"also {NOISY} at these error levels, such as 0,0.5,1,2,4")
     engines: Annotated[Listed[ENGINES | None], AfterValidator(none_if_empty)] = Field(
@@ -127,35 +129,19 @@ class CompareMethodsOptions(Selection, FileOptions):
     first: FILE | None = Field(None, description="write one table over all methods and models between this file's")
     shapes: FILE | None = Field(None, description="write Φ of every method on the same shapes between this file's")
 
+    @property
+    def all_models(self) -> tuple[str, ...]:
+        """The models, the default one first, so that the documentation's tables are of it."""
+        levels = noisy_models(levels_of(self.levels))
+        models = self.models or ((NOISY,) if NOISY in levels or not levels else ())
+        return tuple(dict.fromkeys((*models, *levels)))
 
-def parse_request(words: Sequence[str]) -> CompareRequest:
-    """The request that a command line states. Raises UsageError."""
-    options = parse(CompareMethodsOptions, words, "python -m lab.flows.compare_methods")
-    levels = noisy_models(_levels(options.levels))
-    # The default model comes first, so that the documentation's tables are of it.
-    models = options.models or ((NOISY,) if NOISY in levels or not levels else ())
-    stated = merged_mappings(stated_settings(options), {"views": {"write": False}})
-    below = {"engine": {"verify": (Engine.PYBULLET,)}}
-    return CompareRequest(
-        data=options.data,
-        out=options.out.resolve(),
-        subset=options.subset,
-        asset_ids=options.assets,
-        limit=options.limit,
-        methods=tuple(method for method in METHODS if method in options.methods) or METHODS,
-        models=tuple(dict.fromkeys((*models, *levels))),
-        settings=settings_for_run(options.settings, stated, below),
-        page=options.page,
-        first=options.first,
-        shapes=options.shapes,
-    )
+    def shared_settings(self) -> Settings:
+        """The settings that all runs share. Raises UsageError for a settings file that cannot be read."""
+        stated = merged_mappings(stated_settings(self), {"views": {"write": False}})
+        return settings_for_run(self.settings, stated, {"engine": {"verify": (Engine.PYBULLET,)}})
 
 
-def _levels(text: str | None) -> tuple[float, ...]:
-    try:
-        levels = {float(word) for word in (text or "").split(",") if word.strip()}
-    except ValueError:
-        levels = {-1.0}
-    if not all(0.0 <= level <= MAX_LEVEL for level in levels):
-        raise UsageError(f"--levels {text}: give numbers from 0 to {MAX_LEVEL:g}, such as 0,0.5,1,2,4")
-    return tuple(sorted(levels))
+def parse_request(words: Sequence[str]) -> CompareMethodsOptions:
+    """The comparison that a command line asks for. Raises UsageError."""
+    return parse(CompareMethodsOptions, words, "python -m lab.flows.compare_methods")

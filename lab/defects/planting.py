@@ -65,11 +65,17 @@ def edited(folder: Path) -> Iterator[Element]:
     tree.write(str(path), xml_declaration=True, encoding="utf-8")
 
 
-@contextmanager
-def edited_part(folder: Path, tag: str, name: str, path: str) -> Iterator[Element]:
-    """The element at a path below the link or joint of that name, in the folder's URDF; written back at the end."""
-    with edited(folder) as robot:
-        yield named(robot, tag, name, path)
+def changed(tag: str, path: str, edit: Callable[[Element], str]) -> Plant:
+    """A plant that edits the element at a path below the target's link or joint, as the tag says; ``edit`` returns what
+    it made of it, in words that follow the name."""
+
+    def plant(folder: Path, at: Target) -> PlantedChange:
+        name = at.joint if tag == "joint" else at.link
+        with edited(folder) as robot:
+            said = f"'{name}' {edit(named(robot, tag, name, path))}"
+        return PlantedChange(said, **{f"{tag}s": (name,)})
+
+    return plant
 
 
 def named(robot: Element, tag: str, name: str, path: str = ".") -> Element:
@@ -86,6 +92,13 @@ def part(element: Element, path: str) -> Element:
     if found is None:
         raise KeyError(f"{element.tag!s} '{element.get('name')}' has no {path}")
     return found
+
+
+def above(element: Element) -> Element:
+    """The element that holds this one."""
+    parent = element.getparent()
+    assert parent is not None, "links and joints are in a robot"
+    return parent
 
 
 def numbers(element: Element, key: str) -> Array:

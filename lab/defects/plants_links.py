@@ -1,9 +1,10 @@
 """Defects of links: masses and inertias, collision meshes, and lengths."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from lxml.etree import _Element as Element
 
 from asset2sim.assets.hulls import obj_text
 from asset2sim.physics.arrays import Array
@@ -11,12 +12,12 @@ from lab.defects.planting import (
     Plant,
     PlantedChange,
     Target,
+    above,
+    changed,
     collision_files,
     edited,
-    edited_part,
     named,
     numbers,
-    part,
     read_obj,
     rewrite_obj,
     scaled,
@@ -28,90 +29,65 @@ AWAY_M = 1.0
 """Distance of planted collision meshes from the visual ones, m."""
 POINT_KG_M2 = 1e-12
 """Moment of inertia of a link that its author took for a point mass, kg·m²."""
-BESIDE_M = 0.6
-"""Sideways distance of the planted centre of mass of a body from the clean one, m: beyond any sample's feet."""
-FAR_M = 3.0
-"""Distance of the planted centre of mass from the clean one, m."""
+SIX = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Terms of an inertia, the moments first."""
 
 
 def mass_times(factor: float) -> Plant:
     """A link's mass times ``factor``, its inertia left: a unit or a decimal point is wrong."""
-
-    def plant(folder: Path, at: Target) -> PlantedChange:
-        with edited_part(folder, "link", at.link, "inertial/mass") as mass:
-            change = scaled(mass, "value", factor)
-        return PlantedChange(f"mass of '{at.link}' from {change} kg", links=(at.link,))
-
-    return plant
+    return changed("link", "inertial/mass", lambda mass: f"has its mass from {scaled(mass, 'value', factor)} kg")
 
 
-def mass_not_a_number(folder: Path, at: Target) -> PlantedChange:
+def mass_not_a_number(mass: Element) -> str:
     """A link's mass is NaN: an exporter divided by a volume of zero."""
-    with edited_part(folder, "link", at.link, "inertial/mass") as mass:
-        mass.set("value", "nan")
-    return PlantedChange(f"mass of '{at.link}' is nan", links=(at.link,))
+    mass.set("value", "nan")
+    return "has a mass of nan"
 
 
-def inertial_missing(folder: Path, at: Target) -> PlantedChange:
+def inertial_missing(inertial: Element) -> str:
     """One link without an inertial among others that have one."""
-    with edited(folder) as robot:
-        link = named(robot, "link", at.link)
-        link.remove(part(link, "inertial"))
-    return PlantedChange(f"'{at.link}' has no inertial", links=(at.link,))
+    above(inertial).remove(inertial)
+    return "has no inertial"
 
 
-def inertia_of_a_point(folder: Path, at: Target) -> PlantedChange:
-    """A link with a mass and hardly any inertia."""
-    return moments(folder, at, (POINT_KG_M2,) * 3)
-
-
-def inertia_impossible(folder: Path, at: Target) -> PlantedChange:
+def inertia_impossible(inertia: Element) -> str:
     """A link with one moment above the sum of the others."""
-    with edited_part(folder, "link", at.link, "inertial/inertia") as inertia:
-        size = sum(float(inertia.get(key, "0")) for key in ("ixx", "iyy", "izz"))
-    return moments(folder, at, (0.1 * size, 0.1 * size, 0.8 * size))
+    size = sum(float(inertia.get(key, "0")) for key in SIX[:3])
+    return moments(inertia, (0.1 * size, 0.1 * size, 0.8 * size))
 
 
-def inertia_negative(folder: Path, at: Target) -> PlantedChange:
-    """A link with a negative moment: a mesh with its faces inside out was integrated."""
-    with edited_part(folder, "link", at.link, "inertial/inertia") as inertia:
-        change = scaled(inertia, "ixx", -1.0)
-    return PlantedChange(f"ixx of '{at.link}' from {change} kg·m²", links=(at.link,))
-
-
-def moments(folder: Path, at: Target, values: tuple[float, float, float]) -> PlantedChange:
+def moments(inertia: Element, values: tuple[float, float, float]) -> str:
     """Write a diagonal inertia."""
-    with edited_part(folder, "link", at.link, "inertial/inertia") as inertia:
-        for key, value in zip(("ixy", "ixz", "iyz", "ixx", "iyy", "izz"), (0.0, 0.0, 0.0, *values), strict=True):
-            write(inertia, key, value)
-    said = ", ".join(f"{value:.3g}" for value in values)
-    return PlantedChange(f"moments of '{at.link}' set to {said} kg·m²", links=(at.link,))
+    for key, value in zip(SIX, (*values, 0.0, 0.0, 0.0), strict=True):
+        write(inertia, key, value)
+    return f"has moments of {', '.join(f'{value:.3g}' for value in values)} kg·m²"
 
 
-def inertia_times(factor: float) -> Plant:
-    """A link's whole inertia times ``factor``: it is stated in other units."""
+def inertia_times(factor: float, keys: Sequence[str] = SIX) -> Plant:
+    """A link's inertia, or some terms of it, times ``factor``: other units, or a mesh with its faces inside out."""
 
-    def plant(folder: Path, at: Target) -> PlantedChange:
-        with edited_part(folder, "link", at.link, "inertial/inertia") as inertia:
-            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-                scaled(inertia, key, factor)
-        return PlantedChange(f"inertia of '{at.link}' times {factor:g}", links=(at.link,))
+    def edit(inertia: Element) -> str:
+        for key in keys:
+            scaled(inertia, key, factor)
+        return f"has {', '.join(keys)} times {factor:g}"
 
-    return plant
-
-
-def centre_outside(folder: Path, at: Target) -> PlantedChange:
-    """A link's centre of mass far from the link: it is stated in another frame."""
-    with edited_part(folder, "link", at.link, "inertial/origin") as origin:
-        write(origin, "xyz", numbers(origin, "xyz") + np.array([0.0, 0.0, FAR_M]))
-    return PlantedChange(f"centre of mass of '{at.link}' moved {FAR_M:g} m away", links=(at.link,))
+    return changed("link", "inertial/inertia", edit)
 
 
-def centre_beyond_feet(folder: Path, at: Target) -> PlantedChange:
-    """The body's centre of mass beside what the object stands on: an exporter took another part's."""
-    with edited_part(folder, "link", at.link, "inertial/origin") as origin:
-        write(origin, "xyz", numbers(origin, "xyz") + np.array([BESIDE_M, 0.0, 0.0]))
-    return PlantedChange(f"centre of mass of '{at.link}' moved {BESIDE_M:g} m aside", links=(at.link,))
+inertia_of_a_point = changed("link", "inertial/inertia", lambda inertia: moments(inertia, (POINT_KG_M2,) * 3))
+"""A link with a mass and hardly any inertia."""
+inertia_negative = inertia_times(-1.0, ("ixx",))
+"""A link with a negative moment."""
+
+
+def centre_moved_by(x: float, z: float) -> Plant:
+    """A link's centre of mass moved by (x, 0, z) metres: it is stated in another frame, or is another part's."""
+
+    def edit(origin: Element) -> str:
+        write(origin, "xyz", numbers(origin, "xyz") + np.array([x, 0.0, z]))
+        return f"has its centre of mass moved by ({x:g}, 0, {z:g}) m"
+
+    return changed("link", "inertial/origin", edit)
 
 
 def rewritten(

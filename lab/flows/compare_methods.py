@@ -11,30 +11,31 @@ from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.check_request import check_run
 from flows import PIPELINE
 from flows.server.server import temporary_server
-from lab.comparisons.comparison import BLOCK, compare, write_comparison, write_page
+from lab.comparisons.comparison import BLOCK, Comparison, compare, write_comparison, write_page
 from lab.comparisons.first_table import FIRST, first_table
 from lab.comparisons.meaning import experts_apart
-from lab.comparisons.method_runs import CompareRequest, parse_request, planned_runs
+from lab.comparisons.method_runs import CompareMethodsOptions, parse_request, planned_runs
 from lab.comparisons.object_rows import read_objects
 from lab.comparisons.shapes import SHAPES, shapes_block, shapes_section
-from lab.pages.blocks import check_page, write_block
+from lab.pages.blocks import Pages, check_page
 from schemas.asset import FoundAssets
 from schemas.errors import DONE, STOPPED, exit_code_of
 from schemas.location import Location
 
 
-def compare_methods(request: CompareRequest) -> int:
+def compare_methods(request: CompareMethodsOptions) -> int:
     """Refine the dataset by every method with every model, then write the tables. Returns the exit code. Raises
     UsageError for what cannot be done as asked, before anything is refined."""
-    runs = planned_runs(request.out, request.methods, request.models)
-    base, console = request.settings, output()
-    chosen = (request.subset, request.asset_ids, request.limit)
+    runs = planned_runs(request.out, request.methods, request.all_models)
+    base, console = request.shared_settings(), output()
+    chosen = (request.subset, request.assets, request.limit)
+    engines = ", ".join(base.engine.verify or ("every engine installed",))
     if request.page is not None:
         check_page(request.page, BLOCK)
-    if request.first is not None:
-        check_page(request.first, FIRST)
-    if request.shapes is not None:
-        check_page(request.shapes, SHAPES)
+    tables = (
+        Pages[Comparison](FIRST, {request.first: lambda made: first_table(made.objects, request.subset, engines)}),
+        Pages[Comparison](SHAPES, {request.shapes: lambda made: shapes_block(made.shapes)}),
+    )
     found = FoundAssets(load_dataset(request.data, *chosen))
     for run in runs:
         check_run(found, request.data, run.folder, run.settings(base))
@@ -52,15 +53,13 @@ def compare_methods(request: CompareRequest) -> int:
                 if result.stopped is not None:
                     sys.stderr.write(f"{result.stopped}; run it again to compare\n")
                     return STOPPED
-    compared = compare(read_objects(runs, base.thresholds), request.subset, request.engines, experts_apart(runs))
+    compared = compare(read_objects(runs, base.thresholds), request.subset, engines, experts_apart(runs))
     compared = replace(compared, shapes=shapes_section(runs, base.engine))
     report = write_comparison(request.out, runs, compared)
     if request.page is not None:
         write_page(request.page, request.out, compared)
-    if request.first is not None:
-        write_block(request.first, FIRST, first_table(compared.objects, request.subset, request.engines))
-    if request.shapes is not None:
-        write_block(request.shapes, SHAPES, shapes_block(compared.shapes))
+    for pages in tables:
+        pages.write(compared)
     console.print(f"tables and charts: {report}", markup=False)
     return DONE
 

@@ -11,7 +11,10 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,15 +23,20 @@ import asset2sim.load
 from asset2sim.assets.folder import LOADER_NAME
 from asset2sim.catalog.index import loader_source
 from asset2sim.catalog.text import markdown_table
+from asset2sim.engines.registry import engine_version, installed
 from lab.loaders import hold
+from lab.loaders.loaded import Setting
+from lab.loaders.loader_table import MODULES
 from schemas.errors import UsageError
+from schemas.vocabulary import Engine
 
 BLOCK = "held"
+ENGINES = (*(engine.value for engine in MODULES), *hold.PLAIN)
 PACKAGES = {engine: engine for engine in hold.PLAIN} | {"genesis": "genesis-world"}
-"""Engine → the package whose version is told."""
+"""Engine that is not ours → the package whose version is told."""
 OTHER_PYTHON = Path(".venv-load/bin/python")
 TIME_LIMIT_S = 3600.0
-"""For all objects in one engine: Genesis compiles its kernels for each."""
+"""For all objects in one engine that is not ours: Genesis compiles its kernels for each."""
 WAYS = {"as_loaded": "its URDF, as loaded", "put": "its URDF, put into the state by hand", "load": "`asset2sim.load`"}
 
 
@@ -65,8 +73,33 @@ def python_of(engine: str) -> tuple[str, str] | None:
     return None
 
 
+def measured_here(engine: Engine, folder: Path) -> dict[str, Any]:
+    """The answers of an engine of ours for one refined object, as ``hold`` gives them."""
+    about, loader = asset2sim.load.describe(folder), import_module(MODULES[engine]).LOADERS[0]
+    # MuJoCo holds a URDF's root where it is, which is in a floor.
+    place = Setting() if engine is Engine.MUJOCO else Setting(floor=True, height_m=about.height_m)
+    with ExitStack() as opened:
+
+        def plainly(*, put: bool) -> hold.Moving:
+            item = opened.enter_context(loader.open(folder, place))
+            if put:
+                item.place(about.positions_at(), {})
+            return item.positions, lambda: item.step({}), item.timestep_s
+
+        return hold.answers(
+            about,
+            as_loaded=partial(plainly, put=False),
+            put=partial(plainly, put=True),
+            load=lambda: hold.through(asset2sim.load, engine.value, folder),
+        )
+
+
 def measure(engine: str, folders: Sequence[Path]) -> Held:
     """One engine's answers for these refined objects. Raises UsageError where it dies before it answered for all."""
+    if engine not in hold.PLAIN:
+        there = Engine(engine) in installed()
+        said = tuple(measured_here(Engine(engine), folder) for folder in folders) if there else None
+        return Held(engine, engine_version(Engine(engine)) if there else "", said)
     found = python_of(engine)
     if found is None:
         return Held(engine, "", None)
@@ -76,10 +109,10 @@ def measure(engine: str, folders: Sequence[Path]) -> Held:
         loader.write_text(loader_source(), encoding="utf-8")
         words = [python, str(hold.__file__), str(loader), engine, *map(str, folders)]
         ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=TIME_LIMIT_S)
-    said = [json.loads(line[5:]) for line in ended.stdout.splitlines() if line.startswith("HELD ")]
-    if len(said) != len(folders):
-        raise UsageError(f"{engine} ended after {len(said)} of {len(folders)} objects: {ended.stderr[-400:]}")
-    return Held(engine, version, tuple(said))
+    told = [json.loads(line[5:]) for line in ended.stdout.splitlines() if line.startswith("HELD ")]
+    if len(told) != len(folders):
+        raise UsageError(f"{engine} ended after {len(told)} of {len(folders)} objects: {ended.stderr[-400:]}")
+    return Held(engine, version, tuple(told))
 
 
 def sample_folders(out: Path) -> list[Path]:
@@ -98,7 +131,7 @@ def sample_folders(out: Path) -> list[Path]:
 def held_block(out: Path) -> str:
     """The table with what it is of."""
     folders = [folder.resolve() for folder in sample_folders(out)]
-    answers = [measure(engine, folders) for engine in hold.PLAIN]
+    answers = [measure(engine, folders) for engine in ENGINES]
     rows = [[f"{one.engine} {one.version}".strip(), *(one.cell(way) for way in WAYS)] for one in answers]
     table = markdown_table(("engine", *WAYS.values()), rows)
     about = (

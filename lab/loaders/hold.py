@@ -1,6 +1,7 @@
-"""How far the joints that must hold move in three seconds, in one engine: each object as the engine's own URDF loader
-leaves it, the same put into its state by hand, and through ``load.py``. It needs that file and the engine alone, so it
-runs in any Python that has them: ``python hold.py LOAD_PY ENGINE FOLDER …`` prints a line of JSON an object."""
+"""How far the joints that must hold move in three seconds, in an engine that is not installed beside us: each object as
+the engine's own URDF loader leaves it, the same put into its state by hand, and through ``load.py``. It needs that file
+and the engine alone, so that any Python runs it which has them: ``python hold.py LOAD_PY ENGINE FOLDER …`` prints a
+line of JSON an object."""
 
 import json
 import sys
@@ -29,26 +30,36 @@ class Plain(NamedTuple):
     timestep_s: float
 
 
+Moving = tuple[Callable[[], Mapping[str, float]], Callable[[], object], float]
+"""How an object's positions are read by name, how it is stepped, and its time step, s."""
+
+
 def main(loader: Path, engine: str, folders: list[Path]) -> None:
-    """Measure every folder. ``as_loaded``, ``put`` and ``load``: the largest share of its bound by which a joint that
-    holds is off the asked state within the time; ``problem``: what an engine says that loads nothing."""
+    """Measure every folder."""
     module = loader_module(loader)
     for folder in folders:
         about = module.describe(folder)
-        said: dict[str, Any] = {"asset": folder.name}
-        ways: dict[str, Callable[[], tuple[Callable[[], Mapping[str, float]], Callable[[], object], float]]] = {
-            "as_loaded": lambda about=about: plainly(engine, about, put=False),  # type: ignore[misc]
-            "put": lambda about=about: plainly(engine, about, put=True),  # type: ignore[misc]
-            "load": lambda folder=folder: through(module, engine, folder),  # type: ignore[misc]
-        }
-        for name, way in ways.items():
-            try:
-                said[name] = worst(about, *way())
-            except Exception as error:  # whatever an engine raises is its answer
-                said[name] = None
-                said["problem"] = f"{name}: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+        said = answers(
+            about,
+            as_loaded=lambda about=about: plainly(engine, about, put=False),  # type: ignore[misc]
+            put=lambda about=about: plainly(engine, about, put=True),  # type: ignore[misc]
+            load=lambda folder=folder: through(module, engine, folder),  # type: ignore[misc]
+        )
         sys.stdout.write("HELD " + json.dumps(said) + "\n")
         sys.stdout.flush()
+
+
+def answers(about: Any, **ways: Callable[[], Moving]) -> dict[str, Any]:
+    """By each way the largest share of its bound by which a joint that holds is off the asked state within the time;
+    ``problem``: what an engine says that loads nothing."""
+    said: dict[str, Any] = {"asset": about.folder.name}
+    for name, way in ways.items():
+        try:
+            said[name] = worst(about, *way())
+        except Exception as error:  # whatever an engine raises is its answer
+            said[name] = None
+            said["problem"] = f"{name}: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
+    return said
 
 
 def loader_module(path: Path) -> ModuleType:
@@ -61,13 +72,13 @@ def loader_module(path: Path) -> ModuleType:
     return module
 
 
-def through(module: ModuleType, engine: str, folder: Path) -> tuple[Any, Any, float]:
+def through(module: ModuleType, engine: str, folder: Path) -> Moving:
     """The object through ``load``."""
     item = module.load(folder, engine)
     return item.positions, item.step, 1.0 / 240.0
 
 
-def plainly(engine: str, about: Any, *, put: bool) -> tuple[Any, Any, float]:
+def plainly(engine: str, about: Any, *, put: bool) -> Moving:
     """The object as its URDF, put into its state by hand or left as it was loaded."""
     about = replace(about, urdf=deepcopy(about.urdf))
     with tempfile.TemporaryDirectory() as place:
@@ -100,72 +111,6 @@ def without_visuals(about: Any, place: Path) -> Path:
     path = place / "mobility.urdf"
     ET.ElementTree(about.urdf).write(path, encoding="utf-8")
     return path
-
-
-def pybullet(about: Any, urdf: str) -> Plain:
-    """``loadURDF(path)``."""
-    import pybullet as bullet
-
-    client = bullet.connect(bullet.DIRECT)
-    bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-    bullet.createMultiBody(
-        0.0, bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client), physicsClientId=client
-    )
-    body = bullet.loadURDF(urdf, (0.0, 0.0, about.height_m), physicsClientId=client)
-    count = bullet.getNumJoints(body, physicsClientId=client)
-    index = {bullet.getJointInfo(body, i, physicsClientId=client)[1].decode(): i for i in range(count)}
-
-    def put(state: Mapping[str, float]) -> None:
-        for name, value in state.items():
-            bullet.resetJointState(body, index[name], value, physicsClientId=client)
-
-    return Plain(
-        lambda: {name: bullet.getJointState(body, i, physicsClientId=client)[0] for name, i in index.items()},
-        put,
-        lambda: bullet.stepSimulation(physicsClientId=client),
-        1.0 / 240.0,
-    )
-
-
-def mujoco(about: Any, urdf: str) -> Plain:
-    """``MjModel.from_xml_path(path)``, which holds the root."""
-    import mujoco as engine
-
-    # Else MuJoCo keeps the last part of a path alone.
-    ET.SubElement(ET.SubElement(about.urdf, "mujoco"), "compiler", strippath="false")
-    ET.ElementTree(about.urdf).write(urdf, encoding="utf-8")
-    model = engine.MjModel.from_xml_path(urdf)
-    data = engine.MjData(model)
-    names = [joint.name for joint in about.joints]
-
-    def put(state: Mapping[str, float]) -> None:
-        for name, value in state.items():
-            data.joint(name).qpos[0] = value
-
-    return Plain(
-        lambda: {name: float(data.joint(name).qpos[0]) for name in names},
-        put,
-        lambda: engine.mj_step(model, data),
-        float(model.opt.timestep),
-    )
-
-
-def sapien(about: Any, urdf: str) -> Plain:
-    """``scene.create_urdf_loader().load(path)``, which holds the root."""
-    import numpy as np
-    import sapien as engine
-
-    scene = engine.Scene([engine.physx.PhysxCpuSystem()])
-    scene.add_ground(0.0, render=False)
-    body = scene.create_urdf_loader().load(urdf)
-    body.set_root_pose(engine.Pose([0.0, 0.0, about.height_m]))
-    names = [joint.name for joint in body.active_joints]
-    return Plain(
-        lambda: dict(zip(names, (float(value) for value in body.qpos), strict=True)),
-        lambda state: body.set_qpos(np.array([state[name] for name in names], np.float32)),
-        scene.step,
-        float(scene.get_timestep()),
-    )
 
 
 def drake(about: Any, urdf: str) -> Plain:
@@ -255,7 +200,7 @@ def newton(about: Any, urdf: str) -> Plain:
     return Plain(read, put, step, 1.0 / 240.0)
 
 
-PLAIN = {"pybullet": pybullet, "mujoco": mujoco, "sapien": sapien, "drake": drake, "genesis": genesis, "newton": newton}
+PLAIN = {"drake": drake, "genesis": genesis, "newton": newton}
 """Engine → its own URDF loader."""
 
 if __name__ == "__main__":

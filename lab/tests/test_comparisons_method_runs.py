@@ -47,12 +47,13 @@ def test_the_command_line_says_what_to_run(tmp_path: Path) -> None:
     words = ["data", str(tmp_path), "--subset", "paper9", "--methods", "asset2sim,direct", "--levels", "4,1,0"]
     request = parse_request([*words, "--no-interaction", "--limit", "3", "--workers", "1"])
     assert request.methods == (Method.DIRECT, Method.ASSET2SIM), "in the tables' order"
-    assert request.models == ("prior/noisy", "prior/noisy@0", "prior/noisy@4"), "the tables are of the default level"
-    assert request.settings.engine.verify == (Engine.PYBULLET,) and not request.settings.engine.interact
-    assert (request.subset, request.limit, request.engines) == ("paper9", 3, "pybullet")
+    assert request.all_models == ("prior/noisy", "prior/noisy@0", "prior/noisy@4"), "tables are of the default level"
+    engine = request.shared_settings().engine
+    assert engine.verify == (Engine.PYBULLET,) and not engine.interact
+    assert (request.subset, request.limit) == ("paper9", 3)
     plainest = parse_request(["data", str(tmp_path)])
-    assert plainest.methods == METHODS and plainest.models == ("prior/noisy",)
-    assert parse_request(["data", "out", "--models", "a/b", "--levels", "2"]).models == ("a/b", "prior/noisy@2")
+    assert plainest.methods == METHODS and plainest.all_models == ("prior/noisy",)
+    assert parse_request(["data", "out", "--models", "a/b", "--levels", "2"]).all_models == ("a/b", "prior/noisy@2")
 
 
 @pytest.mark.parametrize(

@@ -1,121 +1,103 @@
-"""Tool specifications for the agent: names, descriptions, and the JSON Schema of the arguments."""
+"""The agent's tools: the arguments of each, stated once as a record, from which follow its JSON Schema and what it
+refuses; and the bounds of a conversation."""
 
-from typing import Any
+from typing import Any, Literal
 
-from asset2sim.render import VIEW_NAMES
+from pydantic import Field
+
+from asset2sim.models.answers import trimmed
+from schemas.base import Finite, Frozen, Inertia6, NonNegative, Positive, Vector3
 from schemas.request import Tool
 
-READ_PARTS = ("summary", "links", "joints", "files")
-"""Parts of an asset for ``read_asset``."""
-LINK_FIELDS = ("name", "material", "mass_kg", "com", "inertia")
-"""Link fields of ``set_parameters``."""
-JOINT_FIELDS = ("name", "damping", "friction", "stiffness", "spring_rest", "holds")
-"""Joint fields of ``set_parameters``: terms of a URDF, not the ones from which our rules derive them, and whether the
-hold check applies."""
+View = Literal["front", "back", "left", "right", "perspective"]
 
 
-def _object(properties: dict[str, Any], required: tuple[str, ...] = ()) -> dict[str, Any]:
-    return {"type": "object", "properties": properties, "required": list(required), "additionalProperties": False}
+class LinkTerms(Frozen):
+    """Terms of a link that ``set_parameters`` takes; a null removes what was set."""
+
+    name: str
+    material: str | None = None
+    mass_kg: Positive | None = Field(None, description="kg")
+    com: Vector3 | None = Field(None, description="centre of mass in the link's own frame at the final scale, m")
+    inertia: Inertia6 | None = Field(None, description="ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, kg·m²")
 
 
-def _numbers(count: int, description: str) -> dict[str, Any]:
-    items = {"type": "number"}
-    return {"type": "array", "items": items, "minItems": count, "maxItems": count, "description": description}
+class JointTerms(Frozen):
+    """Terms of a joint that ``set_parameters`` takes: those of a URDF, not the ones from which our rules derive them,
+    and whether the hold check applies."""
+
+    name: str
+    damping: NonNegative | None = Field(None, description="N·m·s/rad, or N·s/m for a prismatic joint")
+    friction: NonNegative | None = Field(None, description="N·m, or N for a prismatic joint")
+    stiffness: NonNegative | None = Field(None, description="N·m/rad, or N/m for a prismatic joint")
+    spring_rest: Finite | None = Field(None, description="position to which a spring returns, rad, or m at scale 1")
+    holds: bool | None = Field(None, description="whether the part must stay wherever it is put")
 
 
-def _number(description: str, *, positive: bool = False, signed: bool = False) -> dict[str, Any]:
-    bound: dict[str, Any] = {} if signed else {"exclusiveMinimum": 0} if positive else {"minimum": 0}
-    return {"type": "number", **bound, "description": description}
+class JointStart(Frozen):
+    """Where a joint starts."""
+
+    joint: str
+    position: Finite | None = Field(description="rad, or m at scale 1 for a prismatic joint")
 
 
-_LINK = _object(
-    {
-        "name": {"type": "string"},
-        "material": {"type": "string"},
-        "mass_kg": _number("kg", positive=True),
-        "com": _numbers(3, "centre of mass in the link's own frame at the final scale, m"),
-        "inertia": _numbers(6, "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass, kg·m²"),
-    },
-    ("name",),
-)
+class ReadAsset(Frozen):
+    """Read the asset as records in JSON: a summary, its links (boxes, volumes), its joints (limits), or its files.
+    Lengths are metres at scale 1."""
 
-_JOINT = _object(
-    {
-        "name": {"type": "string"},
-        "damping": _number("N·m·s/rad, or N·s/m for a prismatic joint"),
-        "friction": _number("N·m, or N for a prismatic joint"),
-        "stiffness": _number("N·m/rad, or N/m for a prismatic joint"),
-        "spring_rest": _number("position to which a spring returns, rad, or m at scale 1", signed=True),
-        "holds": {"type": "boolean", "description": "whether the part must stay wherever it is put"},
-    },
-    ("name",),
-)
+    part: Literal["summary", "links", "joints", "files"] = "summary"
+    start: int = Field(0, ge=0, description="first row, where a reading is long")
 
-_START = _object(
-    {"joint": {"type": "string"}, "position": _number("rad, or m at scale 1 for a prismatic joint", signed=True)},
-    ("joint", "position"),
-)
 
-TOOLS: tuple[Tool, ...] = (
-    Tool(
-        name="read_asset",
-        description="Read the asset as plain text: a summary, its links (boxes, volumes), its joints (limits), or its "
-        "files. Lengths are metres at scale 1.",
-        parameters=_object(
-            {
-                "part": {"type": "string", "enum": list(READ_PARTS)},
-                "start": {"type": "integer", "minimum": 0, "description": "first row, where a reading is long"},
-            },
-            ("part",),
-        ),
-    ),
-    Tool(
-        name="render",
-        description="Look at the object with the present parameters, in its initial state: pictures of these views, "
-        "and every link's box in the world. Without views: all of them.",
-        parameters=_object(
-            {"views": {"type": "array", "items": {"type": "string", "enum": list(VIEW_NAMES)}, "minItems": 1}}
-        ),
-    ),
-    Tool(
-        name="set_parameters",
-        description="Set parameters. What is named replaces what was set before, field by field; all else stays. "
-        "Positions are where joints start.",
-        parameters=_object(
-            {
-                "scale": _number("real size over authored size, for the whole object", positive=True),
-                "contact_material": {"type": "string"},
-                "links": {"type": "array", "items": _LINK},
-                "joints": {"type": "array", "items": _JOINT},
-                "initial_joint_positions": {"type": "array", "items": _START},
-            }
-        ),
-    ),
-    Tool(
-        name="simulate",
-        description="Put the object on a plane in PyBullet with the present parameters, let it settle, and watch it "
-        "untouched: overlap in the initial state, drift of the root, oscillation of joints.",
-        parameters=_object({}),
-    ),
-    Tool(
-        name="read_contacts",
-        description="List the pairs of links that overlap in the initial state, deepest first.",
-        parameters=_object({}),
-    ),
-    Tool(
-        name="finish",
-        description="End: the present parameters are what you propose.",
-        parameters=_object({"notes": {"type": "string"}}),
-    ),
-)
+class Render(Frozen):
+    """Look at the object with the present parameters, in its initial state: pictures of these views, and every link's
+    box in the world. Without views: all of them."""
+
+    views: tuple[View, ...] = Field((), description="which views")
+
+
+class SetParameters(Frozen):
+    """Set parameters. What is named replaces what was set before, field by field; all else stays. Positions are where
+    joints start."""
+
+    scale: Positive | None = Field(None, description="real size over authored size, for the whole object")
+    contact_material: str | None = None
+    links: tuple[LinkTerms, ...] = ()
+    joints: tuple[JointTerms, ...] = ()
+    initial_joint_positions: tuple[JointStart, ...] = ()
+
+
+class Simulate(Frozen):
+    """Put the object on a plane in PyBullet with the present parameters, let it settle, and watch it untouched: overlap
+    in the initial state, drift of the root, oscillation of joints."""
+
+
+class ReadContacts(Frozen):
+    """List the pairs of links that overlap in the initial state, deepest first."""
+
+
+class Finish(Frozen):
+    """End: the present parameters are what you propose."""
+
+    notes: str = ""
+
+
+ARGUMENTS: dict[str, type[Frozen]] = {
+    "read_asset": ReadAsset, "render": Render, "set_parameters": SetParameters, "simulate": Simulate,
+    "read_contacts": ReadContacts, "finish": Finish,
+}  # fmt: skip
+"""Name of each tool → its arguments, in the order sent to the model."""
+TOOL_NAMES = tuple(ARGUMENTS)
+
+
+def tool_of(name: str, arguments: type[Frozen]) -> Tool:
+    """A tool as the model is told of it: what it does is the first thing said of its arguments."""
+    schema: dict[str, Any] = trimmed(arguments.model_json_schema(), frozenset(), words=("title", "default"))
+    return Tool(name=name, description=" ".join(schema.pop("description").split()), parameters=schema)
+
+
+TOOLS = tuple(tool_of(name, arguments) for name, arguments in ARGUMENTS.items())
 """All tools, in the order sent to the model."""
-TOOL_NAMES = tuple(tool.name for tool in TOOLS)
-
-
-def argument_names(name: str) -> tuple[str, ...]:
-    """The names of a tool's arguments."""
-    return next(tuple(tool.parameters["properties"]) for tool in TOOLS if tool.name == name)
-
 
 MAX_ANSWER_CALLS = 8
 """Most tool calls of one answer that are run; others are dropped, and the model is told so."""

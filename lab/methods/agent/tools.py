@@ -1,15 +1,28 @@
 """Run the agent's tools: every call returns a text for the model, even for a failed call."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from asset2sim.models.answers import strict_fit
 from asset2sim.render import VIEW_NAMES
 from lab.methods.agent.conversation import arguments_of
 from lab.methods.agent.draft import Draft, checked, merged, short
 from lab.methods.agent.results import boxes_text, cut, read_part, refused, simulated, text_of, touching
 from lab.methods.agent.scratch_folder import ScratchFolder, ToolError
-from lab.methods.agent.specs import MAX_NOTE_CHARS, MAX_NOTES, READ_PARTS, TOOL_NAMES, argument_names
+from lab.methods.agent.specs import (
+    ARGUMENTS,
+    MAX_NOTE_CHARS,
+    MAX_NOTES,
+    TOOL_NAMES,
+    Finish,
+    ReadAsset,
+    ReadContacts,
+    Render,
+    SetParameters,
+    Simulate,
+)
+from schemas.base import Frozen
 from schemas.errors import InvalidAnswerError, UnknownChoiceError
 from schemas.overlay import Overlay
 from schemas.request import LabelledImage, ToolCall
@@ -38,21 +51,15 @@ class AgentSession:
         return checked({**self.draft, "scale": 1.0}, self.scratch.extraction.features) or Overlay(scale=1.0)
 
 
-Arguments = Mapping[str, Any]
-
-
 def run_tool(session: AgentSession, call: ToolCall) -> str:
     """Result of one call as text for the model; an error names the valid choices."""
     session.n_calls += 1
     try:
-        tool = RUNNERS.get(call.name)
-        if tool is None:
+        if call.name not in ARGUMENTS:
             raise UnknownChoiceError("tool", short(call.name), TOOL_NAMES)
-        arguments = arguments_of(call.arguments)
-        for name in arguments:
-            if name not in argument_names(call.name):
-                raise UnknownChoiceError(f"argument of {call.name}", short(name), argument_names(call.name))
-        return cut(without_paths(session.scratch, tool(session, arguments)))
+        stated = {key: value for key, value in arguments_of(call.arguments).items() if value is not None}
+        arguments = strict_fit(ARGUMENTS[call.name], stated)
+        return cut(without_paths(session.scratch, RUNNERS[type(arguments)](session, arguments)))
     except (ToolError, InvalidAnswerError, UnknownChoiceError) as error:
         message = without_paths(session.scratch, str(error))
         session.refusals.append(f"{short(call.name)}: {message}")
@@ -67,14 +74,11 @@ def without_paths(scratch: ScratchFolder, text: str) -> str:
     return text
 
 
-def _read_asset(session: AgentSession, arguments: Arguments) -> str:
-    start = arguments.get("start") or 0
-    if not isinstance(start, int) or start < 0:
-        raise ToolError("start: an integer of 0 or more is wanted")
-    return read_part(session.scratch.extraction, _choice("part", arguments.get("part", "summary"), READ_PARTS), start)
+def _read_asset(session: AgentSession, arguments: ReadAsset) -> str:
+    return read_part(session.scratch.extraction, arguments.part, arguments.start)
 
 
-def _set_parameters(session: AgentSession, arguments: Arguments) -> str:
+def _set_parameters(session: AgentSession, arguments: SetParameters) -> str:
     draft = merged(session.draft, arguments)
     overlay = checked(draft, session.scratch.extraction.features)
     if overlay is not None:
@@ -88,50 +92,34 @@ def _set_parameters(session: AgentSession, arguments: Arguments) -> str:
     })  # fmt: skip
 
 
-def _simulate(session: AgentSession, arguments: Arguments) -> str:
+def _simulate(session: AgentSession, arguments: Simulate) -> str:
     physics, measurement = session.scratch.simulate(session.present)
     return simulated(measurement, physics, session.scratch.settings.thresholds)
 
 
-def _read_contacts(session: AgentSession, arguments: Arguments) -> str:
+def _read_contacts(session: AgentSession, arguments: ReadContacts) -> str:
     return touching(session.scratch.contacts(session.present))
 
 
-def _render(session: AgentSession, arguments: Arguments) -> str:
-    views = arguments.get("views")
-    views = list(VIEW_NAMES) if views is None else views
-    if not isinstance(views, list) or not views:
-        raise ToolError(f"views: an array with at least one of these is wanted: {', '.join(VIEW_NAMES)}")
-    wanted = tuple(dict.fromkeys(_choice("view", view, VIEW_NAMES) for view in views))
+def _render(session: AgentSession, arguments: Render) -> str:
     boxes = session.scratch.boxes(session.present)
     if session.blind is not None:
         return boxes_text(boxes, f"not sent: {session.blind}")
-    session.images = session.scratch.pictures(session.present, wanted)
+    session.images = session.scratch.pictures(session.present, tuple(dict.fromkeys(arguments.views)) or VIEW_NAMES)
     return boxes_text(boxes, "they follow, each after its label")
 
 
-def _finish(session: AgentSession, arguments: Arguments) -> str:
+def _finish(session: AgentSession, arguments: Finish) -> str:
     if session.overlay is None:
         raise ToolError("no scale is set: call set_parameters with a scale first")
-    notes = arguments.get("notes")
-    if isinstance(notes, str) and notes.strip() and len(session.notes) < MAX_NOTES:
-        session.notes = (*session.notes, cut(notes.strip(), MAX_NOTE_CHARS))
+    if arguments.notes.strip() and len(session.notes) < MAX_NOTES:
+        session.notes = (*session.notes, cut(arguments.notes.strip(), MAX_NOTE_CHARS))
     session.finished = True
     return text_of({"finished": True})
 
 
-def _choice(kind: str, value: object, choices: tuple[str, ...]) -> str:
-    if not isinstance(value, str) or value not in choices:
-        raise UnknownChoiceError(kind, short(str(value)), choices)
-    return value
-
-
-RUNNERS: dict[str, Callable[[AgentSession, Arguments], str]] = {
-    "read_asset": _read_asset,
-    "render": _render,
-    "set_parameters": _set_parameters,
-    "simulate": _simulate,
-    "read_contacts": _read_contacts,
-    "finish": _finish,
-}
-"""Tool name → function that runs it."""
+RUNNERS: dict[type[Frozen], Callable[[AgentSession, Any], str]] = {
+    ReadAsset: _read_asset, Render: _render, SetParameters: _set_parameters, Simulate: _simulate,
+    ReadContacts: _read_contacts, Finish: _finish,
+}  # fmt: skip
+"""Arguments of a tool → function that runs it."""
