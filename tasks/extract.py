@@ -9,7 +9,7 @@ from asset2sim.guidance.parts import parts_of, shown_front
 from asset2sim.guidance.read import read_guidance
 from asset2sim.intake.authored_numbers import stated_findings
 from asset2sim.intake.blocked_joints import find_blocked_joints
-from asset2sim.intake.guessed_ends import with_likelier_ends
+from asset2sim.intake.guessed_ends import with_likelier_ends, with_told_ends
 from asset2sim.intake.origin import extract
 from asset2sim.intake.up_axis import find_up
 from asset2sim.models.object_facts import rounded_object_info
@@ -79,7 +79,8 @@ def lying_asset(job: AssetJob, up: UpAxis) -> tuple[Extraction, Features]:
     """The asset turned so that this axis of its file points up, its joints corrected, with the front that it shows so,
     as far as the method knows it; and all its features."""
     turned = extract(job.ref, job.out / SHAPE_CACHE, up, job.settings.inputs)
-    corrected = with_shown_front(validate_authored(turned, job.settings.physics)[0])
+    corrected = validate_authored(turned, job.settings.physics)[0]
+    corrected = with_shown_front(with_told_ends(corrected, job.closed_ends))
     return known_methods()[job.settings.method].given(job.ask, corrected)[1], corrected.features
 
 

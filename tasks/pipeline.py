@@ -26,6 +26,7 @@ from tasks.progress import AssetJob, Progress
 from tasks.publish import publish_folder
 from tasks.refine import Refined, refine_written
 from tasks.remake import recipe_of
+from tasks.second_look import second_look
 from tasks.validate import validate_overlay
 
 
@@ -57,6 +58,8 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     job, extraction = replace(job, ask=ask), known
     try:
         run(Stage.SYNTHESIZE, synthesize.check_users_numbers, job, extraction)
+        looked = run(Stage.SYNTHESIZE, second_look, job, extraction)
+        job, extraction = looked.job, looked.extraction
         propose = synthesize.with_users_numbers
         proposal = run(Stage.SYNTHESIZE, propose, method.propose, job, extraction).proposal
         validated = run(Stage.VALIDATE, validate_overlay, job, extraction, proposal, rules=method.rules)

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import ParamSpec, TypeVar
 
 from asset2sim.baselines.declared_method import known_methods
+from asset2sim.intake.guessed_ends import ToldEnd
 from asset2sim.models.ask_overlay import SynthesisError
 from schemas.alignment import Alignment, Expected
 from schemas.asset import AssetRecord, AssetRef
@@ -170,13 +171,14 @@ class Progress:
 @dataclass(frozen=True)
 class AssetJob:
     """One asset, the output folder, the run's settings, the one way to ask a model, and, once the asset is extracted,
-    what its prompt asks of it."""
+    what its prompt asks of it and which closed ends a model told."""
 
     ref: AssetRef
     out: Path
     settings: Settings
     ask: ModelAsk
     guidance: Guidance = NOTHING_ASKED
+    closed_ends: Mapping[str, ToldEnd] = field(default_factory=dict)
 
     @property
     def source(self) -> Source:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,58 @@ EITHER_SIDE = ("handle",)
 """Parts that lie to either side, so that no end is closed by their shape: they are folded down where they sink to."""
 CAUGHT = ("door",)
 """Parts with a catch, which may lead downwards from where they are shut, and which may hang there."""
+
+
+@dataclass(frozen=True)
+class GuessedEnd:
+    """A joint of a main part of which only a guess says which end is closed. ``means`` maps each end (rad or m at the
+    authored scale), its guessed closed one first, to what would be odd if the part were closed there."""
+
+    joint: JointFeatures
+    part: str
+    means: Mapping[float, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class ToldEnd:
+    """The end at which a joint's part is closed, rad or m at the authored scale, as somebody who looked says, and how
+    sure they are."""
+
+    closed: float
+    sure: float
+
+
+def guessed_ends(extraction: Extraction, sure: float) -> tuple[GuessedEnd, ...]:
+    """The joints whose closed end only a guess tells with less than the confidence ``sure``, with what either means."""
+    features = extraction.features
+    guessed = [joint for joint in features.movable_joints if is_guessed(joint, features, sure)]
+    shapes, tree = LinkShapes(extraction), tree_of(features.joints)
+    points = {name: item.points for name, item in extraction.geometry.items()}
+    found = []
+    for joint in guessed:
+        part = part_of(joint, features)
+        assert joint.closed is not None and joint.open is not None, "what is guessed has ends"
+        if part in EITHER_SIDE:
+            continue
+        ends = (joint.closed, joint.open)
+        means = {order[0]: odd_if_closed(joint, order, features, tree, points, shapes) for order in (ends, ends[::-1])}
+        found.append(GuessedEnd(joint, part, means))
+    return tuple(found)
+
+
+def with_told_ends(extraction: Extraction, told: Mapping[str, ToldEnd]) -> Extraction:
+    """The extraction with the closed ends of these joints, and how sure they are, as they were told."""
+    joints = []
+    for joint in extraction.features.joints:
+        if (end := told.get(joint.name)) is not None:
+            assert joint.closed is not None and joint.open is not None, "only joints with ends are asked about"
+            turned = abs(end.closed - joint.open) < abs(end.closed - joint.closed)
+            update = {"openness_confidence": end.sure, **({"other_reading": ""} if turned else {})}
+            ends = {"closed": joint.open, "open": joint.closed} if turned else {}
+            joint = joint.model_copy(update={**update, **ends})
+        joints.append(joint)
+    features = extraction.features.model_copy(update={"joints": tuple(with_followed_ends(joints))})
+    return replace(extraction, features=features)
 
 
 def with_likelier_ends(extraction: Extraction, sure: float) -> Extraction:

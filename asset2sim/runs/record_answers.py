@@ -34,6 +34,7 @@ from asset2sim.models.gateway.recorded import (
 from asset2sim.runs.asset_attempt import attempt_in_child
 from asset2sim.runs.remote.transfer import run_with_local_files
 from asset2sim.storage.objects import working_folder
+from asset2sim.validation.second_look import ENDS
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
 from schemas.location import Location
@@ -222,7 +223,9 @@ def questions_about(
     attempt = partial(attempt_in_child, pipeline, out=scratch, settings=settings, ask=answer)
     local = not Location(ref.path).is_url
     record = (attempt(ref) if local else run_with_local_files(ref, Location(scratch), settings, attempt)).record
-    return unanswered, numbers.total(), record.reason
+    # What follows from which end is closed is asked once that is answered.
+    first = [item for item in unanswered if item[1].purpose == ENDS]
+    return first or unanswered, numbers.total(), record.reason
 
 
 def question_files(answer: str, request: ModelRequest) -> dict[str, bytes]:
