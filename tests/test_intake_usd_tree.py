@@ -12,7 +12,7 @@ from asset2sim.assets.urdf.read import element_joint
 from asset2sim.assets.urdf.references import ANYWHERE
 from asset2sim.intake.formats.usd import urdf_of_usd
 from asset2sim.physics.kinematics import link_to_root, parents_first
-from tests.usd_stages import at, body, joint, plate, prim, usda
+from tests.usd_stages import at, body, joint, limits, plate, prim, usda
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 CUBE = prim("Cube", "cube", "double size = 0.1", apis=("PhysicsCollisionAPI",))
@@ -155,3 +155,15 @@ def test_a_subset_without_material_has_its_mesh_s_colour(tmp_path: Path) -> None
     robot, _ = made(tmp_path, part)
     colours = [[float(word) for word in item.get("rgba").split()] for item in robot.iter("color")]
     assert colours == [pytest.approx([0.2, 0.4, 0.6, 1.0], abs=1e-6)] * 2
+
+
+@pytest.mark.parametrize(("height", "plain"), [(0.4, True), (0.4 / 12.0, False)])
+def test_frames_of_a_scaled_body_are_read_as_its_bodies_stand(tmp_path: Path, height: float, plain: bool) -> None:
+    """UsdPhysics has a position in the scale of its body; some write it without, 48 m off for a mast of 1.2 m."""
+    cube = prim("Cube", "cube", "double size = 0.1", apis=("PhysicsCollisionAPI",))
+    mast = body("mast", at((0.0, 0.0, 0.6), scale=(1.0, 1.0, 12.0)), cube, mass=20.0)
+    lift = body("lift", at((0.0, 0.0, 1.0), scale=(3.0, 3.0, 1.0)), cube, mass=2.0)
+    slide = joint("Prismatic", "slide", ("/Thing/mast", "/Thing/lift"), limits(-0.8, 0.0, "Z"), frame0=f"0 0 {height}")
+    robot, notes = made(tmp_path, mast, lift, slide)
+    place = [float(word) for word in robot.find("joint/origin").get("xyz").split()]
+    assert place == pytest.approx([0.0, 0.0, 0.4]) and ("not in the scale of what it names" in notes) is plain

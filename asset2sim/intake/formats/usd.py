@@ -29,15 +29,9 @@ from asset2sim.intake.formats.format import (
 )
 from asset2sim.intake.formats.tree import spanning
 from asset2sim.intake.formats.tree_loops import Closing, close_loops
-from asset2sim.intake.formats.usd_joints import (
-    Step,
-    UsdJoint,
-    as_it_stands,
-    one_after_another,
-    pass_each_other,
-    read_joints,
-)
+from asset2sim.intake.formats.usd_joints import Step, UsdJoint, one_after_another, pass_each_other, read_joints
 from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
+from asset2sim.intake.formats.usd_places import as_it_stands
 from asset2sim.intake.formats.usd_shapes import (
     BOUNDS,
     SHAPES,
@@ -194,7 +188,7 @@ class _Object:
         self.joint_names[at] = f"{self.names[path]}_stands"
         step = Step("fixed", np.array([1.0, 0.0, 0.0]), {}, {})
         frames = self.stage.rigid(self.bodies[path]), np.eye(4)
-        return UsdJoint(self.joint_names[at], at, (WORLD, path), frames, (step,), None, False)
+        return UsdJoint(self.joint_names[at], at, (WORLD, path), frames, frames, (step,), None, False)
 
     def add_chain(self, robot: Element, joint: UsdJoint, turned: bool) -> None:
         """The link that a joint moves, and the joint, or one after the other its degrees of freedom."""

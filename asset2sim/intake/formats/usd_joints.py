@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.numbers import BIAS
 from asset2sim.intake.formats.format import pose_of
@@ -21,10 +20,6 @@ UNLIMITED = 1e15
 ALONG = 0.98
 """Cosine of the angle between two axes, 11°, above which they are one."""
 DEGREE = math.radians(1.0)
-MEET_M = 1e-3
-"""Distance between the two frames of a joint on the stage from which they do not meet."""
-LEAST_START = 1e-4
-"""Position of a joint on the stage, rad or m, below which it is rounding."""
 AXES = {"X": np.array([1.0, 0.0, 0.0]), "Y": np.array([0.0, 1.0, 0.0]), "Z": np.array([0.0, 0.0, 1.0])}
 FREE = (-math.inf, math.inf)
 FREEDOMS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
@@ -45,13 +40,15 @@ class Step:
 @dataclass(frozen=True, eq=False)
 class UsdJoint:
     """A joint between two ``bodies``, paths of prims, of which an empty one is the world; ``frames`` are its (4, 4)
-    frames in theirs. ``mimic``: path of the joint that it follows, multiplier and offset. One that is ``spare`` is left
-    out first where joints close a loop."""
+    frames in theirs, ``unscaled`` those of which the positions are not in the scale of what it names. ``mimic``: path
+    of the joint that it follows, multiplier and offset. One that is ``spare`` is left out first where joints close a
+    loop."""
 
     name: str
     path: str
     bodies: tuple[str, str]
     frames: tuple[Array, Array]
+    unscaled: tuple[Array, Array]
     steps: tuple[Step, ...]
     mimic: tuple[str, float, float] | None
     spare: bool
@@ -72,7 +69,7 @@ def read_joints(stage: UsdStage, body_of: Callable[["Usd.Prim"], "Usd.Prim | Non
         if len(steps) == len(FREEDOMS):
             stage.notes.append(f"joint {prim.GetPath()} ({prim.GetTypeName()}) is left out: a URDF has none like it")
             continue
-        (first, frame0), (second, frame1) = (end(stage, prim, side, body_of) for side in (0, 1))
+        (first, frame0, plain0), (second, frame1, plain1) = (end(stage, prim, side, body_of) for side in (0, 1))
         if not first and not second:
             stage.notes.append(f"joint {prim.GetPath()} is left out: both its sides stand still")
             continue
@@ -84,6 +81,7 @@ def read_joints(stage: UsdStage, body_of: Callable[["Usd.Prim"], "Usd.Prim | Non
             path=str(prim.GetPath()),
             bodies=(first, second),
             frames=(frame0, frame1),
+            unscaled=(plain0, plain1),
             steps=steps or (Step("fixed", AXES["X"], {}, {}),),
             mimic=mimic_of(stage, prim) if len(steps) == 1 else None,
             spare=bool(joint.GetExcludeFromArticulationAttr().Get(stage.time)),
@@ -111,25 +109,6 @@ def one_after_another(joints: Sequence[UsdJoint]) -> Iterator[UsdJoint]:
         yield replace(joint, bodies=(first, second), frames=(above, joint.frames[1]))
 
 
-def as_it_stands(stage: UsdStage, joint: UsdJoint, bodies: Mapping[str, "Usd.Prim"]) -> UsdJoint:
-    """The joint, of one degree of freedom without a stated start with that at which its bodies stand on the stage, as
-    one has it that was saved with its drawer open. Where the bodies do not stand as it holds them a note says so."""
-    if len(joint.steps) > 1 or {*joint.bodies} - {*bodies, ""}:
-        return joint
-    step, places = joint.steps[0], [stage.rigid(bodies[path]) if path else np.eye(4) for path in joint.bodies]
-    apart = np.linalg.inv(places[0] @ joint.frames[0]) @ places[1] @ joint.frames[1]
-    shift, turn = apart[:3, 3], Rotation.from_matrix(apart[:3, :3]).as_rotvec()
-    moved = {"fixed": np.zeros(3), "prismatic": shift}.get(step.kind, turn)
-    start = float(moved @ step.axis)
-    moved -= start * step.axis
-    if (np.linalg.norm(shift) > MEET_M or np.linalg.norm(turn) > DEGREE) and (joint.bodies[0] or step.kind != "fixed"):
-        off = f"{np.linalg.norm(shift):.3g} m and {np.linalg.norm(turn) / DEGREE:.3g} degrees"
-        stage.notes.append(f"the bodies of joint {joint.path} stand {off} off its frames, and are put there")
-    if "start" in step.dynamics or abs(start) < LEAST_START:
-        return joint
-    return replace(joint, steps=(replace(step, dynamics=step.dynamics | {"start": start}),))
-
-
 def unlike(one: UsdJoint, other: UsdJoint) -> bool:
     """Whether two joints of one axis between the same bodies are two freedoms."""
     axes = [joint.frames[0][:3, :3] @ joint.steps[0].axis for joint in (one, other)]
@@ -139,9 +118,9 @@ def unlike(one: UsdJoint, other: UsdJoint) -> bool:
 
 def end(
     stage: UsdStage, prim: "Usd.Prim", side: int, body_of: Callable[["Usd.Prim"], "Usd.Prim | None"]
-) -> tuple[str, Array]:
-    """The body at one side of a joint, and the joint's (4, 4) frame in it. Positions are in the scale of the prim that
-    the joint names, which may be a part of a body, or stand still in the world."""
+) -> tuple[str, Array, Array]:
+    """The body at one side of a joint, and the joint's (4, 4) frame in it: positions are in the scale of the prim that
+    the joint names, which may be a part of a body, or stand still in the world; last the frame as if they were not."""
     targets = prim.GetRelationship(f"physics:body{side}").GetForwardedTargets()
     named = stage.stage.GetPrimAtPath(targets[0]) if targets else stage.stage.GetPseudoRoot()
     if not named:
@@ -150,11 +129,16 @@ def end(
     at = prim.GetAttribute(f"physics:localPos{side}").Get(stage.time) or (0.0, 0.0, 0.0)
     turn = prim.GetAttribute(f"physics:localRot{side}").Get(stage.time)
     found = stage.rigid(named) @ pose_of(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]) if turn is None else wxyz(turn))
+    plain = found.copy()
+    plain[:3, 3] = (stage.rigid(named) @ [*(stage.metre * np.asarray(at)), 1.0])[:3]
     found[:3, 3] = (stage.world(named) @ [*at, 1.0])[:3]
     if not np.isfinite(found).all():
         raise stage.refused("usd_number", f"the frame of joint {prim.GetPath()} at body{side} is not finite: mend it")
     body = body_of(named)
-    return ("", found) if body is None else (str(body.GetPath()), np.linalg.inv(stage.rigid(body)) @ found)
+    if body is None:
+        return "", found, plain
+    into = np.linalg.inv(stage.rigid(body))
+    return str(body.GetPath()), into @ found, into @ plain
 
 
 def steps_of(stage: UsdStage, prim: "Usd.Prim", angle: float) -> Iterator[Step]:
