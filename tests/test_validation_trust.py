@@ -155,6 +155,14 @@ def test_a_spring_that_carries_its_part_is_judged_with_the_weight_that_it_carrie
     assert upright.stiffness_source is not Source.AUTHORED, "it carries nothing, and no hand turns it"
 
 
+def test_a_start_stays_where_the_spring_is_not_believed_that_would_bring_its_part_elsewhere(tmp_path: Path) -> None:
+    for stiffness, source in ((60.0, Source.RULE), (4000.0, Source.AUTHORED)):
+        text = f'damping="5" start="0.1" spring_stiffness="{stiffness:g}"'
+        drawer = of(done(cabinet(tmp_path / f"{stiffness:g}", drawer=text)), "drawer_slide")
+        assert (drawer.stiffness > 0.0, drawer.position_source) == (source is Source.RULE, source)
+        assert drawer.initial_position == (0.1 if source is Source.AUTHORED else 0.0)
+
+
 def test_a_spring_that_is_kept_asks_no_more_of_its_part_than_it_gives(tmp_path: Path) -> None:
     # Believed by its force at the end of the range, it gives none at the start where it is relaxed, as a latch's does.
     def least(door: str, keep_terms: bool = True) -> tuple[float, float, str]:

@@ -94,8 +94,8 @@ def validate(
     judge_links(opinion, features, settings)
     judge_shapes(opinion, features.links)
     coefficient = judge_contact(opinion, features, settings)
-    sprung = {joint.name for joint in features.joints if joint.stiffness}
-    sprung |= {item.name for item in overlay.joints if item.spring_rest is not None}
+    proposed = {item.name for item in overlay.joints if item.spring_rest is not None}
+    sprung = proposed | {joint.name for joint in features.joints if joint.stiffness}
     starts = judge_starts(opinion, features.movable_joints, sprung)
     contact = contact_friction, contact_source or (source if overlay.contact_friction is None else Source.USER)
     overlay = opinion.disputes.applied(overlay)
@@ -114,10 +114,12 @@ def validate(
         judge_joints(opinion, done.all_joints, stated, handled, pulls, settings)
         overlay = opinion.disputes.applied(overlay)
         carried = carried_where_they_start(opinion, features, stated, pulls)
-        held = [joint for joint in features.movable_joints if joint.name in carried]
-        unmoved = replace(unmoved, starts=starts | judge_starts(opinion, held, sprung - carried))
+        # Of its springs the file's are no more that are not believed: what they would bring elsewhere stays.
+        loose = {name for name in sprung - proposed if Quantity.SPRINGS not in opinion.kept(name)}
+        held = [joint for joint in features.movable_joints if joint.name in carried | loose]
+        unmoved = replace(unmoved, starts=starts | judge_starts(opinion, held, sprung - carried - loose))
         kept = with_kept_terms(overlay, opinion, stated, done.all_joints, handled, carried)
-        if kept != overlay:
+        if kept != overlay or unmoved.starts != starts:
             told = Notes()
             completed = complete(unmoved, kept, support, told)
             done, handled = completed.physics, completed.handled
