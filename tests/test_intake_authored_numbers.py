@@ -205,14 +205,16 @@ def test_a_hinge_without_limits_gets_those_that_its_cabinet_leaves(tmp_path: Pat
     assert -0.1 < hinge.lower <= 0.0 and 3.0 < hinge.upper < 5.0
 
 
-def test_a_button_that_sinks_into_its_device_is_no_drawer(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("edge", "height"), [(0.01, 0.02), (0.1, 0.06)], ids=["small", "palm"])
+def test_a_button_that_sinks_into_its_device_is_no_drawer(tmp_path: Path, edge: float, height: float) -> None:
     text = robot(
         link("device", mesh("device.obj")), link("key", mesh("key.obj")),
-        joint("press", "prismatic", "device", "key", xyz="0 0 0.11", axis="0 0 -1", limit="0 0.02"),
+        joint("press", "prismatic", "device", "key", xyz=f"0 0 {0.1 + height / 2}", axis="0 0 -1",
+              limit=f"0 {height}"),
     )  # fmt: skip
     files = {
         "device.obj": box_obj((-0.2, -0.2, -0.1), (0.2, 0.2, 0.1)),
-        "key.obj": box_obj((-0.01, -0.01, -0.01), (0.01, 0.01, 0.01)),
+        "key.obj": box_obj((-edge, -edge, -height / 2), (edge, edge, height / 2)),
     }
     mended, found = validate_authored(read(written(tmp_path, text, files)), PhysicsSettings())
     assert mended.features.joint("press").axis == (0.0, 0.0, -1.0)

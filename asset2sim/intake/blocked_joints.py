@@ -16,7 +16,7 @@ from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, author
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
-from asset2sim.guidance.parts import part_name
+from asset2sim.guidance.parts import PRESSED, part_name
 from asset2sim.intake.authored_numbers import read_stated_joints
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, apply, joint_motion, link_to_root, tree_of
@@ -116,8 +116,10 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
         way = moving_pair(joint.name, features, tree, shapes)
         if way is None or not way.large or links_overlap(way, start_of(joint), shapes):
             continue
+        part = part_name(features.link(joint.child).label, joint.child, joint.name)
+        if joint.prismatic and part in PRESSED:
+            continue  # it sinks into what it is mounted on, however large
         if joint.lower is None or joint.upper is None:
-            part = part_name(features.link(joint.child).label, joint.child, joint.name)
             if raw[joint.name].type == "revolute" or (unsaid and not joint.prismatic and part == "door"):
                 found = found_limits(way, joint, shapes, notes)
                 changed |= {joint.name: found} if found is not None else {}
