@@ -95,6 +95,16 @@ def test_the_content_hash_covers_the_original_and_what_it_includes(tmp_path: Pat
     assert read(folder).features.content_hash != before
 
 
+def test_a_xacro_may_leave_out_the_prefix_of_xacro_s_own_elements_and_macros(tmp_path: Path) -> None:
+    folder = written_cabinet(tmp_path / "one", "xacro")
+    whole = read(folder).features
+    for file in (folder / "urdf").glob("*.xacro"):
+        file.write_text(file.read_text().replace("<xacro:", "<").replace("</xacro:", "</"))
+    old = read(folder)
+    assert old.features.joints == whole.joints and len(old.features.links) == len(whole.links)
+    assert any("without the prefix 'xacro:'" in item.message for item in old.findings)
+
+
 def test_what_a_xacro_takes_from_elsewhere_is_among_the_asset_s_files(tmp_path: Path) -> None:
     folder = written_cabinet(tmp_path / "cabinet_description", "xacro") / "urdf"
     names = [file.name for file in asset_files(folder, AllowedFolders((tmp_path,)))]

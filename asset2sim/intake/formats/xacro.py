@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +25,12 @@ HANGS_ON = "world"
 GUESSED = {"parent": HANGS_ON, "parent_link": HANGS_ON, "name": "object",
            **dict.fromkeys(("prefix", "ns", "namespace", "tf_prefix"), "")}  # fmt: skip
 """Arguments of macros without a default that can be guessed: what an object hangs on, how its names begin."""
+STATES = {"macro": "name", "property": "name", "arg": "name", "include": "filename", "insert_block": "name",
+          "if": "value", "unless": "value"}  # fmt: skip
+"""xacro's own elements and an attribute of each: by both they are known where files do without their prefix."""
+FOREIGN = ("gazebo", "transmission")
+"""Elements of a URDF whose content is another program's."""
+WITHOUT_PREFIX = "its elements of xacro are written without the prefix 'xacro:', as xacro once took them"
 POSES = ("*origin", "*pose")
 """Blocks of macros that say where an object hangs."""
 
@@ -38,6 +44,7 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
         _packages_beside(file, substitution_args, reach),
         _only_within(reach, xacro),
         _bounded_expressions(xacro, substitution_args),
+        _with_prefixes(xacro) as bare,
     ):
         try:
             document = xacro.process_file(str(file.resolve()))
@@ -49,7 +56,11 @@ def urdf_of_xacro(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> C
             raise _located(error, file, [Path(name) for name in (xacro.filestack or [str(file)])]) from error
     robot = etree.fromstring(document.toxml().encode())
     includes = tuple(Path(name) for name in dict.fromkeys(xacro.all_includes) if Path(name).is_file())
-    notes = ("its arguments have their defaults", *(() if made is None else made[1:]))
+    notes = (
+        "its arguments have their defaults",
+        *(() if made is None else made[1:]),
+        *([WITHOUT_PREFIX] if bare else []),
+    )
     if robot.tag == "sdf":
         resolved = work / f"{file.name.removesuffix('.xacro').removesuffix('.sdf')}.sdf"
         resolved.write_bytes(etree.tostring(robot))
@@ -115,9 +126,9 @@ def arguments_of(params: str) -> tuple[dict[str, str], int, list[str]]:
 
 
 def is_named(element: Any, name: str) -> bool:
-    """Whether an element is xacro's of this name."""
+    """Whether an element is xacro's of this name, with its prefix or without."""
     tag = etree.QName(element)
-    return tag.localname == name and str(tag.namespace).endswith("xacro")
+    return tag.localname == name and (tag.namespace is None or tag.namespace.endswith("xacro"))
 
 
 @contextmanager
@@ -162,6 +173,41 @@ def _only_within(reach: AllowedFolders, module: Any) -> Iterator[None]:
         yield
     finally:
         module.abs_filename_spec, module.parse = kept
+
+
+@contextmanager
+def _with_prefixes(module: Any) -> Iterator[set[str]]:
+    """While it lasts, a robot's files may name xacro's elements and their own macros without the prefix, also macros of
+    files that are read later. The names that were written so."""
+    kept, macros, documents, bare = module.parse, set[str](), list[Any](), set[str]()
+
+    def parsed(inp: Any, filename: str | None = None) -> Any:
+        document = kept(inp, filename)
+        if document.documentElement.tagName == "robot":
+            documents.append(document)
+            own = (element.getAttribute("name") for element in document.getElementsByTagName("macro"))
+            macros.update(name.removeprefix("xacro:") for name in own)
+            for each in documents:
+                _add_prefixes(each.documentElement, macros, bare)
+        return document
+
+    module.parse = parsed
+    try:
+        yield bare
+    finally:
+        module.parse = kept
+
+
+def _add_prefixes(parent: Any, macros: Collection[str], bare: set[str]) -> None:
+    """Give xacro's elements below this one, and uses of these macros, the prefix that they lack; their names are added
+    to ``bare``."""
+    for element in parent.childNodes:
+        if element.nodeType != element.ELEMENT_NODE or element.tagName in FOREIGN:
+            continue
+        if element.tagName in macros or element.hasAttribute(STATES.get(element.tagName, "")):
+            bare.add(element.tagName)
+            element.tagName = element.nodeName = f"xacro:{element.tagName}"
+        _add_prefixes(element, macros, bare)
 
 
 @contextmanager
