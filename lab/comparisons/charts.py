@@ -57,8 +57,6 @@ MIN_LABELLED_PERCENT = 4.0
 """Share, %, from which a piece of a bar is wide enough to hold its own number."""
 LOG_SCALE_RATIO = 8.0
 """Ratio of the largest to the smallest value from which an axis is logarithmic."""
-LABEL_GAP = 0.062
-"""Least distance of two labels at the end of curves, as a share of the axis's height: a line of text."""
 
 
 def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
@@ -94,8 +92,8 @@ def failure_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
 
 
 def growth_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
-    """Writes a PNG of success and scale error by size of the model's errors: a named curve and 95 % band a method."""
-    figure = new_figure(3.9)
+    """Writes a PNG of success and scale error by size of the model's errors: a curve and 95 % band a method."""
+    figure = new_figure(4.3)
     left, right = figure.subplots(1, 2)
     _curves(left, [row for row in rows if row["figure"] == "success"])
     left.set_ylim(0.0, 102.0)
@@ -105,10 +103,10 @@ def growth_chart(rows: Sequence[Row], path: Path, title: str) -> Path:
     _curves(right, asking)
     _from_zero_or_logarithmic(right, [_float(row["value"]) for row in asking if row["value"] is not None])
     right.set_title("scale off the experts', %", loc="left", fontsize=9.5, color=INK)
-    for axes, name in ((left, "success"), (right, "scale")):
-        _label_ends(axes, [row for row in (rows if name == "success" else asking) if row["figure"] == name])
+    for axes in (left, right):
         axes.set_xlabel("size of the model's errors", color=GREY, fontsize=9)
     figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=4, frameon=False, fontsize=8.5)
     return save(figure, path)
 
 
@@ -123,6 +121,7 @@ def _curves(axes: "Axes", rows: Sequence[Row]) -> None:
         values = [_float(row["value"]) for row in own]
         (colour, dashes), ours = METHOD_LINES[method], method is OURS
         (curve,) = axes.plot(x, values, color=colour, linestyle=dashes, linewidth=2.6 if ours else 1.5)
+        curve.set_label(name_of(method, NOISY))
         curve.set_marker("" if _needs_no_model(own[0]) else "o")
         curve.set_markersize(4.5 if ours else 3.0)
         curve.set_zorder(4 if ours else 3)
@@ -147,41 +146,6 @@ def _from_zero_or_logarithmic(axes: "Axes", values: Sequence[float]) -> None:
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.minorticks_off()
-
-
-def _label_ends(axes: "Axes", rows: Sequence[Row]) -> None:
-    """Write the methods' names at the ends of their curves."""
-    ends: dict[Method, float] = {}
-    for row in rows:
-        if row["value"] is not None:
-            place = axes.transAxes.inverted().transform(axes.transData.transform((0.0, _float(row["value"]))))
-            ends[Method(str(row["method"]))] = float(place[1])
-    for method, height in spread_labels(ends, LABEL_GAP).items():
-        at, away = (1.0, height), (1.015, height)
-        label = axes.annotate(
-            name_of(method, NOISY), at, away, "axes fraction", annotation_clip=False, va="center", fontsize=8.5
-        )
-        label.set_fontweight("bold" if method is OURS else "normal")
-        label.set_color(METHOD_LINES[method][0])
-
-
-def spread_labels(ends: dict[Method, float], gap: float) -> dict[Method, float]:
-    """Heights of labels at least ``gap`` apart, each as near its curve's end as possible: labels that are too close
-    form a group, centred on the mean of their ends."""
-    groups: list[tuple[list[Method], float]] = []
-    for method, end in sorted(ends.items(), key=lambda item: item[1]):
-        groups.append(([method], end))
-        while len(groups) > 1:
-            (low, below), (high, above) = groups[-2:]
-            if below + gap * (len(low) - 1) / 2.0 + gap <= above - gap * (len(high) - 1) / 2.0:
-                break
-            joined = low + high
-            groups[-2:] = [(joined, sum(ends[item] for item in joined) / len(joined))]
-    return {
-        method: centre + gap * (place - (len(members) - 1) / 2.0)
-        for members, centre in groups
-        for place, method in enumerate(members)
-    }
 
 
 def _needs_no_model(row: Row) -> bool:

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-import pyarrow.parquet as pq
 
-from asset2sim.catalog.enforce import to_arrow
 from lab.comparisons.charts import failure_chart, growth_chart
 from lab.comparisons.comparison_rows import failure_rows, figure_rows, growth_rows
 from lab.comparisons.figure_specs import COST, LARGE_SUBSET, STABILITY, SUCCESS
@@ -27,9 +25,8 @@ from lab.comparisons.meaning import apart_table
 from lab.comparisons.method_runs import MethodRun, slug
 from lab.noise.noise_level import NOISY
 from lab.pages.blocks import write_block
-from lab.schemas import tables_compare as schema
 from schemas.model_names import described
-from schemas.table import Row, Table
+from schemas.table import Row
 
 BLOCK = "compare"
 """Name of the page's block."""
@@ -80,8 +77,8 @@ def write_comparison(out: Path, runs: Sequence[MethodRun], found: Comparison) ->
     """Write ``tables/*.parquet``, ``charts/*.png`` and ``compare.md`` into OUT; returns the last."""
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
-    for table, rows in _tables(found):
-        pq.write_table(to_arrow(table, rows), tables / table.file, compression="zstd")
+    for name in ("objects", "stability", "success", "failures", "cost", "growth"):
+        pd.DataFrame(getattr(found, name)).to_parquet(tables / f"{name}.parquet", compression="zstd", index=False)
     charts = write_charts(out / "charts", found)
     parts = ["# Methods compared", first_table(found.objects, found.subset, found.engines)]
     for model in by_model(found.stability):
@@ -111,20 +108,25 @@ def write_charts(folder: Path, found: Comparison) -> dict[str, Path]:
 
 def model_section(found: Comparison, model: str, chart: str) -> list[str]:
     """One model's tables and chart, by paragraph."""
+    about, *others = beside(found, model)
     return [
         f"## {described(model)}",
-        notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects),
+        about,
         "### Stability and semantics",
         stability_tables(found.stability, model),
-        *large_set_section(found, model),
-        *found.shapes,
-        *meaning_section(found, model),
+        *others,
         "### How assets ended",
         failure_table(found.failures, found.success, model),
         f"![Outcomes of each method with {described(model)}]({chart})",
         "### Cost of an asset",
         figure_table(found.cost, COST, model),
     ]
+
+
+def beside(found: Comparison, model: str) -> list[str]:
+    """The paragraphs beside one model's Table 1: its caption, the large set, the same shapes, and what was meant."""
+    about = notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects)
+    return [about, *large_set_section(found, model), *found.shapes, *meaning_section(found, model)]
 
 
 def large_set_section(found: Comparison, model: str) -> list[str]:
@@ -155,12 +157,11 @@ def page_block(found: Comparison, pictures: dict[str, str]) -> str:
     ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
     error levels of others are in the growth chart."""
     model = next(iter(by_model(found.stability)))
+    about, *others = beside(found, model)
     parts = [
-        notes(model, found.subset, found.count, found.engines) + fewer_objects(found.objects),
+        about,
         figure_table(found.stability, STABILITY, model),
-        *large_set_section(found, model),
-        *found.shapes,
-        *meaning_section(found, model),
+        *others,
         f"![Outcomes of each method with {described(model)}]({pictures[model]})",
         figure_table(found.cost, COST, model),
     ]
@@ -180,18 +181,3 @@ def write_page(page: Path, out: Path, found: Comparison) -> None:
     for key, chart in charts.items():
         shutil.copyfile(chart, page.parent / pictures[key])
     write_block(page, BLOCK, page_block(found, pictures))
-
-
-def _tables(found: Comparison) -> list[tuple[Table, list[Row]]]:
-    objects: list[Row] = [
-        {str(name): None if pd.isna(value) else value for name, value in row.items()}
-        for row in found.objects.to_dict("records")
-    ]
-    return [
-        (schema.OBJECTS, objects),
-        (schema.STABILITY, found.stability),
-        (schema.SUCCESS, found.success),
-        (schema.FAILURES, found.failures),
-        (schema.COST, found.cost),
-        (schema.GROWTH, found.growth),
-    ]

@@ -18,9 +18,10 @@ NO_REFERENCE = "no_reference"
 
 
 def read_objects(runs: Sequence[MethodRun], limits: Thresholds) -> pd.DataFrame:
-    """The latest run of every folder, as rows of ``lab.schemas.tables_compare.OBJECTS``; numbers not measured are NaN.
-    An object for which the human reference has no expert's choice is no row of that method. Raises UsageError where a
-    folder has no run."""
+    """A row for each object in the latest run of every folder; numbers not measured are NaN. ``alignment`` is the
+    rubric's, 0 to 1, ``meaning`` half for an expected size and half for the share of expected joints at rest;
+    deviations are from the experts'. An object for which the human reference has no expert's choice is no row of that
+    method. Raises UsageError where a folder has no run."""
     return pd.concat([_objects(run, limits) for run in runs], ignore_index=True)
 
 

@@ -4,7 +4,7 @@ import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table
 from lab.judged.fidelity import rates_of
-from lab.trials.figures import ORDER
+from lab.trials.figures import methods_of
 
 NOT_RUN = "not run"
 
@@ -36,11 +36,6 @@ def short_block(trials: pd.DataFrame, published: pd.DataFrame | None) -> str:
         shown = [mean_of(some[some["method"] == method], counted=False) for method in methods]
         rows.append([f"{policy}: {NOT_RUN}; the paper's", *shown])
     return markdown_table(("policy", *methods), rows, range(1, len(methods) + 1))
-
-
-def methods_of(trials: pd.DataFrame) -> list[str]:
-    """The methods of trials, in the paper's order."""
-    return sorted(map(str, set(trials["method"])), key=lambda name: (ORDER.get(name, len(ORDER)), name))
 
 
 def done_of(trials: pd.DataFrame) -> str:

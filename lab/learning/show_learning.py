@@ -10,10 +10,8 @@ import pandas as pd
 from rich.console import RenderableType
 
 from asset2sim.catalog.text import markdown_table, titled_table
-from schemas.vocabulary import Method
+from lab.trials.figures import methods_of
 
-ORDER = tuple(method.value for method in (Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM))
-"""The paper's order of methods; others follow."""
 COLORS = {"asset2sim": "#2f7d5b", "reference": "#c8553d", "ivw": "#4c6fa5", "direct": "#8a8a8a"}
 OTHER = "#6b6b6b"
 GUARDS = {
@@ -60,12 +58,6 @@ def percents(values: Sequence[float], digits: int = 0) -> str:
     """The mean of percentages, those left out that are none; a dash where none is one."""
     known = [value for value in values if value == value]
     return f"{np.mean(known):.{digits}f} %" if known else "–"
-
-
-def methods_of(rows: pd.DataFrame) -> list[str]:
-    """The methods, in the paper's order."""
-    found = set(map(str, rows["method"]))
-    return [method for method in ORDER if method in found] + sorted(found - set(ORDER))
 
 
 def tasks_of(rows: pd.DataFrame) -> list[tuple[str, str]]:

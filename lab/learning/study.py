@@ -4,10 +4,12 @@ import importlib.util
 import logging
 import shutil
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from asset2sim.catalog.mlflow_log import experiment_of
 from asset2sim.catalog.mlflow_store import open_mlflow
@@ -33,70 +35,63 @@ IDENTITY = "mlflow_run"
 log = logging.getLogger(__name__)
 
 
+@contextmanager
+def store_of(out: Path, name: str) -> Iterator[Any]:
+    """A client of OUT's MLflow store; what the store or its server refuses is said, and the tables are whole."""
+    try:
+        with open_mlflow(out) as client:
+            yield client
+    except Exception as error:  # whatever a store or a server can raise
+        lines = str(error).splitlines() or [type(error).__name__]
+        log.warning("MLflow does not hold %s: %s; the tables are complete", name, lines[0][:300])
+
+
 def begin_run(out: Path, to: Path, name: str, params: Mapping[str, object]) -> str | None:
     """The id of the run in OUT's store of the training in ``to``, a new one where it has none; None where MLflow
     refuses."""
-    try:
-        with open_mlflow(out) as client:
-            from mlflow.entities import Param
+    file = to / IDENTITY
+    with store_of(out, name) as client:
+        from mlflow.entities import Param
 
-            file = to / IDENTITY
-            if file.is_file():
-                known = file.read_text(encoding="utf-8")
-                client.update_run(known, status="RUNNING")
-                return known
-            made = str(client.create_run(experiment_of(client, out, EXPERIMENT), run_name=name).info.run_id)
-            client.log_batch(made, params=[Param(key, str(value)[:500]) for key, value in params.items()])
+        if file.is_file():
+            known = file.read_text(encoding="utf-8")
+            client.update_run(known, status="RUNNING")
+        else:
+            known = str(client.create_run(experiment_of(client, out, EXPERIMENT), run_name=name).info.run_id)
+            client.log_batch(known, params=[Param(key, str(value)[:500]) for key, value in params.items()])
             to.mkdir(parents=True, exist_ok=True)
-            file.write_text(made, encoding="utf-8")
-            return made
-    except Exception as error:  # whatever a store or a server can raise
-        warn(name, error)
-        return None
+            file.write_text(known, encoding="utf-8")
+        return known
+    return None
 
 
 def log_point(out: Path, run: str | None, point: Point) -> None:
     """Add a checkpoint to a run's curves."""
     figures = {"s": point.s, "success": point.success, "reward": point.reward, "fps": point.fps}
     figures |= {name.replace("/", "_"): value for name, value in point.numbers.items()}
-    figures["seconds"] = point.seconds
-    log_figures(out, run, figures, point.steps)
+    log_figures(out, run, figures | {"seconds": point.seconds}, point.steps)
 
 
-def log_figures(out: Path, run: str | None, figures: Mapping[str, float], step: int) -> None:
-    """Add figures of one step to a run."""
-    if run is None:
-        return
-    try:
-        with open_mlflow(out) as client:
-            from mlflow.entities import Metric
+def log_figures(out: Path, run: str | None, figures: Mapping[str, float], step: int, row: Row | None = None) -> None:
+    """Add figures of one step to a run, and close it with what its training's row says where that is given."""
+    with store_of(out, str(run)) if run is not None else nullcontext() as client:
+        if client is None:
+            return
+        from mlflow.entities import Metric
 
-            now = int(1000 * time.time())
-            client.log_batch(run, metrics=[Metric(name, value, now, step) for name, value in figures.items()])
-    except Exception as error:  # as above
-        warn(run, error)
+        now = int(1000 * time.time())
+        client.log_batch(run, metrics=[Metric(name, value, now, step) for name, value in figures.items()])
+        if row is not None:
+            client.set_tag(run, "outcome", str(row["outcome"]))
+            client.set_tag(run, "reason", str(row["reason"])[:500])
+            client.set_terminated(run, status="FAILED" if row["outcome"] == "failed" else "FINISHED")
 
 
 def end_run(out: Path, run: str | None, row: Row) -> None:
     """Close a training's run with what its row says."""
-    if run is None:
-        return
     found = {f"final_{name}": float(str(row[name])) for name in ("s", "success") if row.get(name) is not None}
     steps = row.get("steps")
-    log_figures(out, run, found, steps if isinstance(steps, int) else 0)
-    try:
-        with open_mlflow(out) as client:
-            client.set_tag(run, "outcome", str(row["outcome"]))
-            client.set_tag(run, "reason", str(row["reason"])[:500])
-            client.set_terminated(run, status="FAILED" if row["outcome"] == "failed" else "FINISHED")
-    except Exception as error:  # as above
-        warn(run, error)
-
-
-def warn(name: str, error: Exception) -> None:
-    """Say that MLflow does not hold something; the tables do."""
-    lines = str(error).splitlines() or [type(error).__name__]
-    log.warning("MLflow does not hold %s: %s; the tables are complete", name, lines[0][:300])
+    log_figures(out, run, found, steps if isinstance(steps, int) else 0, row)
 
 
 PAPER9 = "paper9"

@@ -1,6 +1,5 @@
 """Options of the commands that record motion, ask a policy and learn."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,13 +10,28 @@ from asset2sim.runs import option_types as typed
 from asset2sim.runs.option_groups import FileOptions
 from lab.options import lab_types
 from schemas.errors import UsageError
-from schemas.location import Location
 
 
-class LearnOptions(FileOptions):
-    """Let a robot learn to use each refined object: PPO, a training for each object, method and seed."""
+class TrialOptions(FileOptions):
+    """Options that all of these commands have."""
 
     outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
+    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
+    film: CliDualFlag[bool] = Field(True, description="write an MP4 of each")
+    workers: typed.N | None = Field(None, description="trials or trainings at once (default: all cores)")
+    page: typed.FILE | None = Field(None, description="write the tables between this file's markers too")
+
+    def folders(self) -> tuple[Path, ...]:
+        """The output folders. Raises UsageError for a URL: recordings are written beside the objects."""
+        for out in self.outs:
+            if out.is_url:
+                raise UsageError(f"{out}: trials are recorded beside the objects; fetch the output into a folder first")
+        return tuple(out.folder for out in self.outs)
+
+
+class LearnOptions(TrialOptions):
+    """Let a robot learn to use each refined object: PPO, a training for each object, method and seed."""
+
     out: lab_types.FOLDER = Field(description="the folder for policies, tables and films; trainings in it go on")
     tasks: typed.Chosen[typed.IDS] = Field(
         (), description="paper9, or names of tasks, as 'laptop fold' (default: every object's)"
@@ -25,51 +39,27 @@ class LearnOptions(FileOptions):
     methods: Annotated[typed.Chosen[typed.IDS], AfterValidator(lab_types.methods_named)] = Field(
         (), description="only objects of these methods; ours is asset2sim (default: all)"
     )
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
     budget: lab_types.STEPS = Field(2_000_000, description="the most actions of a training, as 2e6")
     minutes: lab_types.MINUTES = Field(30.0, description="the most minutes of a training")
     seeds: typed.N = Field(3, description="trainings of each object, with the seeds 0, 1, …")
     warp: typed.N | None = Field(
         None, description="train in so many worlds of MuJoCo Warp at once, on a GPU where there is one (extra warp)"
     )
-    workers: typed.N | None = Field(None, description="trainings at once, each one thread (default: all cores)")
-    film: CliDualFlag[bool] = Field(True, description="write an MP4 of a rollout of each")
     force: CliToggleFlag[bool] = Field(False, description="begin anew, also what has ended")
-    page: typed.FILE | None = Field(
-        None, description="write the table between this file's markers too, curves beside it"
-    )
     published: lab_types.FOLDER | None = Field(None, description="the paper's tables, for a column beside ours")
 
 
-def local_folders(outs: Sequence[Location]) -> tuple[Path, ...]:
-    """Output folders of this machine. Raises UsageError for a URL."""
-    for out in outs:
-        if out.is_url:
-            raise UsageError(f"{out}: trials are recorded beside the objects; fetch the output into a folder first")
-    return tuple(out.folder for out in outs)
-
-
-class RecordMotionOptions(FileOptions):
+class RecordMotionOptions(TrialOptions):
     """Let a scripted arm do a task with each refined object, film it, and judge the recording."""
 
-    outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
     gripper: lab_types.GRIPPER = Field(
         "panda", description="panda, the arm's own, or robotiq: a 2F-85, from robosuite's package"
     )
-    film: CliDualFlag[bool] = Field(True, description="write an MP4 of each trial")
-    workers: typed.N | None = Field(None, description="trials at once (default: all cores)")
-    page: typed.FILE | None = Field(None, description="write the tables between this file's markers too")
-
-    def folders(self) -> tuple[Path, ...]:
-        """The output folders. Raises UsageError for a URL: recordings are written beside the objects."""
-        return local_folders(self.outs)
 
 
-class ProbeOptions(FileOptions):
+class ProbeOptions(TrialOptions):
     """Let a policy behind a socket do the paper's tasks with each refined object, in the DROID scene, and compare."""
 
-    outs: CliPositionalArg[typed.FOLDERS] = Field(description="output folders of runs, or that of a comparison")
     policy: typed.NAME = Field(
         description="openpi://HOST:PORT, wss://HOST, gr00t://HOST:PORT, or a probe of ours: scripted, noisy, cloned"
     )
@@ -90,15 +80,7 @@ class ProbeOptions(FileOptions):
     trials: typed.N = Field(5, description="trials of each task with each object")
     seed: typed.COUNT = Field(0, description="seed of the first trial's start; the next ones have the next seeds")
     methods: typed.Chosen[lab_types.METHODS] = Field((), description="only these methods, separated by commas")
-    assets: typed.Chosen[typed.IDS] = Field((), description="only these assets, separated by commas")
-    film: CliDualFlag[bool] = Field(True, description="write an MP4 and the recording of each trial")
     force: CliToggleFlag[bool] = Field(False, description="do trials again that have a result")
     published: lab_types.FOLDER | None = Field(
         None, description="the paper's tables: SRCC against what acted in reality"
     )
-    page: typed.FILE | None = Field(None, description="write the tables between this file's markers too")
-    workers: typed.N | None = Field(None, description="trials at once (default: all cores)")
-
-    def folders(self) -> tuple[Path, ...]:
-        """The output folders. Raises UsageError for a URL: films are kept beside the objects."""
-        return local_folders(self.outs)

@@ -1,10 +1,12 @@
 """The paper's eleven tasks in the DROID scene: what is asked, where things stand, and what counts as done; the same for
 every method."""
 
+import csv
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
-
-import numpy as np
 
 from asset2sim.gym.arm.gripper import PANDA
 from asset2sim.gym.arm.tasks import Verb, range_of
@@ -68,44 +70,17 @@ class ProbeTask:
         return joint.closed + (way if joint.open >= joint.closed else -way)
 
 
-PAPER11 = MappingProxyType(
-    {
-        task.name: task
-        for task in (
-            ProbeTask("stapler press", "103275", Verb.PRESS, "Press down on the stapler.",
-                      "The robot tries to press the stapler on the table.",
-                      (0.5, 0.0), 0.0, "joint_1", 0.3),
-            ProbeTask("stapler grasp", "103275", Verb.GRASP, "Pick up the stapler and put into the bowl.",
-                      "The robot tries to pick up the stapler and put it into the bowl.",
-                      (0.48, 0.1), 0.0, bowl=BowlAt(0.5, -0.25, 0.12)),
-            ProbeTask("box close", "100221", Verb.CLOSE, "Close the box lid.",
-                      "The robot tries to close the box.",
-                      (0.5, 0.0), 0.0, "joint_0", 0.4),
-            ProbeTask("box grasp", "100221", Verb.GRASP, "Pick up the box and put into the bowl.",
-                      "The robot tries to pick up the box and put it into the bowl.",
-                      (0.48, 0.1), 0.0, bowl=BowlAt(0.5, -0.25, 0.13)),
-            ProbeTask("microwave close", "7236", Verb.CLOSE, "Close the microwave door.",
-                      "The robot tries to close the microwave door.",
-                      (0.55, 0.0), 0.0, "joint_0", 0.8),
-            ProbeTask("toilet close", "102703", Verb.CLOSE, "Close the toilet lid.",
-                      "The robot tries to close the toilet lid.",
-                      (0.5, 0.0), 0.0, "joint_2", 1.6),
-            ProbeTask("laptop fold", "9912", Verb.CLOSE, "Close the laptop.",
-                      "The robot tries to close the laptop.",
-                      (0.5, 0.0), 0.0, "joint_1", 0.5),
-            ProbeTask("bag grasp", "101673", Verb.GRASP, "Pick up the bag and put into the bowl.",
-                      "The robot tries to pick up the bag and put it into the bowl.",
-                      (0.48, 0.1), 0.0, bowl=BowlAt(0.5, -0.28, 0.16)),
-            ProbeTask("cabinet close", "19179", Verb.CLOSE, "Close the drawer of the cabinet.",
-                      "The robot tries to close the drawer of the cabinet.",
-                      (0.6, 0.0), np.pi / 6, "joint_0", 0.25),
-            ProbeTask("suitcase close", "103755", Verb.CLOSE, "Close the suitcase lid.",
-                      "The robot tries to close the suitcase.",
-                      (0.5, 0.0), 0.0, "joint_1", 0.4),
-            ProbeTask("trashcan close", "102181", Verb.CLOSE, "Close the trashcan lid.",
-                      "The robot tries to close the trashcan lid.",
-                      (0.5, 0.0), 0.0, "joint_1", 0.4),
-        )
-    }
-)  # fmt: skip
+def paper_tasks() -> Iterator[ProbeTask]:
+    """The paper's eleven tasks."""
+    with Path(__file__).with_name("paper_tasks.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            bowl = [float(row[name]) for name in ("bowl_x", "bowl_y", "bowl_radius_m") if row[name]]
+            yield ProbeTask(
+                row["name"], row["asset_id"], Verb(row["verb"]), row["instruction"], row["motion_prompt"],
+                (float(row["x"]), float(row["y"])), math.radians(float(row["yaw_deg"])), row["joint"],
+                float(row["start"]), BowlAt(*bowl) if bowl else None,
+            )  # fmt: skip
+
+
+PAPER11 = MappingProxyType({task.name: task for task in paper_tasks()})
 """By the names that the paper's tables have."""

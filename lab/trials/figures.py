@@ -17,6 +17,11 @@ ORDER = {method.value: place for place, method in enumerate(METHODS)}
 DONE = "done"
 
 
+def methods_of(rows: pd.DataFrame) -> list[str]:
+    """The methods of rows, in the paper's order; others follow by name."""
+    return sorted(map(str, set(rows["method"])), key=lambda name: (ORDER.get(name, len(ORDER)), name))
+
+
 @dataclass(frozen=True)
 class MethodTrials:
     """One method's trials: how many tasks there were, were done, and were recorded at all; how many had each of
