@@ -52,7 +52,7 @@ def model_says(said: str | Reply) -> Callable[[Asked], Reply]:
 def settings_of(model: ModelSettings, **doubt: bool) -> Settings:
     return Settings(
         model=model,
-        doubt=DoubtSettings(**doubt),  # type: ignore[arg-type]
+        doubt=DoubtSettings(**doubt),
         engine=EngineSettings(verify=(Engine.PYBULLET,), interact=False),
         views=ViewSettings(width=48, height=48, write=False),
     )
