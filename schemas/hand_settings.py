@@ -56,6 +56,11 @@ class HandSettings(Frozen):
     steadied_kg: Positive = 3.0
     """Mass up to which the other hand holds an object that moves along, kg: an arm's payload (Franka Research 3)."""
 
+    @property
+    def pressed_n(self) -> float:
+        """Most that a finger, palm or flat hand may press on an object, N: the grip, and the hand's force on top."""
+        return self.grip_n + self.most_n
+
 
 class ContentSettings(Frozen):
     """Bodies that lie in drawers and boxes and on shelves, and when they stay. What opens them is the hand's."""

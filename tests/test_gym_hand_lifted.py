@@ -102,6 +102,13 @@ def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path
     assert wide.share == 0.0 and "hand: no grasp of at most" in wide.reason
 
 
+def test_an_object_that_is_pressed_harder_than_a_hand_presses_is_not_lifted(tmp_path: Path) -> None:
+    folder = block(tmp_path / "block", 0.06, 0.5)
+    weak = HandSettings(most_n=0.01)  # of 70 N and this, and what they hold weighs 5 N
+    miss = lift(folder, overlay_of(folder), weak, LiftSettings()).miss
+    assert miss is not None and miss.fault == "hand" and "presses with" in miss.text
+
+
 def test_a_part_that_opens_as_it_is_lifted_is_the_objects_fault(tmp_path: Path) -> None:
     assert lifted(trap(tmp_path / "held", 0.1)).share == 1.0
     loose = lifted(trap(tmp_path / "loose", 0.0))

@@ -1,6 +1,7 @@
 """The check ``used``: what a hand opens and shuts, and what it must not take for that, each planted."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,10 @@ import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from asset2sim.gym.contacts import pressures
+from asset2sim.gym.guards import Guards
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import CLEAR_M, HandHold, room_of, solid_of, way_of
-from asset2sim.gym.hand.operate import Led, share_by_hold
+from asset2sim.gym.hand.operate import Led, rate_of, share_by_hold
 from asset2sim.gym.hand.poses import at_places, hand_rotations
 from asset2sim.gym.hand.recorder import Recorder, bears
 from asset2sim.gym.hand.surfaces import is_flush, share_between_pads, share_of_rubbing, surface_places
@@ -234,6 +236,30 @@ def test_a_door_whose_seal_lets_go_is_not_thrown_but_led_on(tmp_path: Path) -> N
                      friction=0.03, damping=0.03, holds=True, bias=seal))  # fmt: skip
     assert found.done, found
     assert found.ways[0].guards is not None and found.ways[0].guards.untouched_share < 0.3
+
+
+def test_a_wide_door_is_led_no_faster_at_its_edge_than_a_hand_goes_though_it_is_pushed_near_its_hinge(
+    tmp_path: Path,
+) -> None:
+    door = Solid(shape("0.02 0.9 0.3", xyz="0.011 0.45 0.15"), 4.0, 0.3)
+    world = opened(two(tmp_path / "wide", CUBE, door, "revolute", "0.15 -0.15 0", "0 0 -1", 1.57, fixed=True,
+                       friction=0.03, damping=0.03, holds=True))  # fmt: skip
+    way, edge_m = way_of(world, "joint", 1.57), 0.9
+    # At 0.25 m/s and 1.5 rad/s 15 cm from the hinge its edge would go 1.35 m/s.
+    assert rate_of(world, way, 0.15) * edge_m == pytest.approx(0.5, rel=0.02)
+    assert rate_of(world, way, 0.9) * edge_m == pytest.approx(0.5, rel=0.02), "a way takes no longer than it must"
+    assert rate_of(opened(chest(tmp_path / "chest")), way_of(opened(tmp_path / "chest"), "slide", 0.1), 1.0) == 0.25
+
+
+def test_what_no_spring_moves_and_goes_most_of_its_way_untouched_was_not_used_though_it_does_not_hold() -> None:
+    found = Guards(False, 0.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, False, False, False, False)
+    led, hinge = Led(1.0, 1.0, "press", 0.1, 1, found, 20.0, False), make_joint("hinge", "revolute", 0.0)
+    swings = hinge.model_copy(update={"holds": False})
+    assert fault_of(led, swings, False, HandSettings()) == ("hand", "it runs ahead for 80% of its way")
+    sprung = swings.model_copy(update={"stiffness": 1.0})
+    assert fault_of(led, sprung, False, HandSettings())[0] != "hand"
+    struck = replace(led, guards=replace(found, untouched_share=0.0, moved_untouched=False, struck=True))
+    assert "it is struck" in fault_of(struck, swings, False, HandSettings())[1]
 
 
 def test_another_joint_that_moves_meanwhile_is_told(tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ import numpy as np
 
 from asset2sim.gym.hand.gripper import HandWorld, open_world
 from asset2sim.gym.hand.holds import APART_M, CLEAR_M, HandHold, Way, holds_with_room, solid_of
-from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S, move_hand, wait
+from asset2sim.gym.hand.operate import GRIP_S, PAUSE_S, RELEASE_S, REST_S
+from asset2sim.gym.hand.recorder import SAMPLE_STEPS, move_hand, pressed_n, wait
 from asset2sim.gym.hand.surfaces import meets_first, places_before_back, surface_places
 from asset2sim.gym.world import body_pose, body_subtree, welded_bodies
 from asset2sim.physics.arrays import Array
@@ -19,8 +20,6 @@ from schemas.learning_settings import GuardSettings
 from schemas.overlay import PhysicsOverlay
 from schemas.support import SupportKind
 
-EVERY = 5
-"""Steps between two looks at the joints."""
 STAND_SHARE = 0.3
 """Radius of the stand over the least width of what is on it: it stands there, and juts out by two fifths."""
 
@@ -51,19 +50,22 @@ class Lifted:
 
 @dataclass(eq=False)
 class Watch:
-    """A world of which is seen, with every step, how far joints that should stay have moved, over their ranges."""
+    """A world of which is seen how far joints that should stay have ``moved``, over their ranges, and ``most_n``, the
+    largest force of a finger, palm or flat hand on the object, N."""
 
     world: HandWorld
     kept: dict[str, tuple[float, float]]
     """Joint → where it was and its range, rad or m."""
     count: int = 0
+    most_n: float = 0.0
     moved: dict[str, float] = field(default_factory=dict)
 
     def step(self) -> None:
         """A step of the world, and now and then a look."""
         self.world.step()
         self.count += 1
-        if self.count % EVERY == 0:
+        if self.count % SAMPLE_STEPS == 0:
+            self.most_n = max(self.most_n, pressed_n(self.world))
             for name, (start, span) in self.kept.items():
                 off = abs(self.world.position(name) - start) / span
                 self.moved[name] = max(self.moved.get(name, 0.0), off)
@@ -217,6 +219,8 @@ def miss_of(
         return Miss("hand", f"it turns by {math.degrees(tilted):.0f}° in the hand")
     if moved and watch.moved[moved] > world.settings.closed_share:
         return Miss("object", f"'{moved}' goes {watch.moved[moved]:.0%} of its range")
+    if watch.most_n > world.settings.pressed_n:
+        return Miss("hand", f"a finger presses with {watch.most_n:.0f} N")
     if rested > GuardSettings().tilt_rad or left > GuardSettings().travel_m:
         return Miss("object", f"set down it lies {left * 100.0:.0f} cm away, turned by {math.degrees(rested):.0f}°")
     return None

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from asset2sim.gym.guards import Guards
 from asset2sim.gym.hand.gripper import PARKED_M, HandWorld
 from asset2sim.gym.hand.holds import CLEAR_M, RUB_M, HandHold, Way, axis_motion, best_holds, cross, way_of
 from asset2sim.gym.hand.poses import Kind
-from asset2sim.gym.hand.recorder import Recorder, is_displaced, presses_elsewhere
+from asset2sim.gym.hand.recorder import Recorder, is_displaced, move_hand, presses_elsewhere, wait
 from asset2sim.gym.hand.surfaces import is_covered, is_flush, stands_out, surface_places
 from asset2sim.gym.world import body_pose
 from asset2sim.physics.arrays import Array
@@ -29,6 +28,8 @@ PROGRESS = 0.005
 """Share of the way that is progress."""
 ARRIVED = 0.97
 """Share of the way from which the part is where it should be; the hand leads it on to its stop."""
+EDGE = 2.0
+"""Times the hand's speed that a part's edge goes at most, which is led nearer its hinge: it is not struck open."""
 RUNS = 1.2
 """Times the hand's speed from which a part runs away from it, as a door whose seal lets go: it is not pulled on."""
 EASY_STEPS, BRISK = 10, 0.6
@@ -51,15 +52,6 @@ UPRIGHT = 0.7
 GENTLE, HARDER, GIVEN_S = 0.15, 1.03, 0.2
 """Share of its force with which a hand begins, factor by which it grows in each step without progress, to all of it
 in a quarter of a second, and time for which all of it must move nothing: 8 N move 30 kg by 5 mm in that."""
-
-
-class Stepped(Protocol):
-    """A world that is led step by step, and what is seen of it."""
-
-    world: HandWorld
-
-    def step(self) -> None:
-        """A step of the world."""
 
 
 @dataclass(frozen=True)
@@ -190,8 +182,7 @@ def lead_along(
     dof, lever = int(world.model.jnt_dofadr[number]), 1.0
     if not way.slides:
         lever = max(float(np.linalg.norm(way.velocity((body_pose(data, body) @ local)[None, :3, 3])[0])), 0.004)
-    rate = settings.speed_m_s / lever if way.slides else min(settings.turn_rad_s, settings.speed_m_s / lever)
-    rate = max(rate, abs(way.target - way.start) / settings.way_s)
+    rate = rate_of(world, way, lever)
     sprung = recorder.joint.stiffness > 0.0
     if hold.kind != "grasp" and not sprung:
         rate = min(rate, speed_that_stops(world, number, COAST * abs(way.target - way.start), rate))
@@ -246,6 +237,18 @@ def lead_along(
     return share if sprung else max(best, share), takes, share < ARRIVED and presses_elsewhere(recorder)
 
 
+def rate_of(world: HandWorld, way: Way, lever: float) -> float:
+    """How fast a hand leads a part by a hold so far from its axis, rad/s or m/s: at its own speed, but even the longest
+    way within ``way_s``, and what turns no faster than a wrist, nor its edge than ``EDGE`` says."""
+    settings = world.settings
+    rate = settings.speed_m_s / lever if way.slides else min(settings.turn_rad_s, settings.speed_m_s / lever)
+    rate = max(rate, abs(way.target - way.start) / settings.way_s)
+    if way.slides:
+        return rate
+    edge_m = max(lever, world.edge_m(way.joint, surface_places(world, way.bodies)[0]))
+    return min(rate, EDGE * settings.speed_m_s / edge_m)
+
+
 def hand_limit(world: HandWorld, way: Way, kind: Kind) -> float:
     """The most that a hand has on a joint by a kind of hold, N·m or N: at the edge of its part, and about the wrist."""
     lever = world.edge_m(way.joint, surface_places(world, way.bodies)[0])
@@ -271,23 +274,3 @@ def speed_that_stops(world: HandWorld, number: int, most: float, rate: float) ->
     model, dof = world.model, int(world.model.jnt_dofadr[number])
     resists = float(model.dof_frictionloss[dof] + model.dof_damping[dof] * rate / 2.0)
     return max(math.sqrt(2.0 * most * resists / float(model.dof_M0[dof])), most / COAST / SLOW_S)
-
-
-def move_hand(recorder: Stepped, first: Array, last: Array, speed_m_s: float) -> None:
-    """Lead the hand straight from one pose to another."""
-    world = recorder.world
-    path = last[:3, 3] - first[:3, 3]
-    length = float(np.linalg.norm(path))
-    count = world.steps(max(length / speed_m_s, 0.02))
-    world.speed = np.concatenate([path / (count * world.dt), np.zeros(3)])
-    for step in range(1, count + 1):
-        world.target = last.copy()
-        world.target[:3, 3] = first[:3, 3] + path * step / count
-        recorder.step()
-    world.speed = np.zeros(6)
-
-
-def wait(recorder: Stepped, seconds: float) -> None:
-    """Let the hand keep its target for a time."""
-    for _ in range(recorder.world.steps(seconds)):
-        recorder.step()

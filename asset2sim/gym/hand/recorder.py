@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -21,6 +22,15 @@ SAMPLE_STEPS = 3
 """Steps between two samples, 12 ms."""
 GUARDS = GuardSettings(away_samples=8)
 """Bounds of the guards: what is away for a tenth of a second, as in the environment."""
+
+
+class Stepped(Protocol):
+    """A world that is led step by step, and what is seen of it."""
+
+    world: HandWorld
+
+    def step(self) -> None:
+        """A step of the world."""
 
 
 @dataclass(eq=False)
@@ -49,10 +59,7 @@ class Recorder:
     def sample(self) -> None:
         """A sample of this moment."""
         world, place = self.world, self.world.place(self.joint.name)
-        pressed: dict[int, Array] = {}
-        for _, tool, _, force in pressures(world):
-            pressed[tool] = pressed.get(tool, np.zeros(3)) + force
-        self.most_n = max([self.most_n, *(float(np.linalg.norm(force)) for force in pressed.values())])
+        self.most_n = max(self.most_n, pressed_n(world))
         seen = sample_of(world.data, place, min(self.bodies), world.root, touched=self.touched, work_j=self.work_j)
         self.samples.append(seen)
         self.work_j, self.touched = 0.0, False
@@ -64,6 +71,14 @@ class Recorder:
         edge_m = self.world.edge_m(name, surface_places(self.world, self.bodies)[0])
         sample_s = SAMPLE_STEPS * self.world.dt
         return guard(rollout_of(self.samples, self.joint, ends, target, edge_m, sample_s, holds=holds), GUARDS)
+
+
+def pressed_n(world: HandWorld) -> float:
+    """The largest force on the object of a finger, the palm or a flat hand at this moment, N."""
+    pressed: dict[int, Array] = {}
+    for _, tool, _, force in pressures(world):
+        pressed[tool] = pressed.get(tool, np.zeros(3)) + force
+    return max((float(np.linalg.norm(force)) for force in pressed.values()), default=0.0)
 
 
 def bears(world: HandWorld, name: str, ends: tuple[float, float]) -> bool:
@@ -99,3 +114,23 @@ def presses_elsewhere(recorder: Recorder) -> bool:
     for _, _, geom, force in pressures(world):
         pressed[int(world.model.geom_bodyid[geom]) in bodies] += math.sqrt(force @ force)
     return pressed[False] > pressed[True]
+
+
+def move_hand(recorder: Stepped, first: Array, last: Array, speed_m_s: float) -> None:
+    """Lead the hand straight from one pose to another."""
+    world = recorder.world
+    path = last[:3, 3] - first[:3, 3]
+    length = float(np.linalg.norm(path))
+    count = world.steps(max(length / speed_m_s, 0.02))
+    world.speed = np.concatenate([path / (count * world.dt), np.zeros(3)])
+    for step in range(1, count + 1):
+        world.target = last.copy()
+        world.target[:3, 3] = first[:3, 3] + path * step / count
+        recorder.step()
+    world.speed = np.zeros(6)
+
+
+def wait(recorder: Stepped, seconds: float) -> None:
+    """Let the hand keep its target for a time."""
+    for _ in range(recorder.world.steps(seconds)):
+        recorder.step()

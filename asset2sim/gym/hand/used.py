@@ -254,6 +254,7 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
     enough = 1.0 - settings.closed_share if shut else settings.open_share
     level = joint.type == "prismatic" and abs(joint.gravity_load) <= joint.friction  # it may roll, but nothing moves it
     stays = (joint.holds or level) and joint.stiffness == 0.0 and not led.up
+    by_hand = joint.stiffness == 0.0 and not led.up  # what no spring moves is moved by the hand, or falls
     falls = (shut or not joint.holds) and not guards.moved_untouched  # a bail led over its top, a lid that drops
     done = led.reached >= enough or (falls and led.rested >= enough)
     limits, most = GuardSettings(), 1.0 if done else YIELDS
@@ -268,14 +269,14 @@ def fault_of(led: Led, joint: JointPhysics, shut: bool, settings: HandSettings) 
         (guards.lifted_m > most * limits.lift_m, "object", f"it is lifted by {guards.lifted_m * 100.0:.0f} cm"),
         (guards.travelled_m > most * limits.travel_m, "object", f"it is shoved by {guards.travelled_m * 100.0:.0f} cm"),
         (drifts and (done or not led.in_the_way), "object", f"it goes {untouched} before it is touched"),
-        (led.contact_n > settings.grip_n + settings.most_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
+        (led.contact_n > settings.pressed_n, "hand", f"a finger presses with {led.contact_n:.0f} N"),
         (led.covered and not done, "object", "it lies inside its other parts, where no hand gets to it"),
         (led.flush and not done, "object", "it is flush with what is around it: nothing on it can be held"),
         (not led.holds and not done, "hand", "no hold was found at which a hand has room"),
         (not done and led.takes > 1.0, "object", f"it takes {led.takes:.1f} times a hand's {most_n:g} N; {went}"),
         (not done and led.in_the_way, "hand", f"other parts stop it; {went}"),
         (not done, "hand", f"it slipped off or stuck; {went}"),
-        (stays and guards.moved_untouched, "hand", f"it runs ahead for {guards.untouched_share:.0%} of its way"),
+        (by_hand and guards.moved_untouched, "hand", f"it runs ahead for {guards.untouched_share:.0%} of its way"),
         (guards.struck, "hand", f"it is struck: {guards.struck_share:.0%} of its way is faster than a hand"),
         (stays and led.rested < enough - LEFT, "object", f"left alone, it rests at {rests}"),
         (sprung_away, "object", f"its spring leaves it at {rests}"),
