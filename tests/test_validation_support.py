@@ -126,6 +126,8 @@ def test_parts_that_hang_on_a_frame_are_held_unless_such_things_stand(tmp_path: 
     assert (found.kind, found.source) == (SupportKind.FIXED, Source.RULE)
     standing = SupportProposal(kind=SupportKind.FREESTANDING, confidence=0.8, reason="a chest")
     assert support(tmp_path, hung, said=standing).kind is SupportKind.FREESTANDING
+    marked = hung.replace('<link name="frame">', '<link name="frame">' + shape("0.005 0.005 0.005"))
+    assert marked != hung and support(tmp_path, marked).reason == found.reason, "a mark on a frame bears nothing"
     item = read(written(tmp_path / "door", hung), "Microwave")
     tables = Overlay(scale=1.0, support=standing)
     alone, _ = validate(item, tables, Source.PRIOR, 0.5, NO_VIEWS.physics)

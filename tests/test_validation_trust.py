@@ -201,6 +201,8 @@ def test_centre_and_inertia_stay_or_go_alone(tmp_path: Path) -> None:
     assert sources(done(cabinet(tmp_path / "a"))) == (Source.AUTHORED,) * 3
     assert sources(done(cabinet(tmp_path / "b", factor=50.0))) == (Source.AUTHORED, Source.AUTHORED, Source.RULE)
     assert sources(done(cabinet(tmp_path / "c", at="0 3 0"))) == (Source.AUTHORED, Source.RULE, Source.AUTHORED)
+    copied = sources(done(cabinet(tmp_path / "d", at="0 3 0", factor=50.0)))
+    assert Source.AUTHORED not in copied, "a mass goes with them where both are another body's"
     heavy = done(cabinet(tmp_path / "d", door_kg=90.0))
     assert sources(heavy) == (Source.MODEL, Source.RULE, Source.RULE)
     assert trusts(heavy, Quantity.MASS) == {

@@ -31,6 +31,8 @@ FIRM_RAD = 0.2
 """Margin, rad, from which a thing that only its name calls built in is a piece of furniture: a cupboard with doors."""
 HAND_M = 0.25
 """Longest edge, m, up to which what cannot stand is taken in a hand and lies when it is put down."""
+MARK_SHARE = 0.01
+"""Longest edge over the object's up to which a shape marks a place and bears nothing."""
 BACK_SHARE = 0.5
 """Share of a side of the object's box that lies in one plane for it to be a back that a wall carries."""
 BACK_M = 0.005
@@ -86,11 +88,13 @@ def held_by_file(extraction: Extraction, polygon: SupportPolygon) -> str:
 
 
 def on_a_frame(features: Features) -> bool:
-    """Whether the root, with all that is fixed to it, has no shape: parts that move hang on a frame."""
+    """Whether the root, with all that is fixed to it, has no shape, or one too small to bear anything, as marks have:
+    parts that move hang on a frame."""
     still = {features.root}
     for _ in features.joints:
         still |= {joint.child for joint in features.joints if joint.type == "fixed" and joint.parent in still}
-    return not any(features.link(name).has_geometry for name in still)
+    least = MARK_SHARE * max(features.rest_size)
+    return not any(features.link(name).has_geometry and max(features.link(name).box_size) > least for name in still)
 
 
 def is_lone_part(features: Features) -> bool:

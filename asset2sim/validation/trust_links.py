@@ -47,6 +47,8 @@ def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings)
             continue
         least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
         belief = judged_mass(link, link.inertial, link.name not in unweighed, least)
+        if belief.trust is Trust.PLAUSIBLE and is_of_another_shape(link, link.inertial, settings):
+            belief = doubtful_belief("its centre and inertia are another shape's")
         other = partial(judged_other_mass, link, link.inertial, least)
         mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
         rest = (ALONE, ALONE)
@@ -116,6 +118,13 @@ def judged_centre(link: LinkFeatures, stated: LinkInertial) -> Belief:
         if inside
         else doubtful_belief("it lies outside its part")
     )
+
+
+def is_of_another_shape(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings) -> bool:
+    """Whether a stated inertial, of a centre that is not merely left at zero, was copied from another body: neither
+    centre nor inertia are its link's."""
+    own = judged_centre(link, stated), judged_inertia(link, stated, settings)
+    return any(stated.com) and all(belief.trust is not Trust.PLAUSIBLE for belief in own)
 
 
 def judged_inertia(link: LinkFeatures, stated: LinkInertial, settings: PhysicsSettings) -> Belief:
