@@ -368,8 +368,8 @@ def test_feel(information: Json, guidance: str, name: str, expected: Json) -> No
 @pytest.mark.parametrize(
     ("information", "guidance", "expected"),
     [
-        (known.DRAWERS, "upper drawer pulled out 8 cm, lower one shut", {"d0": 8 / 75, "d2": 0.0}),
-        (known.DRAWERS, "top drawer out by 20 cm, everything else shut", {"d0": 20 / 75, "d1": 0.0, "d2": 0.0}),
+        (known.DRAWERS, "upper drawer pulled out 8 cm, lower one shut", {"d0": 0.08 / 0.4757, "d2": 0.0}),
+        (known.DRAWERS, "top drawer out by 20 cm, everything else shut", {"d0": 0.20 / 0.4757, "d1": 0.0, "d2": 0.0}),
         (known.SAFE, "door shut and sticky, 20 N to pull open", {"door": 0.0}),
         (known.BOX, "a box at 45% of its travel", {"lid": -0.136}),
         (known.BOX, "its lid thrown all the way back", {"lid": 2.0}),

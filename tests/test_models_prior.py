@@ -59,6 +59,47 @@ def test_the_panel_of_a_display_is_in_its_screen() -> None:
     assert inside == {"body": ["stand"], "tilt_link": ["panel and boards"]}
 
 
+def test_a_monitor_starts_as_it_is_drawn() -> None:
+    assert tables.mechanism("screen", "Display", "hinge").role == "control"
+    assert tables.mechanism("screen", "Laptop", "hinge").role == "main"
+
+
+def test_a_kind_that_its_edges_tell_is_built_as_its_category() -> None:
+    for kind, category in (("WideRefrigerator", "Refrigerator"), ("CountertopDishwasher", "Dishwasher")):
+        assert tables.part_material(kind, "door") is tables.part_material(category, "door"), kind
+        assert tables.mechanism("door", kind, "hinge") is tables.mechanism("door", category, "hinge"), kind
+        assert tables.part_effort("door", kind, "hinge") is tables.part_effort("door", category, "hinge"), kind
+    assert tables.part_material("GrandfatherClock", "").material != tables.part_material("Clock", "").material, "wood"
+    assert tables.part_contents("CountertopDishwasher", "") == tables.part_contents("Dishwasher", "") != ()
+    assert tables.part_contents("FloorFan", "") != tables.part_contents("Fan", ""), "rows of its own"
+
+
+def test_a_wall_clock_hangs_and_a_longcase_clock_stands() -> None:
+    for edges, support in (
+        ((0.04, 0.3, 0.3), "fixed"),
+        ((0.26, 0.45, 2.0), "freestanding"),
+        ((0.06, 0.11, 0.13), "freestanding"),
+    ):
+        drawn = thing("Clock") | {key: list(edges) for key in ("size_closed_m", "size_m")}
+        assert ask(drawn)["support"]["kind"] == support, edges
+
+
+def test_a_knife_whose_blade_turns_is_a_pocket_knife() -> None:
+    folding, sliding_ = hinged("b", "rotation_blade", upper=3.1), known.sliding("b", "translation_blade", upper=0.1)
+    assert [ask(thing("Knife", part))["notes"][0].split(":")[0] for part in (folding, sliding_)] == [
+        "category PocketKnife", "category Knife",
+    ]  # fmt: skip
+
+
+def test_doors_are_weighed_by_the_leaf() -> None:
+    def most(leaves: int) -> float:
+        parts = [hinged(f"d{i}", "rotation_door") for i in range(leaves)]
+        asked = "a door of steel"
+        return float(ask(thing("Door", *parts), asked)["mass_change"]["why"].split(" to ")[1].split(" kg")[0])
+
+    assert most(2) == pytest.approx(2.0 * most(1), rel=0.01)
+
+
 def test_half_a_phone_is_built_as_a_phone() -> None:
     whole = tables.part_material("Phone", "")
     for part in ("lid", "slider"):

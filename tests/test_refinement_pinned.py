@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.authored_overlap import authored_shapes
-from asset2sim.physics.kinematics import tree_of
-from asset2sim.refinement.collision.let_joints_move import pinned_pairs
+from asset2sim.physics.kinematics import link_to_root, tree_of
+from asset2sim.refinement.collision.let_joints_move import pinned_pairs, stacked_pairs
 from tests.assets import joint, link, read, robot, shape, written
 
 RAIL = link("rail", shape("2 0.05 0.05"))
@@ -28,3 +28,28 @@ def test_a_pole_pinned_in_its_carts_rail_passes_it(tmp_path: Path, pole: str, li
     start, shapes = {"slide": 0.0, "hinge": 0.0}, authored_shapes(item, 1.0)
     found = pinned_pairs(tree_of(item.features.joints), "rail", limits, start, [("rail", "pole")], shapes, {})
     assert found == [("rail", "pole")] * pinned
+
+
+@pytest.mark.parametrize(
+    ("before", "offset", "turns", "stacked"),
+    [
+        (0.0006, 0.0, "continuous", True),
+        (0.0001, 0.0, "continuous", False),
+        (0.0006, 0.02, "continuous", False),
+        (0.0006, 0.0, "prismatic", False),
+    ],
+)
+def test_hands_of_a_clock_pass_each_other(
+    tmp_path: Path, before: float, offset: float, turns: str, stacked: bool
+) -> None:
+    text = robot(
+        link("face", shape("0.3 0.3 0.02")), link("hour", shape("0.006 0.08 0.0005", xyz="0 0.04 0")),
+        link("minute", shape("0.004 0.12 0.0005", xyz=f"{-offset} 0.06 {before}")),
+        joint("short", "continuous", "face", "hour", xyz="0 0 0.012", axis="0 0 1"),
+        joint("long", turns, "face", "minute", xyz=f"{offset} 0 0.012", axis="0 0 1", limit="0 1"),
+    )  # fmt: skip
+    item = read(written(tmp_path, text))
+    tree, pair = tree_of(item.features.joints), ("hour", "minute")
+    points = {name: geometry.points for name, geometry in item.geometry.items()}
+    found = stacked_pairs(tree, link_to_root(tree, "face", {}), [pair, ("face", "hour")], points)
+    assert found == [pair] * stacked

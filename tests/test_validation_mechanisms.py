@@ -258,6 +258,19 @@ def test_the_spring_of_a_slide_is_as_strong_at_either_end(force: float) -> None:
     assert [bias.at(place) for place in (-0.02, 0.0, 0.1)] == pytest.approx([force] * 3)
 
 
+@pytest.mark.parametrize(("axis", "mechanism"), [("0 0 1", "strut"), ("0 1 0", "friction")])
+def test_a_sash_that_slides_up_is_balanced(tmp_path: Path, axis: str, mechanism: str) -> None:
+    frame, sash = shape("0.06 1 1.6", xyz="0.05 0 0"), shape("0.04 0.9 0.7", xyz="0 0 -0.4")
+    slide = {"axis": axis, "limit": "0 0.6"}
+    overlay = described(
+        tmp_path, "sash", "Window", "", sash, "translation_window", body=frame, kind="prismatic", up="z", **slide
+    )
+    made = only(overlay)
+    assert made.mechanism == mechanism
+    carried, weight = made.exerted(made.initial_position), made.gravity_load
+    assert carried == pytest.approx(-0.95 * weight, rel=1e-3) if axis == "0 0 1" else carried == 0.0
+
+
 @pytest.mark.parametrize("name", HEAVY)
 def test_what_gravity_shuts_and_no_hand_would_lift_has_a_strut(tmp_path: Path, name: str) -> None:
     category, words, body, part, hinge = HEAVY[name]

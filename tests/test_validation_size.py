@@ -25,7 +25,7 @@ from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Correction, Severity
 from tests.assets import cabinet, link, read, robot, shape, written
 from tests.factories import guidance_of
-from tests.prior_objects import ask, hinged, thing
+from tests.prior_objects import ask, hinged, spinning, thing
 
 MICROWAVE = tables.sizes()["Microwave"]
 
@@ -231,6 +231,14 @@ def test_things_of_other_names_are_as_large_as_such_things(category: str, words:
         ("Globe", (0.45, 0.45, 0.90)),
         ("Lamp", (0.35, 0.30, 1.60)),
         ("Lighter", (0.013, 0.038, 0.057)),
+        ("Lighter", (0.25, 0.024, 0.036)),
+        ("StorageFurniture", (0.40, 1.80, 0.42)),
+        ("StorageFurniture", (0.62, 2.00, 2.16)),
+        ("Dishwasher", (0.52, 0.55, 0.44)),
+        ("Safe", (0.50, 0.55, 1.45)),
+        ("Switch", (0.012, 0.152, 0.081)),
+        ("Keyboard", (0.106, 0.295, 0.033)),
+        ("Table", (0.80, 1.60, 0.73)),
     ],
 )
 def test_what_is_drawn_without_units_is_as_large_as_its_kind(
@@ -240,6 +248,39 @@ def test_what_is_drawn_without_units_is_as_large_as_its_kind(
     drawn = thing(category) | {key: [times * edge for edge in edges] for key in ("size_closed_m", "size_m")}
     overlay = Overlay.model_validate(ask(drawn, ""))
     assert times * max(edges) * overlay.scale == pytest.approx(max(edges), rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("category", "parts", "edges", "kg"),
+    [
+        ("Refrigerator", ("door", "door"), (0.75, 0.91, 1.78), (90.0, 155.0)),
+        ("Refrigerator", ("lid",), (0.66, 1.20, 0.86), (25.0, 75.0)),
+        ("TrashCan", ("wheel", "wheel"), (0.55, 0.48, 0.94), (6.0, 18.0)),
+        ("Table", ("wheel", "wheel"), (0.42, 0.66, 0.75), (3.0, 25.0)),
+    ],
+)
+def test_parts_tell_a_kind_that_edges_alone_do_not(
+    category: str, parts: tuple[str, ...], edges: tuple[float, ...], kg: tuple[float, float]
+) -> None:
+    """Makers' dimensions and weights, drawn twice as large: by its category alone a wheeled bin had 0.6 m and 2.3 kg,
+    and a chest freezer 2 m. Without those parts they stay as their category is."""
+    moving = [
+        spinning(f"p{i}", name)
+        if name == "wheel"
+        else hinged(f"p{i}", name, axis=(0.0, 1.0, 0.0) if name == "lid" else (0.0, 0.0, 1.0))
+        for i, name in enumerate(parts)
+    ]
+    drawn, bare = (
+        thing(category, *joints) | {key: [2.0 * edge for edge in edges] for key in ("size_closed_m", "size_m")}
+        for joints in (moving, ())
+    )
+    for item in drawn["links"]:
+        item["center_m"] = [0.0, 0.0, -0.8 if item["label"] == "wheel" else 0.0]
+    found, without = (Overlay.model_validate(ask(item, "")) for item in (drawn, bare))
+    assert 2.0 * max(edges) * found.scale == pytest.approx(max(edges), rel=0.15)
+    assert without.notes[0] == f"category {category}: as stated" and found.notes[0] != without.notes[0]
+    size = tables.sizes()[found.notes[0].split()[1].rstrip(":")]
+    assert kg[0] <= size.mass_min_kg and size.mass_max_kg <= kg[1]
 
 
 def test_edges_that_disagree_make_a_size_less_sure_and_other_categories_have_none() -> None:

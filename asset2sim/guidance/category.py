@@ -5,10 +5,10 @@ from collections import Counter
 from collections.abc import Sequence
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.edges import fitted_edges
+from asset2sim.guidance.edges import fitted_kind
 from asset2sim.guidance.lexicon import head_of, noun_spans
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import depth_width_height
+from asset2sim.guidance.parts import parts_of
 
 LEVEL = 0.2
 """|a · b| of unit axes up to which they are about square to each other, or level."""
@@ -28,7 +28,9 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
                 return noun, f"named in the guidance, a kind of {known}"
         if known == "Box" and has_crossing_flaps(info):
             return "Carton", "its flaps, a kind of Box"
-        shape = fitted_edges(depth_width_height(info), known)
+        if known == "Knife" and has_folding_blade(info):
+            return "PocketKnife", "its hinged blade, a kind of Knife"
+        shape = fitted_kind(info, known)
         if shape is not None and shape.category in tables.sizes():
             return shape.category, f"its edges, those of a {shape.kind}"
         return known, "as stated"
@@ -51,6 +53,11 @@ def has_crossing_flaps(info: ObjectInfo) -> bool:
     axes = [joint.axis for joint in hinged if abs(joint.axis[2]) < LEVEL]
     crossing = any(abs(sum(a * b for a, b in zip(one, other, strict=True))) < LEVEL for one in axes for other in axes)
     return len(axes) >= FEWEST_FLAPS and crossing
+
+
+def has_folding_blade(info: ObjectInfo) -> bool:
+    """Whether a blade turns on a hinge: a knife that folds."""
+    return any(part.name == "blade" and part.joint.motion == "hinge" for part in parts_of(info, "Knife"))
 
 
 def _category(stated: str) -> str:

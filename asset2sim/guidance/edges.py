@@ -4,11 +4,14 @@ import math
 from dataclasses import dataclass
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.object_info import Vector
+from asset2sim.guidance.object_info import ObjectInfo, Vector
+from asset2sim.guidance.parts import depth_width_height, parts_of, shown_front
 
 SIDEWAYS = 6.0
 """−2 ln of the share of objects whose front is not where it is taken to be, towards x where no part shows it (so in
 ROS and in PartNet-Mobility): one in 20."""
+LEVEL = 0.2
+"""|axis · z| up to which a hinge is level: that of a lid, or of a door that drops."""
 MOST_MISFIT = 16.0
 """Squared σ by which three edges may miss the usual ones for an object to be of that kind: four σ in one of them."""
 
@@ -25,11 +28,27 @@ class Fit:
     category: str = ""
 
 
-def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit | None:
+def fitted_kind(info: ObjectInfo, category: str, *, hangs: bool = False) -> Fit | None:
+    """The kind of its category that an object is likeliest by its edges and the parts that it has."""
+    parts = parts_of(info, category)
+    names = {part.name for part in parts}
+    names |= {"doors"} if sum(part.name == "door" for part in parts) > 1 else set()
+    names |= (
+        {"level hinge"}
+        if any(part.joint.motion == "hinge" and abs(part.joint.axis[2]) < LEVEL for part in parts)
+        else set()
+    )
+    shown = shown_front(info, parts) is not None
+    return fitted_edges(depth_width_height(info), category, frozenset(names), hangs=hangs, shown=shown)
+
+
+def fitted_edges(
+    size_m: Vector, category: str, parts: frozenset[str] = frozenset(), *, hangs: bool = False, shown: bool = False
+) -> Fit | None:
     """The scale at which depth, width and height, m, are likeliest together, of the likeliest kind of their category,
-    of those that hang on a wall where it ``hangs`` and the table has some; None where that has no proportions that
-    would be like it.
-    What is taken for its depth may be its width where that fits far better: its parts need not show its front.
+    of those that hang on a wall where it ``hangs`` and the table has some, and whose part is or is not among its
+    ``parts``; None where that has no proportions that would be like it.
+    Unless its front is ``shown``, what is taken for its depth may be its width where that fits far better.
 
     The maximum of a normal likelihood of the edges' logarithms: their mean, each weighed by 1 / σ². Its σ grows with
     how far the edges disagree.
@@ -37,10 +56,15 @@ def fitted_edges(size_m: Vector, category: str, *, hangs: bool = False) -> Fit |
     if min(size_m) <= 0.0:
         return None
     fits = []
-    kinds = tables.proportions().get(category, ())
+    kinds = [
+        kind
+        for kind in tables.proportions().get(category, ())
+        if not kind.has or (kind.has in parts) or (kind.has[0] == "-" and kind.has[1:] not in parts)
+    ]
     for known in [kind for kind in kinds if hangs and kind.placed == "wall"] or kinds:
         weights = [spread**-2 for spread in known.spread]
-        for depth, width, rare in ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS)):
+        seen = ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS))
+        for depth, width, rare in seen[:1] if shown else seen:
             edges = zip(known.usual_m, (depth, width, size_m[2]), strict=True)
             wanted = [math.log(usual / edge) for usual, edge in edges]
             mean = sum(w * x for w, x in zip(weights, wanted, strict=True)) / sum(weights)

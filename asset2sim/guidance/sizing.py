@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, MOST_SCALE, plain_guidance
-from asset2sim.guidance.edges import fitted_edges
+from asset2sim.guidance.edges import fitted_kind
 from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.parts import depth_width_height
@@ -128,7 +128,7 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
     if not phrase and usual_as_it_is(info, size):
         return Scale(1.0, real, authored, f"scale 1: {authored:.3g} m is usual, and less than what is normalised")
     hangs = carried is not None and carried.mount is Mount.WALL
-    fit = fitted_edges(depth_width_height(info), size.category, hangs=hangs)
+    fit = fitted_kind(info, size.category, hangs=hangs)
     usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
     target = usual * factor
     if authored <= 0.0:

@@ -38,14 +38,16 @@ class Size:
 @dataclass(frozen=True)
 class Proportions:
     """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), how
-    that kind is ``placed`` where that is not as its category is (it hangs on a "wall", or "stands"), and the
-    ``category`` that it is of its own, "" for none."""
+    that kind is ``placed`` where that is not as its category is (a cupboard of a "wall", what "stands" or "hangs"), the
+    ``category`` that it is of its own, "" for none, and what it ``has``, or with a minus before it does not have: a
+    part, several "doors", or a "level hinge"."""
 
     kind: str
     usual_m: tuple[float, float, float]
     spread: tuple[float, float, float]
     placed: str
     category: str = ""
+    has: str = ""
 
 
 @dataclass(frozen=True)
@@ -203,10 +205,18 @@ def proportions() -> dict[str, tuple[Proportions, ...]]:
     for row in csv_rows("proportions"):
         usual = (float(row["depth_m"]), float(row["width_m"]), float(row["height_m"]))
         spread = (float(row["depth_spread"]), float(row["width_spread"]), float(row["height_spread"]))
-        kind = Proportions(row["kind"], usual, spread, row["placed"], row["as"])
+        kind = Proportions(row["kind"], usual, spread, row["placed"], row["as"], row["has"])
         for category in filter(None, (row["category"], row["as"])):
             found[category] = (*found.get(category, ()), kind)
     return found
+
+
+@lru_cache
+def built_as(category: str) -> tuple[str, ...]:
+    """The category and, for a kind that its edges tell, the one of which it is: what says nothing of a chest freezer is
+    as of a refrigerator."""
+    known = {row["as"]: row["category"] for row in csv_rows("proportions") if row["as"]}
+    return (category, known[category]) if category in known else (category,)
 
 
 @lru_cache
@@ -239,9 +249,11 @@ def part_material(category: str, part: str) -> PartMaterial:
     """The most specific row: category and part, then category for its body, then part, then anything. A part that has a
     row of its own (a button, a wheel) is the same on every object, so it goes before the body."""
     table = _part_materials()
-    keys = ((category, part), ("*", part), (category, "*"), ("*", "*"))
+    names = built_as(category)
+    casings = [name for name in names if name not in sizes() or sizes()[name].contact == sizes()[category].contact]
+    keys = (*((name, part) for name in names), ("*", part), *((name, "*") for name in casings), ("*", "*"))
     row = next(table[key] for key in keys if key in table)
-    if (category, part) in table or part not in _CASING or is_built(category):
+    if has_part(category, part) or part not in _CASING or is_built(category):
         return row
     # No row says how such an object is built: its casing is of what it stands on, unless that is its feet.
     skin = materials()[sizes()[category].contact]
@@ -253,7 +265,7 @@ def part_material(category: str, part: str) -> PartMaterial:
 @lru_cache
 def has_part(category: str, part: str) -> bool:
     """Whether a row says how that part of objects of this category is built."""
-    return (category, part) in _part_materials()
+    return any((name, part) in _part_materials() for name in built_as(category))
 
 
 @lru_cache
@@ -265,8 +277,9 @@ def is_built(category: str) -> bool:
 @lru_cache
 def part_contents(category: str, part: str) -> tuple[PartContent, ...]:
     """Contents of that part of an object of that category, "" being its body."""
-    rows = typed_rows("contents", PartContent)
-    return tuple(found for row, found in rows if row["category"] == category and row["part"] == (part or "*"))
+    rows = list(typed_rows("contents", PartContent))
+    name = next((name for name in built_as(category) if any(row["category"] == name for row, _ in rows)), category)
+    return tuple(found for row, found in rows if row["category"] == name and row["part"] == (part or "*"))
 
 
 @lru_cache
@@ -274,7 +287,8 @@ def mechanism(part: str, category: str, motion: str) -> PartMechanism:
     """The most specific row for the part, the category and the motion (hinge, slider, spin): what all that moves on a
     category's objects does (a tap's handle, whatever it is called) goes before what such a part does elsewhere."""
     table = _mechanisms()
-    keys = ((part, category, motion), ("*", category, motion), (part, "*", motion), ("*", "*", motion))
+    named = (key for name in built_as(category) for key in ((part, name, motion), ("*", name, motion)))
+    keys = (*named, (part, "*", motion), ("*", "*", motion))
     return next(table[key] for key in keys if key in table)
 
 
@@ -284,7 +298,8 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
     its axis) that is made for its length, in the order of ``mechanism``. A part of no row of its own that moves freely
     (``loose``) has theirs."""
     table = _part_efforts()
-    names = [(part, category), ("*", category), (part, "*"), *([("loose", "*")] if loose else []), ("*", "*")]
+    named = [key for name in built_as(category) for key in ((part, name), ("*", name))]
+    names = [*named, (part, "*"), *([("loose", "*")] if loose else []), ("*", "*")]
     keys = [(p, c, m) for p, c in names for m in (motion, "*")]
     return next(row for key in keys for row in table.get(key, ()) if length_m <= row.up_to_m)
 
@@ -292,7 +307,7 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
 def turns_as_its_kind(part: str, category: str) -> bool:
     """Whether the part of this category has forces of its own for turning about itself, whatever its shape: a pump's
     head with its spout."""
-    return (part, category, "spin") in _part_efforts()
+    return any((part, name, "spin") in _part_efforts() for name in built_as(category))
 
 
 @lru_cache

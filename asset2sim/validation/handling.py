@@ -101,6 +101,11 @@ class Handling:
         return SAFE_SHARE * self.lever * min(self.range.most_n, self.tips_downward)
 
 
+UPRIGHT = 0.9
+"""|axis · z| from which a door slides up, a sash or a garage's: springs or weights balance it (AAMA 902: balances of
+hung windows)."""
+
+
 def handling(
     features: Features, joint: JointFeatures, proposal: JointProposal | None, moved: MovedPart = UNKNOWN_PART
 ) -> Handling:
@@ -130,7 +135,8 @@ def handling(
     most = max(factor * row.most_n, FELT_MARGIN * least / SAFE_SHARE)
     stated = EffortRange(kind=row.kind, least_n=least, most_n=most, source=row.source + said, braced=row.braced)
     usual = mechanism(named, features.category, MOTIONS.get(joint.type, "hinge"))
-    kind = named_mechanism(usual.kind, proposal)
+    lifts = named == "door" and joint.prismatic and abs(joint.axis_in_root[2]) > UPRIGHT
+    kind = named_mechanism("strut" if lifts else usual.kind, proposal)
     lets_go = usual.lets_go_n if kind == usual.kind else None
     click_rad = usual.click_rad if kind == "detent" else 0.0
     leaf = named in ("door", "lid")

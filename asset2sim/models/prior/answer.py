@@ -11,9 +11,9 @@ from types import SimpleNamespace
 from typing import Any
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.edges import fitted_edges
+from asset2sim.guidance.edges import fitted_kind
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
-from asset2sim.guidance.parts import depth_width_height, parts_of
+from asset2sim.guidance.parts import parts_of
 from asset2sim.guidance.placing import asked_positions
 from asset2sim.guidance.read import read_guidance
 from asset2sim.guidance.sizing import propose_scale
@@ -27,7 +27,7 @@ from schemas.errors import ModelError, UnknownChoiceError, UsageError
 from schemas.extensions import local_models, missing, object_at, offline_answers
 from schemas.model_names import HOUSEHOLD
 from schemas.overlay import Overlay
-from schemas.support import SupportKind, SupportProposal
+from schemas.support import Mount, SupportKind, SupportProposal
 
 
 def answer(text: str) -> str:
@@ -48,15 +48,20 @@ def answer(text: str) -> str:
     return overlay.model_dump_json(exclude_none=True)
 
 
+_PLACED = {"stands": (SupportKind.FREESTANDING, None), "hangs": (SupportKind.FIXED, Mount.WALL)}
+"""What carries an object of a kind that its edges tell, by how the table of proportions says that such are placed."""
+
+
 def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     """An overlay for any object and any user's words, from the tables; deterministic."""
     guidance = read_guidance(words, info)
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
     support = guidance.support or usual_support(info, guidance.called, guidance.category)
-    shape = fitted_edges(depth_width_height(info), size.category)
-    if guidance.support is None and shape is not None and shape.placed == "stands":
-        said = f"its edges are those of a {shape.kind}, which stands"
-        support = SupportProposal(kind=SupportKind.FREESTANDING, confidence=STANDS_CONFIDENCE, reason=said)
+    shape = fitted_kind(info, size.category)
+    if guidance.support is None and shape is not None and shape.placed in _PLACED:
+        kind, mount = _PLACED[shape.placed]
+        said = f"its edges are those of a {shape.kind}, which {shape.placed}"
+        support = SupportProposal(kind=kind, mount=mount, confidence=STANDS_CONFIDENCE, reason=said)
     scale = propose_scale(info, size, guidance.size, support)
     positions = asked_positions(parts, guidance, scale.value)
     links, mass_notes, change = propose_links(info, parts, guidance, scale.value, scale.final_m)

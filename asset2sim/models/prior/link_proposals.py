@@ -245,7 +245,9 @@ def _usual_masses(size: Size, pieces: Sequence[_Piece], ratio: float, scale: flo
         table = tables.materials()
         other *= table[body.material].density_kg_m3 * table[body.material].wall_factor
         other /= table[usual].density_kg_m3 * table[usual].wall_factor
-    low, high = size.mass_min_kg * min(ends) * other, size.mass_max_kg * max(ends) * other
+    # Doors are weighed by the leaf.
+    leaves = max(sum(piece.part == "door" for piece in pieces), 1) if size.category == "Door" else 1
+    low, high = size.mass_min_kg * min(ends) * other, size.mass_max_kg * max(ends) * other * leaves
     if not tables.is_built(size.category):
         low = max(low, math.sqrt(size.mass_min_kg * size.mass_max_kg) * ratio**CONTENT_EXPONENT * other)
     return _MassRange(low, high, f"{size.category} of {ratio * size.typical_m:.3g} m")

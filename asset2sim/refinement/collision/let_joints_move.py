@@ -8,8 +8,9 @@ import numpy as np
 
 from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, authored_shapes, intersect
 from asset2sim.assets.hulls import Hulls, exact_links
+from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of, written_joints
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, tree_of, written_joints
 from asset2sim.physics.mass_matrix import Body
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
@@ -17,7 +18,7 @@ from asset2sim.refinement.collision.jams import LARGEST_AUTHORED_M
 from asset2sim.refinement.collision.press_room import room_for_presses
 from asset2sim.refinement.collision.travel import Limits, clamped, joints_to_root, range_of
 from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
-from asset2sim.refinement.context import RefinementContext, trace_step, warning
+from asset2sim.refinement.context import RefinementContext, info, trace_step, warning
 from asset2sim.refinement.notes import note_cuts
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -66,6 +67,34 @@ def links_meet(
     return intersect(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
 
 
+ONE_LINE = 0.02
+"""Distance between two joints' axes, as a share of the shorter part's reach from them, up to which they are one."""
+TURNING = ("revolute", "continuous")
+
+
+def stacked_pairs(
+    tree: Sequence[TreeJoint], poses: Mapping[str, Array], pairs: Iterable[tuple[str, str]], points: Mapping[str, Array]
+) -> list[tuple[str, str]]:
+    """Of the ``pairs`` of links that engines let collide those that turn about one line, one drawn before the other:
+    the hands of a clock, which never meet, though as collision shapes they are too thick to pass. ``points`` are the
+    (n, 3) corners of each link in its frame, as drawn."""
+    turning = {joint.child: joint for joint in tree if joint.type in TURNING}
+    found = []
+    for a, b in pairs:
+        one, other = turning.get(a), turning.get(b)
+        if one is None or other is None or one.parent != other.parent or not (len(points[a]) and len(points[b])):
+            continue
+        axis, away = poses[a][:3, :3] @ one.axis, poses[b][:3, 3] - poses[a][:3, 3]
+        along = abs(float(axis @ poses[b][:3, :3] @ other.axis)) > 1.0 - 1e-4
+        reach = min(float(np.ptp(points[link], axis=0).max()) for link in (a, b))
+        if not along or np.linalg.norm(away - axis * (axis @ away)) > ONE_LINE * reach:
+            continue
+        first, second = (apply(poses[link], points[link]) @ axis for link in (a, b))
+        if first.max() <= second.min() or second.max() <= first.min():
+            found.append((a, b))
+    return found
+
+
 FLOOR_GAP_M = 4e-3
 """Gap left between the floor and a part that slides over it, m: doors and drawers of furniture clear theirs by 3 to
 5 mm, and what is within 3 mm of it counts as standing (``STANDING_M``)."""
@@ -81,8 +110,11 @@ def let_joints_move(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hul
     pairs = list(contact_pairs(joints, links, loop.passing))
     pinned = pinned_pairs(tree, features.root, limits, start, pairs, shapes, hulls)
     note_pinned(pinned, loop.log.findings)
-    overlay = overlay.model_copy(update={"passing": (*overlay.passing, *pinned)})
-    pairs = [pair for pair in pairs if pair not in pinned]
+    drawn = {link: geometry.points * overlay.scale for link, geometry in loop.extraction.geometry.items()}
+    stacked = stacked_pairs(tree, link_to_root(tree, features.root, start), pairs, drawn)
+    note_stacked(stacked, loop.log.findings)
+    overlay = overlay.model_copy(update={"passing": (*overlay.passing, *pinned, *stacked)})
+    pairs = [pair for pair in pairs if pair not in (*pinned, *stacked)]
     exact, planes = exact_links(loop.extraction), loop.log.planes
     cleared = clear_ranges(hulls, tree, features.root, limits, start, pairs, shapes, exact, planes)
     off_floor, lifted = take_off_floor(loop, overlay, cleared.hulls)
@@ -163,6 +195,13 @@ def note_pinned(pinned: Sequence[tuple[str, str]], findings: list[Finding]) -> N
     for a, b in pinned:
         text = f"'{a}' and '{b}' meet as drawn wherever the joints between them are: they pass through each other, "
         findings.append(warning(code="links_pass", message=f"{text}as a link and its parent do", link=a))
+
+
+def note_stacked(stacked: Sequence[tuple[str, str]], findings: list[Finding]) -> None:
+    """A finding for every pair of links that turn about one line, one before the other."""
+    for a, b in stacked:
+        text = f"'{a}' and '{b}' turn about one line, one before the other: they pass through each other"
+        findings.append(info(code="links_stacked", message=text, link=a))
 
 
 def note_jams(cleared: Cleared, findings: list[Finding]) -> None:
