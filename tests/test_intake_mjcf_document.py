@@ -498,3 +498,14 @@ def test_what_an_actuator_pulls_over_a_tendon_is_driven(tmp_path: Path) -> None:
     (work := tmp_path / "work").mkdir()
     made = urdf_of_mjcf(written(tmp_path, BODY.format(more=LID.format(more=SOLID)) + finger, rest), work)
     assert made.driven == {"first", "second"}
+
+
+def test_a_bound_that_is_only_seen_is_no_part_beside_what_is_free(tmp_path: Path) -> None:
+    """Robot hands' cubes have their bounds drawn round them: a body in the world that nothing weighs or touches."""
+    seen = 'type="box" size="1 1 1" mass="0" contype="0" conaffinity="0" rgba="1 0 0 0.1"'
+    bound = f'<body name="bound"><geom {seen}/></body>'
+    cube = '<body name="cube"><freejoint/><geom type="box" size="0.1 0.1 0.1"/>' + LID.format(more=SOLID) + "</body>"
+    made = urdf_of_mjcf(written(tmp_path, cube + bound), tmp_path)
+    assert [link.get("name") for link in made.robot.findall("link")] == ["cube", "lid"] and not made.free
+    solid = urdf_of_mjcf(written(tmp_path, cube + bound.replace('"1 0 0 0.1"', '"1 0 0 1"')), tmp_path)
+    assert "bound" in [link.get("name") for link in solid.robot.findall("link")], "what one sees is not lost"

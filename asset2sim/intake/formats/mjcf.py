@@ -50,6 +50,8 @@ def urdf_of_mjcf(file: Path, work: Path, reach: AllowedFolders = ANYWHERE) -> Co
 
 WHOLE_TURN_RAD = 6.0
 """Range of a hinge from which it says nothing where its file does not limit it by that."""
+SEE_THROUGH = 0.5
+"""Opacity of a geom up to which one sees through it."""
 MOSTLY = 0.9
 """Share of a body's compiled mass from which what its geoms state is its mass; the rest is at the density of water."""
 DEFAULT_DENSITY_KG_M3, LEAST_DENSITY_KG_M3 = 1000.0, 200.0
@@ -202,14 +204,21 @@ class _MjcfAsset:
 
     def parts(self, body: int) -> list[int]:
         """The bodies that hang from one, without the scene's and those that only mark a place: they and all below them
-        have no geom, joint or mass of their own."""
+        have no joint, geom or mass of their own, or hang on the world and are all marks."""
         m = self.model
         below = [other for other in range(1, m.nbody) if m.body_parentid[other] == body]
         return [
             other for other in below
-            if self.joints(other) or self.parts(other) or self.geoms(other)
+            if self.joints(other) or self.parts(other)
+            or any(body or not self.is_mark(geom) for geom in self.geoms(other))
             or (self.spec.bodies[other].explicitinertial and not m.body_geomnum[other])
         ]  # fmt: skip
+
+    def is_mark(self, geom: int) -> bool:
+        """Whether a geom shows a place or a bound and is nothing itself: its file gives it no mass."""
+        m = self.model
+        touches = m.geom_contype[geom] or m.geom_conaffinity[geom]
+        return not touches and self.spec.geoms[geom].mass == 0.0 and m.geom_rgba[geom][3] <= SEE_THROUGH
 
     def weighed(self, body: int) -> bool:
         """Whether a body's mass is stated: by itself, or by its geoms that weigh anything, each by a mass (one that
