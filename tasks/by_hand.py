@@ -16,8 +16,8 @@ from tasks.progress import AssetJob, StageResult
 def measure_in_child(
     job: AssetJob, folder: Path | None, check: Callable[[Path], StageResult], code: str
 ) -> StageResult:
-    """A check of the object in ``folder``, in a child that may crash or hang; nothing where nothing was written. A
-    child that died is the check's column of reasons and a finding of this code."""
+    """A check of the object in ``folder``, in a child that may crash or hang; nothing where nothing was written. Of a
+    child that died the reason stands in the check's column of reasons and in a finding of this code."""
     if folder is None:
         return StageResult()
     outcome = in_child(Engine.MUJOCO, partial(check, folder), time_limit_s=job.settings.engine.time_limit_s)

@@ -42,7 +42,7 @@ class ModelOptions(FileOptions):
     judge_model: typed.NAME | None = Field(None, description="a vision model that scores the result against its prompt")
 
 
-class Chosen(Options):
+class ChosenAssets(Options):
     """Which assets of a dataset are taken."""
 
     subset: typed.NAME | None = Field(None, description="only the manifest's rows of this subset")
@@ -50,7 +50,7 @@ class Chosen(Options):
     limit: typed.N | None = Field(None, description="only the first N of them")
 
 
-class Selection(Chosen):
+class Selection(ChosenAssets):
     """Which assets of a dataset are taken, where they are verified, and how many at once."""
 
     interaction: CliDualFlag[bool] = INTERACTION

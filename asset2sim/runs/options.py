@@ -19,7 +19,7 @@ from asset2sim.runs.option_groups import (
     AnswerOptions,
     CatalogOptions,
     CheckOptions,
-    Chosen,
+    ChosenAssets,
     ConvertOptions,
     DescribeOptions,
     FileOptions,
@@ -229,7 +229,7 @@ class RecordOptions(CatalogOptions):
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
 
 
-class AskOptions(FileOptions, Chosen):
+class AskOptions(FileOptions, ChosenAssets):
     """Write the questions of a run as files, for a person or another program to answer; again, what follows from it."""
 
     data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")

@@ -150,7 +150,7 @@ def position_within(span: Range, wanted: float, requested: bool, notes: Notes) -
 
 
 def part_and_role(features: Features, joint: JointFeatures) -> tuple[str, str]:
-    """The part that a joint carries by its names, and its role: whether it opens, or one sets it."""
+    """Name of the part that a joint carries, and its role: it opens, or it is set, as a tap's lever is."""
     part = part_name(features.link(joint.child).label, joint.child, joint.name)
     return part, mechanism(part, features.category, "slider" if joint.prismatic else "hinge").role
 

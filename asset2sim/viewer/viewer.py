@@ -29,7 +29,7 @@ logger = logging.getLogger(__name__)
 
 
 class Viewer(LivePage):
-    """One OUT on one server."""
+    """The pages of one output folder on one viser server."""
 
     def __init__(
         self, out: Path | str, server: viser.ViserServer, asset_id: str | None, engine: Engine, settings: EngineSettings

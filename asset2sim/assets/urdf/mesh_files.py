@@ -86,14 +86,14 @@ def copy_materials(obj: Path, folder: Path, target: Path) -> None:
                 copy_file(file.parent / name, texture_place)
 
 
-Counts = Callable[[Path], bool]
+PathTest = Callable[[Path], bool]
 """Whether a path counts as a file that is there."""
 
 
-def material_files(file: Path, within: Counts = lambda path: True, counts: Counts = is_file) -> list[Path]:
-    """The material libraries and pictures that a mesh's looks depend on, as far as they exist: as ``counts`` has it. A
-    library that is not ``within``, or that ``library_problem`` refuses, is listed and not read. None of a file that
-    cannot be read."""
+def material_files(file: Path, within: PathTest = lambda path: True, counts: PathTest = is_file) -> list[Path]:
+    """The material libraries and pictures that a mesh's looks depend on, of those that are there: ``counts`` is true of
+    them. A library of which ``within`` is false, or that ``library_problem`` refuses, is listed and not read. None of a
+    file that cannot be read."""
     with suppress(OSError):
         kind = file.suffix.lower()
         if kind == ".obj":
@@ -141,7 +141,7 @@ def without_materials(obj: bytes) -> bytes:
     return re.sub(rb"^[ \t]*mtllib\b[^\n]*$", b"", obj, flags=re.MULTILINE)
 
 
-def libraries_of(obj: Path, counts: Counts = is_file) -> list[str]:
+def libraries_of(obj: Path, counts: PathTest = is_file) -> list[str]:
     """Names of an OBJ's material libraries that exist, as the OBJ writes them."""
     head = read_head(obj)
     stated = [found for found in MATERIAL_LINE.finditer(head) if begins_line(head, found.start())]
@@ -153,7 +153,7 @@ def begins_line(text: str, place: int) -> bool:
     return not text[text.rfind("\n", 0, place) + 1 : place].strip()
 
 
-def textures_of(library: Path, counts: Counts = is_file) -> list[str]:
+def textures_of(library: Path, counts: PathTest = is_file) -> list[str]:
     """Names of a material library's textures that exist, as it writes them, without the options before the name."""
     names = []
     for line in TEXTURE_LINE.findall(library.read_text(encoding="utf-8", errors="replace")):

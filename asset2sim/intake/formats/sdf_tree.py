@@ -1,4 +1,4 @@
-"""The tree that an SDF model's joints make: between links, from the world or what hangs on nothing on."""
+"""An SDF model's joints as a tree of links, which begins at the world or at links that no joint carries."""
 
 from collections.abc import Iterator
 
@@ -15,8 +15,8 @@ AXES = ("axis", "axis2")
 
 
 def as_tree(model: Element) -> None:
-    """Have a flat model's joints tie links instead of frames, and each link hang on one joint: those that close a loop
-    become ``CLOSING``. A link called as the world is, which has no shape, is the world."""
+    """Rewrite a flat model's joints so that they tie links, not frames, and each link is the child of one joint; those
+    that would close a loop become ``CLOSING``. A link without a shape that has the world's name is the world."""
     for link in model.findall(f"link[@name='{WORLD}']"):
         if link.find("visual") is None and link.find("collision") is None:
             model.remove(link)
@@ -37,7 +37,7 @@ def as_tree(model: Element) -> None:
                 axis.remove(mimic)
     for number, turned in tree.ways:
         if turned:
-            turn(joints[usable[number]])
+            swap_ends(joints[usable[number]])
 
 
 def limits_in_axes(model: Element) -> Iterator[str]:
@@ -84,8 +84,8 @@ def keep_place(joint: Element, frame: str) -> None:
         pose.set("relative_to", frame)
 
 
-def turn(joint: Element) -> None:
-    """Have a joint's child be its parent: its axes go the other way, so that its positions stay what they are."""
+def swap_ends(joint: Element) -> None:
+    """Swap a joint's parent and child, and reverse its axes, so that its positions mean what they meant."""
     parent, child = joint.find("parent"), joint.find("child")
     if parent is None or child is None:
         return

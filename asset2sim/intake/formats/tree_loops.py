@@ -1,4 +1,4 @@
-"""Loops that joints would close which a URDF's tree leaves out: what they tie is said by joints that follow one."""
+"""Kinematic loops, which a URDF's tree cannot hold: the joints of a loop are made to follow one of them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -32,9 +32,9 @@ class Closing:
 
 
 def close_loops(robot: Element, closings: Sequence[Closing]) -> Iterator[str]:
-    """Let the joints of a URDF follow as those that are left out of it would have them, and the links that these join
-    pass through one another, as all that are joined; a note on each loop, or on its joint where a loop is none of one
-    freedom."""
+    """Make the joints of each loop follow one of them, as the joints that the tree leaves out would; the links which
+    those join may pass through one another, as all joined links may. A note for each loop, or for each joint left out
+    where its loop does not have exactly one degree of freedom."""
     said, apart = set[int](), {item.ends for item in closings}
     links = {str(link.get("name")) for link in robot.findall("link")}
     usable = [item for item in closings if item.kind in (*JOINTS, "fixed") and links.issuperset(item.ends)]
