@@ -27,7 +27,7 @@ BY_NAME = {item.name: item for item in (*PLANTED, *FRESH, *HELD, *SELDOM, *ABSEN
         "gap_microwave", "gap_handle", "suite_door", "suite_leaf", "akb_condiment", "gz_valve",
         "casa_dishwasher", "opd_fridge", "selector", "butterfly", "brake", "porthole", "throttle", "shutter",
         "breaker_panel", "press", "vise_screw", "bell", "cutter_arm", "revolving", "toggle", "usb_cap", "stand_screen",
-        "fan_column", "mouse_button",
+        "fan_column", "mouse_button", "wall_dimmer",
     ],
 )  # fmt: skip
 def test_a_part_is_what_a_hand_expects_whatever_its_dataset_calls_it(tmp_path: Path, name: str) -> None:

@@ -82,6 +82,16 @@ def test_words_of_size_move_the_bounds() -> None:
     assert sized(3.0, "A large microwave.")[0] == pytest.approx(large * MICROWAVE.max_m)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [("A mini oven.", []), ("A mini convection oven.", ["mini"]), ("Two mini ovens.", []), ("A mini pump.", ["mini"])],
+)
+def test_a_word_of_size_in_the_name_of_another_kind_says_no_more_of_its_size(words: str, said: list[str]) -> None:
+    """A mini oven is a kind with a size of its own, not six tenths of one; a mini pump is a pump, and smaller."""
+    info = ObjectInfo.from_json(thing("Oven", hinged("door", "door")))
+    assert [word.words for word in read_guidance(words, info).size.words] == said
+
+
 @pytest.mark.parametrize("guidance", ["A microwave, 30 cm long.", "A microwave. Scale 0.15."])
 def test_a_stated_number_is_kept_to(guidance: str) -> None:
     assert sized(0.15, guidance)[1].findings == []

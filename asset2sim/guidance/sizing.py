@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, MOST_SCALE, plain_guidance
 from asset2sim.guidance.edges import fitted_kind
-from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, place_of
+from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, noun_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.parts import depth_width_height
 from asset2sim.guidance.tables import Size
@@ -96,8 +96,18 @@ def _size_words(tokens: tuple[str, ...], statements: Sequence[Segment]) -> tuple
             place="first" if segment.start == 0 else "head" if segment.start < end else "later",
         )
         for segment in statements
-        for start, _, name in longest_spans(segment.tokens, table)
+        for start, stop, name in longest_spans(segment.tokens, table)
         if name not in {item.value for item in segment.of("share")}  # "45% of its travel"
+        if not makes_another_kind(segment.tokens, start, stop)
+    )
+
+
+def makes_another_kind(tokens: tuple[str, ...], start: int, stop: int) -> bool:
+    """Whether a word of size belongs to the name of a kind that has a size of its own: a mini oven is no oven."""
+    return any(
+        first == start and any(rest != kind for _, _, rest in noun_spans(tokens[stop:last]))
+        for first, last, kind in noun_spans(tokens)
+        if stop < last
     )
 
 
