@@ -85,11 +85,11 @@ def question_pictures(
 
 
 def end_pictures(
-    extraction: Extraction, settings: Settings, shown: Mapping[str, tuple[JointFeatures, float]]
+    extraction: Extraction, settings: Settings, shown: Sequence[tuple[JointFeatures, Mapping[str, float]]]
 ) -> tuple[LabelledImage, ...]:
-    """A picture of the looks, and of each joint at a position (rad or m at the authored scale) one with the links in
-    their colours, by its label, all others closed, from the side from which more of its part is seen; none for a model
-    that takes none. Raises AssetError where there is nothing to draw."""
+    """A picture of the looks, and of each joint at each labelled position (rad or m at the authored scale) one with the
+    links in their colours, all others closed, from the side from which more of its part is seen; none for a model that
+    takes none. Raises AssetError where there is nothing to draw."""
     if is_local(settings.model.model):
         return ()
     features, side = extraction.features, settings.model.image_side_px
@@ -97,12 +97,15 @@ def end_pictures(
     scene = load_scene(extraction.urdf, {}, loaded, features.front)
     pictures = plain_pictures(scene, side, LOOKS[:1])
     closed = {joint.name: joint.closed or 0.0 for joint in features.movable_joints if joint.mimic is None}
-    for label, (joint, position) in shown.items():
-        scene = load_scene(extraction.urdf, {**closed, joint.name: position}, loaded, features.front)
-        sides = [marked_pictures(scene, features, side, behind=behind) for behind in (False, True)]
-        best = max(sides, key=lambda picture: picture.seen_px(joint.child))
-        names = shown_names(best, features, {link: link for link in mark_names(features)})
-        pictures[label] = with_names(best.image, best.shown, names)
+    names = {link: link for link in mark_names(features)}
+    for joint, labelled in shown:
+        poses = [{**closed, joint.name: position} for position in labelled.values()]
+        scenes = [load_scene(extraction.urdf, pose, loaded, features.front) for pose in poses]
+        sides = [[marked_pictures(scene, features, side, behind=far) for scene in scenes] for far in (False, True)]
+        best = max(sides, key=lambda found: sum(picture.seen_px(joint.child) for picture in found))
+        for label, picture in zip(labelled, best, strict=True):
+            tags = shown_names(picture, features, names)
+            pictures[label] = with_names(picture.image, picture.shown, tags)
     return tuple(LabelledImage(label=label, png=png_bytes(image)) for label, image in pictures.items())
 
 

@@ -117,11 +117,10 @@ def ends_of(item: GuessedEnd) -> dict[str, float]:
 
 def pictures_of(extraction: Extraction, settings: Settings, guessed: Sequence[GuessedEnd]) -> tuple[LabelledImage, ...]:
     """The pictures of each part at both ends; none where there is nothing to draw, or for a model that takes none."""
-    shown = {
-        f"{number}{end}": (item.joint, at)
+    shown = [
+        (item.joint, {f"{number}{end}": at for end, at in ends_of(item).items()})
         for number, item in enumerate(guessed, 1)
-        for end, at in ends_of(item).items()
-    }
+    ]
     try:
         return end_pictures(extraction, settings, shown)
     except AssetError:  # the words alone still ask
