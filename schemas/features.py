@@ -159,8 +159,9 @@ class Features(Frozen):
     ``rest_box_min`` and ``rest_box_max`` bound the object at its rest pose in the root link's frame, m.
     ``closed_size`` is the edges of its upright box with every joint closed, m; ``link_centers`` maps each link with
     geometry to the centre of its box at rest in the root link's frame, m, and ``link_boxes`` to that box's edges along
-    the axes of that frame. All at the authored scale. ``front`` is the horizontal unit direction in the root link's
-    frame that the object faces.
+    the axes of that frame; ``link_feet`` has the middle of its lowest points in that box seen from above, as shares,
+    where it is far from the box's own: an arc lamp's. All at the authored scale. ``front`` is the horizontal unit
+    direction in the root link's frame that the object faces.
     """
 
     asset_id: str
@@ -174,6 +175,7 @@ class Features(Frozen):
     closed_size: Vector3
     link_centers: dict[str, Vector3]
     link_boxes: dict[str, Vector3]
+    link_feet: dict[str, tuple[float, float]] = Field(default_factory=dict, exclude_if=lambda feet: not feet)
     content_hash: str
     front: Vector3 = (-1.0, 0.0, 0.0)
     metric: str = ""

@@ -74,6 +74,21 @@ def test_a_kind_that_its_edges_tell_is_built_as_its_category() -> None:
     assert tables.part_contents("FloorFan", "") != tables.part_contents("Fan", ""), "rows of its own"
 
 
+def test_the_motor_of_a_fan_is_in_the_head_that_turns() -> None:
+    head = hinged("turn", "fan_frame")
+    for moving, holder in (((head,), "turn_link"), ((), "body")):
+        links = ask(thing("Fan", *moving, body="fan_base", size=0.5))["links"]
+        assert [item["name"] for item in links if "motor" in [c["name"] for c in item.get("contents", ())]] == [holder]
+
+
+def test_a_lamp_on_arms_has_a_heavier_foot() -> None:
+    weights = []
+    for moving in ((), (hinged("arm", "rotation_bar"),)):
+        body = ask(thing("Lamp", *moving, body="lamp_base", size=0.45))["links"][0]
+        weights.append(sum(item["mass_kg"] for item in body["contents"]))
+    assert weights[1] == pytest.approx(2.0 * weights[0])
+
+
 def test_a_wall_clock_hangs_and_a_longcase_clock_stands() -> None:
     for edges, support in (
         ((0.04, 0.3, 0.3), "fixed"),

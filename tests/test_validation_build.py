@@ -65,6 +65,23 @@ def test_contents_stand_in_their_place_by_the_parallel_axis_theorem(body: LinkFe
     assert found.mass * found.unit_inertia[0, 0] == pytest.approx(expected)
 
 
+def test_a_lamps_weight_is_over_its_foot_and_what_stands_higher_or_aside_is_not(tmp_path: Path) -> None:
+    """A plate of 0.4 m with an arm over 1.2 m: its foot is a sixth of the way along its box."""
+    text = robot(link("a", shape("0.4 0.4 0.02", xyz="0 0 0.01") + shape("1 0.04 0.04", xyz="0.5 0 1.4")))
+    item = read(written(tmp_path, text))
+    assert item.features.link_feet == {"a": pytest.approx((1 / 6, 0.5), abs=1e-3)}
+    lamp = item.features.links[0]
+
+    def centre(at: tuple[float, float, float]) -> float:
+        weight = Content(name="weight in the foot", mass_kg=1e6, at=at)
+        proposal = LinkProposal(name="a", density_kg_m3=1000.0, hollow_factor=1e-3, contents=(weight,))
+        return float(built_link(lamp, proposal, 1.0, SETTINGS, np.eye(3), foot=item.features.link_feet["a"]).com[0])
+
+    assert centre((0.5, 0.5, 0.03)) == pytest.approx(0.0, abs=1e-3)
+    assert centre((0.5, 0.5, 0.6)) == pytest.approx(0.4, abs=1e-3)
+    assert centre((0.95, 0.5, 0.05)) == pytest.approx(0.94, abs=1e-3), "a compressor at the back"
+
+
 def test_contents_are_placed_upright_in_a_link_whose_frame_lies_on_its_side(body: LinkFeatures) -> None:
     """PartNet-Mobility's links have y up: z of the root is their y."""
     to_root = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

@@ -293,6 +293,13 @@ def test_parts_tell_a_kind_that_edges_alone_do_not(
     assert kg[0] <= size.mass_min_kg and size.mass_max_kg <= kg[1]
 
 
+def test_a_window_on_a_level_hinge_is_no_sliding_one() -> None:
+    drawn = thing("Window", hinged("w", "rotation_window", axis=(0.0, 1.0, 0.0))) | {
+        key: [0.14, 1.8, 1.2] for key in ("size_closed_m", "size_m")
+    }
+    assert 1.8 * Overlay.model_validate(ask(drawn, "")).scale == pytest.approx(0.9, rel=0.15)
+
+
 def test_edges_that_disagree_make_a_size_less_sure_and_other_categories_have_none() -> None:
     usual, odd = (fitted_edges(edges, "Window") for edges in ((0.08, 0.85, 1.3), (0.3, 2.6, 0.7)))
     assert usual is not None and odd is not None and odd.sigma > 1.5 * usual.sigma

@@ -72,6 +72,10 @@ class DescriptionFile:
 TURNED = 0.75
 """Share of the floor that its box along the axes takes below which an object stands turned among them: a kettle whose
 spout points along an axis takes more."""
+FOOT_SHARE = 0.05
+"""Height over the lowest point, as a share of a link's, within which it stands: its foot ..."""
+OFF_CENTRE = 0.1
+"""... whose middle is off the link's by this share of its box or more where that counts."""
 TIGHTER = 0.95
 """Share of the area of a box along the root's axes below which one in a link's own frame counts as tighter."""
 
@@ -202,6 +206,11 @@ def read_asset(
         closed_size=closed_size,
         link_centers={name: box_center(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
         link_boxes={name: box_edges(rest[name], cloud) for name, cloud in points.items() if len(cloud)},
+        link_feet={
+            name: foot
+            for name, cloud in points.items()
+            if len(cloud) and (foot := foot_share(apply(rest[name], cloud))) is not None
+        },
         content_hash=hash_files([*opened.files, *files, *looks, *beside]),
         front=floats_of(front_of(robot, urdf)),
         metric=metric_evidence(
@@ -248,6 +257,15 @@ def box_edges(pose: Array, points: Array) -> Vector3:
         return floats_of(around)
     _, nearest = linear_sum_assignment(-np.abs(pose[:3, :3]))
     return floats_of(own[nearest])
+
+
+def foot_share(points: Array) -> tuple[float, float] | None:
+    """The middle of the lowest of (n, 3) points, z up, in their box seen from above, as shares; None where it is near
+    the box's own."""
+    low, size = points.min(axis=0), np.maximum(np.ptp(points, axis=0), 1e-12)
+    foot = points[points[:, 2] <= low[2] + FOOT_SHARE * size[2], :2]
+    x, y = ((foot.min(axis=0) + foot.max(axis=0)) / 2.0 - low[:2]) / size[:2]
+    return None if max(abs(x - 0.5), abs(y - 0.5)) < OFF_CENTRE else (round(float(x), 4), round(float(y), 4))
 
 
 def box_area(edges: Array) -> float:

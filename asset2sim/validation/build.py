@@ -57,14 +57,16 @@ def built_link(
     settings: PhysicsSettings,
     to_root: Array,
     upright_m: Vector3 | None = None,
+    foot: tuple[float, float] | None = None,
 ) -> Built:
     """The link as proposed, or of a fallback material. ``to_root`` is the (3, 3) rotation into the root's frame, and
-    ``upright_m`` the edges of its box along that frame's axes, by which contents are placed; None: those of its own."""
+    ``upright_m`` the edges of its box along that frame's axes, by which contents are placed; None: those of its own.
+    ``foot`` is the middle of its foot in that box, as shares, where it is not the box's."""
     volume, hull, outer = link.volume_m3 * scale**3, link.hull_volume_m3 * scale**3, link.outer_m2 * scale**2
     density, hollow, wall = settings.fallback_density_kg_m3, settings.fallback_hollow_factor, 0.0
     material, contents = None, tuple[Content, ...]()
     if proposal is not None:
-        material, contents = proposal.material, proposal.contents
+        material, contents = proposal.material, tuple(over_foot(item, foot) for item in proposal.contents)
         density = proposal.density_kg_m3 or density
         hollow = proposal.hollow_factor if proposal.hollow_factor is not None else hollow
         wall = proposal.wall_m or 0.0
@@ -123,6 +125,17 @@ def as_thick_as_their_kind(
         notes.info("sheet_thickened", message, link=link.name, value=drawn, limit=wall)
         found[link.name] = answer.model_copy(update={"hollow_factor": None, "wall_m": wall})
     return found
+
+
+FOOT_HEIGHT = 0.05
+"""Height in a link's box, as a share, up to which what is in its middle is in its foot: a lamp's weight."""
+
+
+def over_foot(item: Content, foot: tuple[float, float] | None) -> Content:
+    """The content, moved over the middle of the link's ``foot`` if it is in the foot."""
+    if foot is None or item.at[:2] != (0.5, 0.5) or item.at[2] > FOOT_HEIGHT:
+        return item
+    return item.model_copy(update={"at": (*foot, item.at[2])})
 
 
 def with_contents(

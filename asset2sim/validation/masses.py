@@ -62,6 +62,7 @@ def link_masses(
             notes,
             at_rest[link.name][:3, :3],
             features.link_boxes.get(link.name),
+            foot=features.link_feet.get(link.name),
             mass_by=Source.USER if link.name in theirs else source,
             kept=() if link.name in theirs else kept.get(link.name, ()),
         )
@@ -85,18 +86,19 @@ def link_mass(
     notes: Notes,
     to_root: Array | None = None,
     upright_m: Vector3 | None = None,
+    foot: tuple[float, float] | None = None,
     mass_by: Source | None = None,
     kept: Collection[Quantity] = (),
 ) -> LinkMass:
     """Mass properties of one link with geometry; missing values come from the URDF, else from a fallback material.
     ``to_root`` is the (3, 3) rotation into the root link's frame at rest, ``upright_m`` the edges of the link's box
-    there, by which contents are placed; ``mass_by`` is whose the proposed mass is, if not of ``source``; what is
-    ``kept`` of the file goes before the proposal's."""
+    there, by which contents are placed, and ``foot`` the middle of its foot in it; ``mass_by`` is whose the proposed
+    mass is, if not of ``source``; what is ``kept`` of the file goes before the proposal's."""
     if Quantity.MASS in kept and link.inertial is not None:
         proposal = proposal or LinkProposal(name=link.name)
         proposal = proposal.model_copy(update={"mass_kg": link.inertial.mass_kg, "com": None, "inertia": None})
         mass_by = Source.AUTHORED
-    made = built_link(link, proposal, scale, settings, np.eye(3) if to_root is None else to_root, upright_m)
+    made = built_link(link, proposal, scale, settings, np.eye(3) if to_root is None else to_root, upright_m, foot)
     mass, rule, mass_source = made.mass, made.rule, Source.RULE
     if proposal is not None and (proposal.density_kg_m3 is not None or proposal.mass_kg is not None):
         mass_source = mass_by or source
