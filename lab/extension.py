@@ -30,11 +30,7 @@ COMMANDS = (
     ),
 )  # fmt: skip
 SIMULATED = LocalModel(
-    name=NOISY,
-    form=NOISY_FORM,
-    label=NOISY_LABEL,
-    answers="lab.noise.noisy_model:noisy_answers",
-    sources=("lab.noise",),
+    name=NOISY, form=NOISY_FORM, label=NOISY_LABEL, answers="lab.noise.noise:noisy_answers", sources=("lab.noise",)
 )
 EXTENSION = Extension(
     commands=COMMANDS,

@@ -1,20 +1,14 @@
 """State kept of a training beside its checkpoints, so that it can go on: a file that is replaced in one step."""
 
-import hashlib
 import os
 import shutil
 from pathlib import Path
 
 from pydantic import Field
 
-from asset2sim.gym.arm.tasks import Task
-from lab.schemas.ppo_settings import PpoSettings
 from schemas.base import Frozen
-from schemas.learning_settings import LearningSettings
 
 PROGRESS = "progress.json"
-DECIDING = ("overlay.json", "mobility.urdf")
-"""Files of an asset that decide what is learnt: meshes come with the URDF."""
 
 
 class Point(Frozen):
@@ -58,16 +52,6 @@ class TrainingProgress(Frozen):
         """Whether every rollout of the last ``count`` checkpoints was a success."""
         last = self.points[-count:]
         return len(last) == count and all(point.success == 1.0 for point in last)
-
-
-def key_of(folder: Path, task: Task, seed: int, learning: LearningSettings, ppo: PpoSettings) -> str:
-    """Key of a training: another asset, task, seed or setting makes another one, another budget does not."""
-    found = hashlib.sha256()
-    for name in DECIDING:
-        file = folder / name
-        found.update(file.read_bytes() if file.is_file() else b"")
-    found.update(repr((task, seed, learning.model_dump_json(), ppo.model_dump_json())).encode())
-    return found.hexdigest()
 
 
 def read_progress(to: Path, key: str) -> TrainingProgress:

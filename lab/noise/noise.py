@@ -5,12 +5,13 @@ in ``noise_level``."""
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from asset2sim.guidance.object_info import JointInfo, ObjectInfo, read_prompt
+from asset2sim.models.prior.answer import answer as prior_answer
 from asset2sim.models.prior.refinement import read_refinement
-from lab.noise.noise_level import Draws, Noise, NoiseLevel, draws_for
+from lab.noise.noise_level import Draws, Noise, NoiseLevel, draws_for, noise_of
 from lab.noise.noise_numbers import with_sigmas, with_wrong_numbers
 
 SPRING = ("spring_hz", "spring_rest", "press_start", "press_end", "returns_s", "stiffness")
@@ -135,6 +136,18 @@ def noisy(answer: str, text: str, noise: Noise, sample: int = 0, conversation: s
     if draws.happens("malformed", sizes.p_malformed):
         return malformed(written, MALFORMED[draws.index("malformed how", len(MALFORMED))], draws)
     return written
+
+
+def noisy_answers(model: str) -> Callable[[str, str, int], str]:
+    """The answers of a model by its whole name: question, all that was said, number of the sample → text. Raises
+    UnknownChoiceError for a level or a seed that it cannot have."""
+    noise = noise_of(model)
+
+    def answered(text: str, conversation: str, sample: int) -> str:
+        right = prior_answer(text)
+        return right if noise is None else noisy(right, text, noise, sample, f"{text}\n{conversation}")
+
+    return answered
 
 
 def noisy_overlay(given: dict[str, Any], info: ObjectInfo, draws: Draws, sizes: NoiseLevel) -> dict[str, Any]:
