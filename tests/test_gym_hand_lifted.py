@@ -67,6 +67,13 @@ def test_both_hands_lift_what_one_does_not_get_about_or_hold(tmp_path: Path) -> 
     assert lifted(block(tmp_path / "heavy", 0.3, 5.0)) == Lifted(True, 1.0, "both hands")
 
 
+def test_what_both_hands_hold_does_not_creep_out_of_them(tmp_path: Path) -> None:
+    """Of 70 N each, at a friction of 0.4, both hold 56 N, of which a screen of 4.3 kg takes 42 N."""
+    screen = robot(link("body", shape("0.06 0.5 0.35", xyz="0 0 0.175") + inertial(4.3, 0.3)))
+    folder = refined(tmp_path / "screen", screen, [], {"body": 4.3}, fixed=False)
+    assert lifted(told(folder, contact_friction=0.4)).share == 1.0
+
+
 def test_what_closing_hands_meet_first_is_told(tmp_path: Path) -> None:
     world = open_world(laptop(tmp_path / "laptop"), HandSettings(), hands=2)
     world.reset()

@@ -1,7 +1,7 @@
 """A policy behind GR00T's server: ZeroMQ REQ/REP with msgpack, as Isaac-GR00T's ``PolicyClient`` speaks it.
 
 Checked against the public code of Isaac-GR00T (``gr00t/policy/server_client.py``) and its example for DROID of N1.6,
-whose checkpoint is served with ``--use-sim-policy-wrapper``; no server of theirs has answered this client.
+whose checkpoint is served with ``--use-sim-policy-wrapper``; no checkpoint of theirs has answered this client.
 """
 
 import io

@@ -33,8 +33,9 @@ SPRING_N_M, TURN_SPRING = 4000.0, 150.0
 LINEAR_DAMPING = 2.0 * math.sqrt(SPRING_N_M * HAND_KG)
 TURN_DAMPING = 2.0 * math.sqrt(TURN_SPRING * HAND_INERTIA)
 """Critical damping of both, N·s/m and N·m·s/rad."""
-FINGER_KG, FINGER_DAMPING = 0.1, 250.0
-"""Mass of a finger, kg, and damping, N·s/m: it closes at 0.3 m/s."""
+FINGER_KG, FLAT_KG, FINGER_DAMPING = 0.1, 0.42, 250.0
+"""Mass of a finger and of a flat hand, kg, which is 0.6 % of a body of 70 kg (Dempster 1955): a lighter one chatters on
+what it presses, which creeps out of it; and damping, N·s/m: it closes at 0.3 m/s."""
 ROOM_M = 0.004
 """Room beside each open finger, m."""
 HELD_M = 0.3
@@ -52,11 +53,12 @@ STAND = "stand"
 
 @dataclass(frozen=True, eq=False)
 class Tool:
-    """One hand's two fingers, or two flat hands, which press from two sides. Half the size of a finger, and of the palm
-    between both, m; how far fingers reach beyond the middle of their pads, how wide they open and the room beside each,
-    m; with what force each presses, N."""
+    """One hand's two fingers, or two flat hands, which press from two sides. Half the size of a finger, m, its mass,
+    kg, and half the size of the palm between both, m; how far fingers reach beyond the middle of their pads, how
+    wide they open and the room beside each, m; with what force each presses, N."""
 
     finger: Array
+    finger_kg: float
     palm: Array
     tip_m: float
     opening_m: float
@@ -73,8 +75,8 @@ class Tool:
 def tool_of(settings: HandSettings, scale: float, hands: int) -> Tool:
     """One hand's two fingers, at a scale, or two flat hands that come from both sides."""
     if hands == 2:
-        return Tool(FLAT, np.zeros(3), FLAT_TIP_M, settings.between_m, FLAT_ROOM_M, settings.grip_n, hands)
-    sizes = FINGER * scale, PALM * scale, TIP_M * scale, settings.opening_m * scale
+        return Tool(FLAT, FLAT_KG, np.zeros(3), FLAT_TIP_M, settings.between_m, FLAT_ROOM_M, settings.grip_n, hands)
+    sizes = FINGER * scale, FINGER_KG, PALM * scale, TIP_M * scale, settings.opening_m * scale
     return Tool(*sizes, ROOM_M * scale, settings.grip_n * scale, hands)
 
 
@@ -92,7 +94,7 @@ def hand_spec(tool: Tool, settings: HandSettings) -> mujoco.MjSpec:
         hand.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=tool.palm, pos=(0.0, 0.0, tool.behind_m), **looks)
     for name, side in zip(FINGERS, (1.0, -1.0), strict=True):
         finger = hand.add_body(
-            name=name, gravcomp=1.0, mass=FINGER_KG, inertia=[1e-5] * 3, explicitinertial=True,
+            name=name, gravcomp=1.0, mass=tool.finger_kg, inertia=[1e-5] * 3, explicitinertial=True,
             pos=(0.0, side * tool.finger[1], tool.tip_m - tool.finger[2]),
         )  # fmt: skip
         finger.add_joint(
