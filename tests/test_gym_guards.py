@@ -93,6 +93,13 @@ def test_a_part_that_goes_faster_than_a_hand_is_struck_though_it_is_touched_all_
     assert found.struck == found.degenerate == fires and found.struck_share == pytest.approx(float(fires), abs=0.05)
 
 
+def test_a_sprung_part_that_swings_to_and_fro_once_it_is_let_go_of_is_not_struck() -> None:
+    """Pressed in a second from 0.1 m to 0, it swings about 0.1 m by 0.1 m, at up to 2 m/s."""
+    led = pushed(1.0, 2.0, (0.9, 2.0))
+    swings = np.where(TIMES < 2.0, led.positions, 0.1 - 0.1 * np.cos(20.0 * (TIMES - 2.0)))
+    assert guard(replace(led, positions=swings), SETTINGS).struck_share == 0.0
+
+
 def test_drift_before_the_touch_is_found_even_where_the_push_does_the_rest() -> None:
     found = guard(pushed(1.0, 2.0, (1.08, 2.2)), SETTINGS)
     assert found.drift_share == pytest.approx(0.08, abs=0.005) and found.drifted and not found.moved_untouched

@@ -74,11 +74,11 @@ def rollout_of(
 class Guards:
     """Findings of the guards. Shares of the way to the target: ``drift_share`` was gone before anything touched the
     object, ``fallen_share`` untouched after that but downwards and no slower, as a lid falls that was pushed over,
-    ``untouched_share`` all that was gone untouched but for the fall, ``struck_share`` faster than a hand, touched or
-    not, but for a fall; ``spring_share`` is the spring's share of the spring's and the arm's work. Of the object
-    itself, at most in the episode: ``tilted_rad`` from how it stood, ``lifted_m`` and ``travelled_m`` of its root link.
-    ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced`` (tilted, lifted or travelled) are
-    these over their bounds."""
+    ``untouched_share`` all that was gone untouched but for the fall, ``struck_share`` for the first time and faster than
+    a hand, touched or not, but for a fall; ``spring_share`` is the spring's share of the spring's and the arm's work.
+    Of the object itself, at most in the episode: ``tilted_rad`` from how it stood, ``lifted_m`` and ``travelled_m`` of
+    its root link. ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced`` (tilted, lifted or
+    travelled) are these over their bounds."""
 
     solved_at_start: bool
     untouched_share: float
@@ -125,10 +125,14 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
     steady = forward >= settings.steady_share * np.concatenate([[0.0], forward[:-1]])
     down, at_ease = np.diff(rollout.heights) < 0.0, steady & (not rollout.holds)
     falls = after & down & (at_ease | at_hand(touched, settings.away_samples)[1:])
-    fast = (forward * rollout.edge_m > settings.struck_m_s * rollout.sample_s) & ~(down & at_ease)
-    untouched, fallen, drift, struck = (
-        max(float(forward[which].sum()), 0.0) / whole for which in (free & ~falls, free & falls, free & ~after, fast)
+    untouched, fallen, drift = (
+        max(float(forward[which].sum()), 0.0) / whole for which in (free & ~falls, free & falls, free & ~after)
     )
+    further = np.diff(
+        np.maximum.accumulate(rollout.positions * np.sign(way))
+    )  # what swings to and fro was there before
+    fast = (further * rollout.edge_m > settings.struck_m_s * rollout.sample_s) & ~(down & at_ease)
+    struck = float(further[fast].sum()) / whole
     end, rest = float(rollout.positions[-1]), rollout.spring_reference
     sprung = 0.5 * rollout.stiffness * ((start - rest) ** 2 - (end - rest) ** 2)
     worked = max(float(np.sum(rollout.tool_work_j)), 0.0)
