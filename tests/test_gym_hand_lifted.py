@@ -100,8 +100,9 @@ def test_a_board_that_lies_flat_is_lifted_from_an_edge_and_a_heavy_one_by_both_h
 
 def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path) -> None:
     in_hand = {"kind": "handheld"}
-    heavy = lifted(told(block(tmp_path / "heavy", 0.06, 8.0), support=in_hand))
-    assert (heavy.share, heavy.reason) == (0.0, "object: it weighs 78 N, and the hand lifts 45 N")
+    heavy = lifted(told(block(tmp_path / "heavy", 0.06, 12.0), support=in_hand))
+    assert (heavy.share, heavy.reason) == (0.0, "object: it weighs 118 N, and the hand lifts 45 N")
+    assert lifted(told(block(tmp_path / "both", 0.06, 8.0), support=in_hand)).by == "both hands"  # 78 N of 90
     # Two fingers of 70 N at a friction of 0.1 hold 14 N, and it weighs 20 N.
     slippery = lifted(told(block(tmp_path / "slippery", 0.06, 2.0), contact_friction=0.1))
     assert slippery.share == 0.0 and "hand: it slips" in slippery.reason

@@ -74,11 +74,11 @@ def rollout_of(
 class Guards:
     """Findings of the guards. Shares of the way to the target: ``drift_share`` was gone before anything touched the
     object, ``fallen_share`` untouched after that but downwards and no slower, as a lid falls that was pushed over,
-    ``untouched_share`` all that was gone untouched but for the fall, ``struck_share`` for the first time and faster than
-    a hand, touched or not, but for a fall; ``spring_share`` is the spring's share of the spring's and the arm's work.
-    Of the object itself, at most in the episode: ``tilted_rad`` from how it stood, ``lifted_m`` and ``travelled_m`` of
-    its root link. ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced`` (tilted, lifted or
-    travelled) are these over their bounds."""
+    ``untouched_share`` all that was gone untouched but for the fall, ``struck_share`` for the first time and faster
+    than a hand, touched or not, but for a fall; ``spring_share`` is the spring's share of the spring's and the arm's
+    work. Of the object itself, at most in the episode: ``tilted_rad`` from how it stood, ``lifted_m`` and
+    ``travelled_m`` of its root link. ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced`` (tilted,
+    lifted or travelled) are these over their bounds."""
 
     solved_at_start: bool
     untouched_share: float
