@@ -77,8 +77,8 @@ class Guards:
     ``untouched_share`` all that was gone untouched but for the fall, ``struck_share`` for the first time and faster
     than a hand, touched or not, but for a fall; ``spring_share`` is the spring's share of the spring's and the arm's
     work. Of the object itself, at most in the episode: ``tilted_rad`` from how it stood, ``lifted_m`` and
-    ``travelled_m`` of its root link. ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced`` (tilted,
-    lifted or travelled) are these over their bounds."""
+    ``travelled_m`` of its root link. ``moved_untouched``, ``drifted``, ``struck``, ``spring_did_it`` and ``displaced``
+    (tilted, lifted or travelled) are these over their bounds."""
 
     solved_at_start: bool
     untouched_share: float
