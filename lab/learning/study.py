@@ -5,7 +5,7 @@ import logging
 import shutil
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -74,9 +74,9 @@ def log_point(out: Path, run: str | None, point: Point) -> None:
 
 def log_figures(out: Path, run: str | None, figures: Mapping[str, float], step: int, row: Row | None = None) -> None:
     """Add figures of one step to a run, and close it with what its training's row says where that is given."""
-    with store_of(out, str(run)) if run is not None else nullcontext() as client:
-        if client is None:
-            return
+    if run is None:
+        return
+    with store_of(out, run) as client:
         from mlflow.entities import Metric
 
         now = int(1000 * time.time())
