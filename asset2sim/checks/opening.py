@@ -19,9 +19,9 @@ VISIBLE_M = 5e-4
 """... or a slider, m ..."""
 VISIBLE_SHARE = 0.02
 """... and at most this share of its range: a key's whole travel is 3 mm."""
-CLICK_SHARE = 0.45
-"""Share of the way between two clicks up to which a selector is turned: the most of its detent, which half of it ends.
-Its friction alone moves it visibly, and it springs back."""
+CLICK_SHARE = 0.25
+"""Share of the way between two clicks to which a selector is turned: there its detent is at its most, whether it stays
+so up to half the way (``load``, our checks) or falls again as a sine does (MJCF). Friction alone moves it visibly."""
 SEATED_S = 0.1
 """How long parts come to rest on their ends before they are pushed, s: gravity takes a light one by 3 mrad into its
 limit in the first step, which throws what hangs on it the other way."""

@@ -1,11 +1,19 @@
 """Every check of the verdict by every way in which users get an object, on two refined samples."""
 
+from pathlib import Path
+
 import pytest
 
-from lab.loaders.routes import routes
+from asset2sim.assets.exports.mjcf import export_mjcf
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.checks.mechanism import mechanism
+from asset2sim.checks.opening import openings
+from lab.loaders.routes import plain_mjcf, routes
 from lab.loaders.touched import TouchedRow, touch_all, touched_table
 from tests.assets import RAW
 from tests.commands import one_after_the_other
+from tests.exported import FRICTION, arm
+from tests.interaction_objects import SETTINGS
 
 SAMPLES = ("trashcan_pedal", "laptop_silver")
 """A light part that a spring returns, an armature and a friction hinge; a lid that holds."""
@@ -36,3 +44,14 @@ def test_the_table_counts_ways(rows: list[TouchedRow]) -> None:
     table = touched_table([bad, *rows[1:]])
     assert f"| {bad.route} | 1 of 2 | {bad.n_efforts + rows[len(routes())].n_efforts - 1} of" in table
     assert "hold 1" in table
+
+
+@pytest.mark.system
+def test_a_dial_takes_the_same_by_its_mjcf_whose_clicks_are_sines(tmp_path: Path) -> None:
+    """0.1 N·m of the click and 0.02 of friction: a sine is at its most a quarter of the way, and less beyond."""
+    overlay = arm(tmp_path, bias=(-5.0, 0.0, -0.1, 0.1, 0.5), type="continuous", damping=0.01, friction=0.02)
+    export_mjcf(tmp_path, overlay, SETTINGS.timestep_s)
+    urdf = tmp_path / URDF_NAME
+    with plain_mjcf(urdf, plane=False, timestep_s=SETTINGS.timestep_s, contact_friction=FRICTION) as world:
+        (record,) = openings(world, mechanism(urdf, overlay), SETTINGS)
+    assert record.opening == pytest.approx(0.12, rel=0.05) and record.closing == pytest.approx(0.12, rel=0.05)
