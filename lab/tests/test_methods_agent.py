@@ -2,6 +2,7 @@
 
 import functools
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from asset2sim.intake.origin import extract
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
+from asset2sim.render.marked import question_pictures
 from lab.methods.agent.conversation import bounded
 from lab.methods.agent.offline import next_turn
 from lab.methods.agent.run import run_agent
@@ -46,6 +48,22 @@ def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def asset(tmp_path_factory: pytest.TempPathFactory) -> Extraction:
     return read(written(tmp_path_factory.mktemp("agent") / "cabinet", cabinet()), "StorageFurniture")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def drawn_once() -> Iterator[None]:
+    """The pictures of a question about an object are those of the first one about it: drawing them anew for each
+    conversation was half of the work here."""
+    draw, kept = question_pictures, dict[str, tuple[LabelledImage, ...]]()
+
+    def pictures(extraction: Extraction, *given: Any) -> tuple[LabelledImage, ...]:
+        asset_id = extraction.features.asset_id
+        kept[asset_id] = kept.get(asset_id) or draw(extraction, *given)
+        return kept[asset_id]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("asset2sim.baselines.ours.question_pictures", pictures)
+        yield
 
 
 def wish(*wanted: tuple[str, object], text: str | None = None) -> Reply:
