@@ -210,3 +210,22 @@ def test_fixed_joints_whose_axis_has_no_length_stand_where_their_origin_says(tmp
             return float(world.link_speeds().max()) + world.lowest_m()
 
     assert abs(in_child(engine, settled, time_limit_s=20.0).value or 1.0) < 0.01
+
+
+def test_what_runs_away_in_physx_is_seen_and_kills_it_not(tmp_path: Path) -> None:
+    """PhysX dies of places that are no numbers, to which an explosion leads within a few steps."""
+    pytest.importorskip("sapien", reason="SAPIEN is not installed")
+    base = UrdfLink("base", 1.0, ORIGIN, ball_inertia(0.01), shapes=((box(0.1, 0.1, 0.1), ORIGIN),))
+    hinge = UrdfJoint("j", "continuous", "base", "part", axis=(0, 1, 0))
+    urdf = write_urdf(tmp_path, [base, BOB], [hinge])
+
+    def speeds() -> tuple[float, float, bool]:
+        with on_plane(Engine.SAPIEN, urdf) as world:
+            world.place({"j": 0.1})
+            world.push({"j": 1e30})
+            world.step(20)
+            fastest, where = float(world.link_speeds().max()), bool(np.isfinite(world.positions()).all())
+            world.place({"j": 0.1})
+            return fastest, float(world.link_speeds().max()), where
+
+    assert in_child(Engine.SAPIEN, speeds, time_limit_s=60.0).value == (math.inf, 0.0, True)

@@ -79,6 +79,9 @@ def body_of(link: yourdfpy.Link) -> Body:
 LOOK_S = 1e-7
 """Time step of a contact query, s: PhysX finds contacts only while stepping, at the poses before the step."""
 
+RUNS_AWAY = 1e5
+"""Speed of a joint, rad/s or m/s, from which the world stops: steps later it is no number, of which PhysX dies."""
+
 AT_STOP = 1e-7
 """Distance from a limit within which a joint stands at it, rad or m: single precision at a tenth of a metre."""
 
@@ -122,6 +125,7 @@ class SapienWorld:
         self.limits = np.array(item.articulation.get_qlimits(), dtype=float).reshape(-1, 2)
         self.at_rest = np.zeros(len(self.joint_names), dtype=np.float32)
         self.pose = import_module("sapien").Pose
+        self.lost = False
 
     def place(
         self,
@@ -132,7 +136,7 @@ class SapienWorld:
         tilt_rad: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         """See ``World``. Raises AssetError (engine_crash) where nothing could stand on the plane."""
-        body = self.item.articulation
+        body, self.lost = self.item.articulation, False
         x, y, z, w = Rotation.from_rotvec(tilt_rad).as_quat()
         self.stand((shift_m[0], shift_m[1], 0.0), (w, x, y, z))
         self.push({})
@@ -159,6 +163,10 @@ class SapienWorld:
     def step(self, count: int = 1) -> None:
         body, system = self.item.articulation, self.item.system
         for _ in range(count):
+            speeds = body.get_qvel()
+            if len(speeds) and not np.abs(speeds).max() <= RUNS_AWAY:
+                self.lost = True
+                return
             if self.sprung:
                 # An effort, not PhysX' implicit spring, which loses energy by itself.
                 positions = body.get_qpos()
@@ -166,7 +174,7 @@ class SapienWorld:
                 if self.biased:
                     springs += bias_efforts(self.bias, positions)
                 if self.coupling.mimics:
-                    springs += self.coupling.efforts(positions, body.get_qvel())
+                    springs += self.coupling.efforts(positions, speeds)
                 body.set_qf((springs + self.efforts).astype(np.float32))
             system.step()
 
@@ -204,6 +212,9 @@ class SapienWorld:
             self.item.articulation.set_qf(self.efforts.astype(np.float32))
 
     def link_speeds(self) -> Array:
+        """See ``World``; infinite once it has stopped, since something ran away."""
+        if self.lost:
+            return np.full(len(self.item.links), np.inf)
         speeds: Array = np.linalg.norm([link.linear_velocity for link in self.item.links], axis=1).astype(float)
         return speeds
 
