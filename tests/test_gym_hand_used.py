@@ -315,6 +315,23 @@ def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
     assert tools == ["gripper", "fingertips"]
 
 
+def test_what_moved_along_once_is_held_from_then_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, tools = chest(tmp_path / "chest", kg=2.0), list[str]()
+    overlay = overlay_of(folder)
+    shoved = Guards(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.06, False, False, False, False, displaced=True)
+
+    def moved(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
+        tools.append(by)
+        return UsedJoint(
+            joint.name, "other" in by, by, "object", "", (Led(0.2, 0.2, "press", 0.1, 1, shoved, 9, False),)
+        )
+
+    monkeypatch.setattr("asset2sim.gym.hand.used.both_ways", moved)
+    worlds = HandWorlds(folder, HandSettings())
+    assert all(use_joint(worlds, overlay.joints[0], overlay).done for _ in range(2))
+    assert tools == ["gripper", "gripper and the other hand", "gripper and the other hand"]
+
+
 @pytest.mark.parametrize("counterbalance", [0.0, 0.1])
 def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path, counterbalance: float) -> None:
     walls = "".join(

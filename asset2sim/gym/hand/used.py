@@ -46,10 +46,12 @@ class UsedJoint:
 
 @dataclass(eq=False)
 class HandWorlds:
-    """HandWorlds of one object, opened as they are needed: by the hand's scale, and whether the other hand holds it."""
+    """HandWorlds of one object, opened as they are needed: by the hand's scale, and whether the other hand holds it;
+    and whether it ``moved`` along, tipped, lifted or shoved, in any try."""
 
     folder: Path
     settings: HandSettings
+    moved: bool = False
     opened: dict[tuple[float, bool], HandWorld] = field(default_factory=dict)
 
     def get(self, scale: float, held: bool) -> HandWorld:
@@ -115,16 +117,24 @@ def use_joint(worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay) 
         last = best.ways[-1] if number > 1 and best is not None and best.ways else None
         if last is not None and (last.deeper_m > 0.0 or (joint.stiffness > 0.0 and last.in_the_way)):
             break  # a key that goes deeper than what is around it, for both tools
+        if steadied and worlds.moved and not held:
+            continue  # what moved along once is held from then on
         world = worlds.get(scale, held)
         world.reset(world.about.followed(others) if others else None)
         tools = ("gripper" if scale == 1.0 else "fingertips", "the other hand" if held else "")
         found = both_ways(world, joint, " and ".join(filter(None, tools)) + (", other parts open" if others else ""))
+        worlds.moved = worlds.moved or moves_along(found)
         if found.done:
             return found
         better = best is None or (share_done(found), found_holds(found)) > (share_done(best), found_holds(best))
         best = found if better else best
     assert best is not None, "a hand has at least one way to try"
     return best
+
+
+def moves_along(found: UsedJoint) -> bool:
+    """Whether the object itself was tipped, lifted or shoved."""
+    return any(led.guards is not None and led.guards.displaced for led in found.ways)
 
 
 def is_out_of_reach(found: UsedJoint) -> bool:
