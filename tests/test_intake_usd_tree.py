@@ -17,6 +17,7 @@ from tests.usd_stages import at, body, joint, limits, plate, prim, usda
 pytest.importorskip("pxr", reason="usd-core is not installed")
 CUBE = prim("Cube", "cube", "double size = 0.1", apis=("PhysicsCollisionAPI",))
 BODIES = [body(name, at((0.5 * n, 0.0, 0.0)), CUBE, mass=1.0) for n, name in enumerate("abc")]
+KINEMATIC = "bool physics:kinematicEnabled = true"
 SPARE = "bool physics:excludeFromArticulation = true"
 
 
@@ -167,3 +168,19 @@ def test_frames_of_a_scaled_body_are_read_as_its_bodies_stand(tmp_path: Path, he
     robot, notes = made(tmp_path, mast, lift, slide)
     place = [float(word) for word in robot.find("joint/origin").get("xyz").split()]
     assert place == pytest.approx([0.0, 0.0, 0.4]) and ("not in the scale of what it names" in notes) is plain
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("", ""),
+        (prim("PhysicsFixedJoint", "anchor", "rel physics:body1 = </Thing/a>"), "its file joins it to the world"),
+        (KINEMATIC, "its file has a program alone move its root"),
+    ],
+    ids=["free", "joined", "kinematic"],
+)
+def test_what_a_file_holds_where_it_is_is_held(tmp_path: Path, more: str, said: str) -> None:
+    first = BODIES[0].replace("{", "{\n" + more, 1) if more == KINEMATIC else BODIES[0]
+    parts = [first, BODIES[1], hinge("turn", ("a", "b"), "Z"), *([more] if more and more != KINEMATIC else [])]
+    (tmp_path / "thing.usda").write_text(usda(prim("Xform", "Thing", *parts)))
+    assert urdf_of_usd(tmp_path / "thing.usda", tmp_path, ANYWHERE).held == said

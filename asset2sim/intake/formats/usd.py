@@ -141,7 +141,12 @@ class _Object:
             add_child(robot, "disable_collisions", link1=self.names[one], link2=self.names[other], reason="Never")
         stage.notes += settle_free(robot, world, free) if world else ()
         notes = tuple(dict.fromkeys(stage.notes))
-        return Converted(robot, stage.layers, notes, metric=stage.states_metres, world=world, free=free)
+        on_world = any(WORLD in joint.bodies and joint.steps[0].kind == "fixed" for joint in self.joints)
+        still = root != WORLD and (on_world or self.is_still(root))
+        held = (
+            f"its file {'joins it to the world' if on_world else 'has a program alone move its root'}" if still else ""
+        )
+        return Converted(robot, stage.layers, notes, metric=stage.states_metres, world=world, free=free, held=held)
 
     def tree(self) -> tuple[str, list[tuple[UsdJoint, bool]]]:
         """The root, and the joints from it on, parents first, each with whether it is turned round: its second body is
