@@ -2,7 +2,6 @@
 
 import functools
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +12,6 @@ from asset2sim.intake.origin import extract
 from asset2sim.models.ask_overlay import SynthesisError
 from asset2sim.models.gateway.ask import ask
 from asset2sim.models.gateway.session import open_gateway_session
-from asset2sim.render.marked import question_pictures
 from lab.methods.agent.conversation import bounded
 from lab.methods.agent.offline import next_turn
 from lab.methods.agent.run import run_agent
@@ -50,22 +48,6 @@ def asset(tmp_path_factory: pytest.TempPathFactory) -> Extraction:
     return read(written(tmp_path_factory.mktemp("agent") / "cabinet", cabinet()), "StorageFurniture")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def drawn_once() -> Iterator[None]:
-    """The pictures of a question about an object are those of the first one about it: drawing them anew for each
-    conversation was half of the work here."""
-    draw, kept = question_pictures, dict[str, tuple[LabelledImage, ...]]()
-
-    def pictures(extraction: Extraction, *given: Any) -> tuple[LabelledImage, ...]:
-        asset_id = extraction.features.asset_id
-        kept[asset_id] = kept.get(asset_id) or draw(extraction, *given)
-        return kept[asset_id]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("asset2sim.baselines.ours.question_pictures", pictures)
-        yield
-
-
 def wish(*wanted: tuple[str, object], text: str | None = None) -> Reply:
     """An answer that calls tools; arguments that are no string are written as JSON."""
     return Reply(
@@ -78,7 +60,10 @@ def wish(*wanted: tuple[str, object], text: str | None = None) -> Reply:
 
 
 def settings_for(server: ModelServer) -> Settings:
-    model = ModelSettings(model="openai/scripted", api_base=server.api_base, timeout_s=60, max_attempts=2, cache=False)
+    model = ModelSettings(
+        # This model does not look at its pictures: small ones are made sooner.
+        model="openai/scripted", api_base=server.api_base, timeout_s=60, max_attempts=2, cache=False, image_side_px=64,
+    )  # fmt: skip
     return Settings(method=Method.AGENT, model=model, methods=MethodSettings(agent_steps=STEPS))
 
 
