@@ -48,6 +48,8 @@ def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str
         ("3 pounds of force", "13.344666 newtons of force"),
         ("two and a half pounds", "1.133980925 kg"),
         ("a quarter of a ton", "250 kg"),
+        ("a kilo and a half", "1.5 kilo"),
+        ("a pound and a lid", "0.45359237 kg and a lid"),
         ("it weighs a ton", "it weighs a ton"),
         ("2 N·m to turn", "2 newtonmetres to turn"),
         ("1.2Nm", "1.2 newtonmetres"),

@@ -374,6 +374,7 @@ def test_feel(information: Json, guidance: str, name: str, expected: Json) -> No
         (known.BOX, "a box at 45% of its travel", {"lid": -0.136}),
         (known.BOX, "its lid thrown all the way back", {"lid": 2.0}),
         (known.MICROWAVE, "its buttons are pressed with 2 N", {}),
+        (known.DRAWERS, "upper drawer sticks out 8 cm, lower one shut", {"d0": 0.08 / 0.4757, "d2": 0.0}),
         (known.BOX, "a box with its lid on", {"lid": -1.0}),
         (known.BOX, "a box with its lid on top of it", {}),
         (known.BOX, "its lid neither open nor ajar", {"lid": -1.0}),

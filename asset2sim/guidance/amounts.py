@@ -66,10 +66,11 @@ _SPELT = re.compile(
     rf"\b(?:(?P<part>half|(?:a\s+)?quarter\s+of|three\s+quarters\s+of)\s+)?(?P<word>{'|'.join(_SPELT_NUMBERS)})"
     r"(?:\s+and\s+a\s+(?P<more>half|quarter))?\s+(?P<unit>(?:centi|milli)?met(?:re|er)s?|inch(?:es)?"
     r"|kilo(?:gram)?s?|pounds?|ounces?|stones?|(?<=of\sa\s)ton(?:ne)?|(?<=half\sa\s)ton(?:ne)?|feet"
-    r"|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot|(?<=about\sa\s)foot|(?<=by\sa\s)foot)\b"
+    r"|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot|(?<=about\sa\s)foot|(?<=by\sa\s)foot)"
+    r"(?:\s+and\s+a\s+(?P<rest>half|quarter))?\b"
 )
-"""Amounts in words: "a metre long", "half a kilo", "two and a half pounds", "open about a foot"; else "a foot" may be
-one to stand on, and "a ton" only much."""
+"""Amounts in words: "a metre long", "half a kilo", "two and a half pounds", "a kilo and a half", "open about a foot";
+else "a foot" may be one to stand on, and "a ton" only much."""
 _PARTS_OF_ONE = {"h": 0.5, "q": 0.25, "a": 0.25, "t": 0.75}
 """By their first letter: half, quarter, a quarter, three quarters."""
 _INCH_FRACTION = re.compile(
@@ -135,7 +136,8 @@ def asked_masses(guidance: str) -> tuple[AskedMass, ...]:
 
 def _in_digits(found: "re.Match[str]") -> str:
     """An amount in words as a number with its unit."""
-    amount = _SPELT_NUMBERS[found["word"]] + (_PARTS_OF_ONE[found["more"][0]] if found["more"] else 0.0)
+    more = found["more"] or found["rest"]
+    amount = _SPELT_NUMBERS[found["word"]] + (_PARTS_OF_ONE[more[0]] if more else 0.0)
     return f"{_decimal(amount * (_PARTS_OF_ONE[found['part'][0]] if found['part'] else 1.0))} {found['unit']}"
 
 
