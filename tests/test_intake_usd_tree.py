@@ -184,3 +184,10 @@ def test_what_a_file_holds_where_it_is_is_held(tmp_path: Path, more: str, said: 
     parts = [first, BODIES[1], hinge("turn", ("a", "b"), "Z"), *([more] if more and more != KINEMATIC else [])]
     (tmp_path / "thing.usda").write_text(usda(prim("Xform", "Thing", *parts)))
     assert urdf_of_usd(tmp_path / "thing.usda", tmp_path, ANYWHERE).held == said
+
+
+def test_what_moves_on_what_stands_still_is_held_by_it(tmp_path: Path) -> None:
+    base = prim("Cube", "base", "double size = 0.3", apis=("PhysicsCollisionAPI",))
+    lift = joint("Prismatic", "lift", ("/Thing/base", "/Thing/a"), limits(0.0, 1.0, "Z"), frame0="0 0 0.2")
+    (tmp_path / "thing.usda").write_text(usda(prim("Xform", "Thing", base, BODIES[0], lift)))
+    assert urdf_of_usd(tmp_path / "thing.usda", tmp_path, ANYWHERE).held == "its file has shapes in the world itself"

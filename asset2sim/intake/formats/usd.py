@@ -143,9 +143,10 @@ class _Object:
         notes = tuple(dict.fromkeys(stage.notes))
         on_world = any(WORLD in joint.bodies and joint.steps[0].kind == "fixed" for joint in self.joints)
         still = root != WORLD and (on_world or self.is_still(root))
-        held = (
-            f"its file {'joins it to the world' if on_world else 'has a program alone move its root'}" if still else ""
-        )
+        held = "its file joins it to the world" if on_world else "its file has a program alone move its root"
+        if root == WORLD:
+            still, held = bool(self.shapes[WORLD]) and not free, "its file has shapes in the world itself"
+        held = held if still else ""
         return Converted(robot, stage.layers, notes, metric=stage.states_metres, world=world, free=free, held=held)
 
     def tree(self) -> tuple[str, list[tuple[UsdJoint, bool]]]:
