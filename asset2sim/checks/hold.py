@@ -77,7 +77,7 @@ def unobstructed(world: World, item: Mechanism, names: Sequence[str]) -> list[st
     touched = {
         link for pair in by_pair(world.contacts()) if pair.depth_m > TOUCHING_M for link in (pair.link_a, pair.link_b)
     }
-    return [name for name in names if not touched & item.moved[name]]
+    return [name for name in names if touched.isdisjoint(item.moved[name])]
 
 
 def held_at(

@@ -29,9 +29,9 @@ class Mechanism:
     """The object that is checked. ``joints`` are those of the overlay that move in the URDF, in the tree's order; those
     that follow others are moved with these (``followers``) and not checked by themselves.
 
-    ``moved`` is the links that each movable joint moves, ``chain`` the movable joints from the root to each link, for
-    one that follows another that one, ``boxes`` the corners (8, 3) of each link's collision shapes in its own frame
-    (links without any are left out).
+    ``moved`` is the links that each movable joint moves, in the tree's order, on which the last digits of sums over
+    them depend, ``chain`` the movable joints from the root to each link, for one that follows another that one,
+    ``boxes`` the corners (8, 3) of each link's collision shapes in its own frame (links without any are left out).
     """
 
     root: str
@@ -39,7 +39,7 @@ class Mechanism:
     bodies: dict[str, Body]
     joints: tuple[JointPhysics, ...]
     efforts: dict[str, float]
-    moved: dict[str, frozenset[str]]
+    moved: dict[str, tuple[str, ...]]
     chain: dict[str, tuple[str, ...]]
     boxes: dict[str, Array]
 
@@ -123,7 +123,7 @@ def mechanism(urdf: Path, overlay: PhysicsOverlay) -> Mechanism:
         bodies={name: body_of(element) for name, element in links.items()},
         joints=tuple(known[joint.name] for joint in movable if joint.name in known),
         efforts=efforts,
-        moved={joint.name: frozenset(moved_links(tree, joint.name)) for joint in movable},
+        moved={joint.name: moved_links(tree, joint.name) for joint in movable},
         chain=chain,
         boxes=boxes,
     )
