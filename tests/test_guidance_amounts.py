@@ -37,6 +37,8 @@ def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str
     [
         ("3 ft tall", "0.9144 m tall"),
         ("5'8\" tall", "68 inch tall"),
+        ("the drawer 'joint_1' open", "the drawer 'joint_1' open"),
+        ("number '2' is shut", "number '2' is shut"),
         ("5 ft 8 in. tall", "68 inch tall"),
         ("6' tall", "1.8288 m tall"),
         ("8 in. tall", "0.2032 m tall"),

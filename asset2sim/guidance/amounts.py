@@ -83,7 +83,8 @@ _GLYPHS = {"½": " 1/2", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8", "⅜": " 3/8
 _FEET_INCHES = re.compile(
     r"(?<![\w.,])(\d+(?:\.\d+)?)\s*(?:'|′|ft\b\.?|feet|foot)(?:[\s,-]|and\s)*(\d+(?:\.\d+)?)\s*(?:\"|″|''|in\b\.?|inch(?:es)?)"
 )
-_FEET = re.compile(r"(?<=\d)\s?(?:'|′)(?=[\s,.;)-]|$)")
+_FEET = re.compile(r"(?<![\w.,'′])(\d+(?:\.\d+)?)\s?(?:'|′)(?=[\s,.;)-]|$)")
+"""Feet as a mark, and no quotation's end: of the drawer 'joint_1', or of number '2'."""
 _POUNDS_OUNCES = re.compile(
     r"(?<![\w.,])(\d+(?:\.\d+)?)\s*(?:lbs?\b\.?|pounds?)(?:[\s,]|and\s)*(\d+(?:\.\d+)?)\s*(?:oz\b|ounces?)"
 )
@@ -158,7 +159,7 @@ def _in_one_unit(text: str) -> str:
     text = _SHORTENED.sub(r"\1", _INCH_FRACTION.sub(_without_fractions, text))
     text = _FEET_INCHES.sub(lambda found: f"{_decimal(12.0 * float(found[1]) + float(found[2]))} inch", text)
     text = _POUNDS_OUNCES.sub(lambda found: f"{_decimal(16.0 * float(found[1]) + float(found[2]))} oz", text)
-    return _INCHES.sub(" inch", _FEET.sub(" ft", text))
+    return _INCHES.sub(" inch", _FEET.sub(r"\1 ft", text))
 
 
 def _longest(found: "re.Match[str]") -> str:
