@@ -37,6 +37,7 @@ def test_a_number_that_cannot_be_met_is_left_out_and_named(words: str, left: str
     [
         ("3 ft tall", "0.9144 m tall"),
         ("5'8\" tall", "68 inch tall"),
+        ("a six-foot ladder", "a 1.8288 m ladder"),
         ("the drawer 'joint_1' open", "the drawer 'joint_1' open"),
         ("number '2' is shut", "number '2' is shut"),
         ("5 ft 8 in. tall", "68 inch tall"),

@@ -64,9 +64,9 @@ _SPELT_NUMBERS = {
 }
 _SPELT = re.compile(
     rf"\b(?:(?P<part>half|(?:a\s+)?quarter\s+of|three\s+quarters\s+of)\s+)?(?P<word>{'|'.join(_SPELT_NUMBERS)})"
-    r"(?:\s+and\s+a\s+(?P<more>half|quarter))?\s+(?P<unit>(?:centi|milli)?met(?:re|er)s?|inch(?:es)?"
+    r"(?:\s+and\s+a\s+(?P<more>half|quarter))?[\s-]+(?P<unit>(?:centi|milli)?met(?:re|er)s?|inch(?:es)?"
     r"|kilo(?:gram)?s?|pounds?|ounces?|stones?|(?<=of\sa\s)ton(?:ne)?|(?<=half\sa\s)ton(?:ne)?|feet"
-    r"|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot|(?<=about\sa\s)foot|(?<=by\sa\s)foot)"
+    r"|(?<=-)foot|foot(?=\s+(?:long|wide|tall|high|deep|across|open|in)\b)|(?<=open\sa\s)foot|(?<=about\sa\s)foot|(?<=by\sa\s)foot)"
     r"(?:\s+and\s+a\s+(?P<rest>half|quarter))?\b"
 )
 """Amounts in words: "a metre long", "half a kilo", "two and a half pounds", "a kilo and a half", "open about a foot";
