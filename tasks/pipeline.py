@@ -26,7 +26,6 @@ from tasks.progress import AssetJob, Progress
 from tasks.publish import publish_folder
 from tasks.refine import Refined, refine_written
 from tasks.remake import recipe_of
-from tasks.second_look import second_look
 from tasks.validate import validate_overlay
 
 
@@ -58,7 +57,7 @@ def run_stages(job: AssetJob, progress: Progress) -> Verdict:
     job, extraction = replace(job, ask=ask), known
     try:
         run(Stage.SYNTHESIZE, synthesize.check_users_numbers, job, extraction)
-        looked = run(Stage.SYNTHESIZE, second_look, job, extraction)
+        looked = run(Stage.SYNTHESIZE, synthesize.second_look, job, extraction)
         job, extraction = looked.job, looked.extraction
         propose = synthesize.with_users_numbers
         proposal = run(Stage.SYNTHESIZE, propose, method.propose, job, extraction).proposal

@@ -4,11 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.baselines.declared_method import ProposalJob, Proposed
+from asset2sim.baselines.declared_method import ProposalJob, Proposed, known_methods
+from asset2sim.intake.guessed_ends import with_told_ends
 from asset2sim.validation.overrides import check_overrides, overridden, prompt_findings, words_with_scale
+from asset2sim.validation.second_look import look_again
 from schemas.finding import warning
+from schemas.model_names import is_prior
 from schemas.overlay import Overlay
 from schemas.vocabulary import Method, Stage
+from tasks.extract import with_shown_front
 from tasks.progress import AssetJob, StageResult
 
 
@@ -19,12 +23,40 @@ class Synthesized(StageResult):
     proposal: Overlay | None
 
 
+@dataclass(frozen=True, kw_only=True)
+class LookedAgain(StageResult):
+    """The asset with the closed ends that the model told, and the job, which keeps them."""
+
+    extraction: Extraction
+    job: AssetJob
+
+
 def check_users_numbers(job: AssetJob, extraction: Extraction) -> StageResult:
     """Findings on the user's prompt and own numbers, before a model is asked. Raises AssetError for names and numbers
     that cannot be."""
     told = () if job.settings.method is Method.RAW else prompt_findings(job.guidance)
     stated = job.ref.overrides
     return StageResult(findings=told if stated is None else (*told, *check_overrides(extraction.features, stated)))
+
+
+def second_look(job: AssetJob, extraction: Extraction) -> LookedAgain:
+    """The asset with guessed closed ends as the model tells them that has seen both; as it was without a model that
+    looks, or where doubts are not asked about."""
+    method, settings = known_methods()[job.settings.method], job.settings
+    if not (method.rules and method.asks and settings.asks_again) or is_prior(settings.model.model):
+        return LookedAgain(extraction=extraction, job=job)
+    overrides = job.ref.overrides
+    stated = () if overrides is None else [name for name, at in overrides.joints.items() if at.unit != "share"]
+    found = look_again(extraction, settings, job.ask, stated)
+    if found.ends:
+        extraction = with_shown_front(with_told_ends(extraction, found.ends))
+    return LookedAgain(
+        extraction=extraction,
+        job=replace(job, closed_ends=found.ends),
+        features=extraction.features,
+        calls=found.calls,
+        findings=found.findings,
+    )
 
 
 def with_users_numbers(
