@@ -5,13 +5,11 @@ from collections import Counter
 from collections.abc import Sequence
 
 from asset2sim.guidance import tables
-from asset2sim.guidance.edges import fitted_kind
+from asset2sim.guidance.edges import LEVEL, fitted_kind
 from asset2sim.guidance.lexicon import head_of, noun_spans
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import parts_of
 
-LEVEL = 0.2
-"""|a · b| of unit axes up to which they are about square to each other, or level."""
 FEWEST_FLAPS = 3
 _GENERIC = ("", "*", "Furniture")
 

@@ -11,7 +11,7 @@ SIDEWAYS = 6.0
 """−2 ln of the share of objects whose front is not where it is taken to be, towards x where no part shows it (so in
 ROS and in PartNet-Mobility): one in 20."""
 LEVEL = 0.2
-"""|axis · z| up to which a hinge is level: that of a lid, or of a door that drops."""
+"""|a · b| of unit axes up to which they are about square; a hinge and z are so of lids and of doors that drop."""
 MOST_MISFIT = 16.0
 """Squared σ by which three edges may miss the usual ones for an object to be of that kind: four σ in one of them."""
 
@@ -31,13 +31,12 @@ class Fit:
 def fitted_kind(info: ObjectInfo, category: str, *, hangs: bool = False) -> Fit | None:
     """The kind of its category that an object is likeliest by its edges and the parts that it has."""
     parts = parts_of(info, category)
+    hinges = [part.joint for part in parts if part.joint.motion == "hinge"]
     names = {part.name for part in parts}
-    names |= {"doors"} if sum(part.name == "door" for part in parts) > 1 else set()
-    names |= (
-        {"level hinge"}
-        if any(part.joint.motion == "hinge" and abs(part.joint.axis[2]) < LEVEL for part in parts)
-        else set()
-    )
+    if sum(part.name == "door" for part in parts) > 1:
+        names.add("doors")
+    if any(abs(joint.axis[2]) < LEVEL for joint in hinges):
+        names.add("level hinge")
     shown = shown_front(info, parts) is not None
     return fitted_edges(depth_width_height(info), category, frozenset(names), hangs=hangs, shown=shown)
 

@@ -27,8 +27,8 @@ from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import EngineSettings
 
 BAG = Task("bag handle sideways", Verb.LAY, "rotation_handle")
-"""What the paper's robot learns with the bag, which its arm otherwise lifts (``PAPER``). Its sentence has the handle
-rest sideways from the start, so to the other side."""
+"""The task that the paper's robot learns with the bag; its arm lifts it otherwise (``PAPER``). The bag's sentence has
+the handle rest on one side from the start, so it is laid to the other."""
 TOOL_POINT = "tool_point"
 ROOM_M = 0.45
 """Distance that the default place of the base leaves between it and the object: the waiting hand is 0.3 m before it."""

@@ -40,8 +40,8 @@ class GuessedEnd:
 
 @dataclass(frozen=True)
 class ToldEnd:
-    """The end at which a joint's part is closed, rad or m at the authored scale, as somebody who looked says, and how
-    sure they are."""
+    """A model's answer on a joint: the position at which its part is closed, rad or m at the authored scale, and the
+    confidence of that, 0 to 1."""
 
     closed: float
     sure: float

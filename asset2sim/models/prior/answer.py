@@ -49,7 +49,7 @@ def answer(text: str) -> str:
 
 
 _PLACED = {"stands": (SupportKind.FREESTANDING, None), "hangs": (SupportKind.FIXED, Mount.WALL)}
-"""What carries an object of a kind that its edges tell, by how the table of proportions says that such are placed."""
+"""Placing in the table of proportions → kind of support and mount of an object whose edges are of that kind."""
 
 
 def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
