@@ -35,7 +35,7 @@ SIMULATED = LocalModel(
 EXTENSION = Extension(
     commands=COMMANDS,
     models=(SIMULATED,),
-    tables="lab.schemas.tables_judged:JUDGED",
+    tables="lab.schemas.tables:JUDGED",
     declares={METHOD: ("lab.methods",)},
     offline={
         "direct": "lab.methods.final_numbers:final_overlay",

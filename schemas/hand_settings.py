@@ -126,14 +126,14 @@ SOURCES = (
 HAND_CHECKS = (
     FurtherCheck(
         "used", "a hand opens and closes every part in MuJoCo", "tasks.by_hand:measure_used",
-        "schemas.tables_engines:USED", SOURCES,
+        "schemas.tables:USED", SOURCES,
     ),
     FurtherCheck(
         "contents", "what lies in drawers and boxes stays there as a hand opens and closes them, in MuJoCo",
-        "tasks.by_hand:measure_contents", "schemas.tables_engines:CONTENTS", SOURCES,
+        "tasks.by_hand:measure_contents", "schemas.tables:CONTENTS", SOURCES,
     ),
     FurtherCheck(
         "lifted", "a hand lifts what it carries and sets it down, its joints as they were, in MuJoCo",
-        "tasks.by_hand:measure_lifted", "schemas.tables_engines:LIFTED", SOURCES,
+        "tasks.by_hand:measure_lifted", "schemas.tables:LIFTED", SOURCES,
     ),
 )  # fmt: skip

@@ -1,9 +1,14 @@
 """A published table: an Arrow schema with units and a description in every field, its grain and its key."""
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import pyarrow as pa
+
+from schemas.vocabulary import Stage
 
 Column = tuple[str, pa.DataType, str, str]
 """Name, type, unit, description. A name that ends in ``!`` may not be null."""
@@ -11,16 +16,16 @@ Column = tuple[str, pa.DataType, str, str]
 Row = dict[str, object]
 """Column → value; a number that was never measured is None, never 0."""
 
-TEXT = pa.string()
-REAL = pa.float64()
-COUNT = pa.int64()
-FLAG = pa.bool_()
-TIME = pa.timestamp("ms", tz="UTC")
-TEXTS = pa.list_(TEXT)
-REALS = pa.list_(REAL)
-
-BY_TYPE = "hinge / slider"
-POSITION = f"rad / m ({BY_TYPE})"
+TYPES = {
+    "text": pa.string(), "number": pa.float64(), "count": pa.int64(), "flag": pa.bool_(),
+    "time": pa.timestamp("ms", tz="UTC"), "texts": pa.list_(pa.string()), "numbers": pa.list_(pa.float64()),
+}  # fmt: skip
+COLUMNS = Path(__file__).with_name("columns.csv")
+"""Columns of the catalog's tables, a row each. A column ``*NAME`` stands for all columns of NAME, and one with a word
+of ``EACH`` in braces for one each."""
+EACH: Mapping[str, Sequence[str]] = {
+    "stage": [stage.value for stage in Stage], "axis": "xyz", "axes": ("xx", "xy", "xz", "yy", "yz", "zz")
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -44,8 +49,11 @@ class Table:
         return "asset_id" in self.key
 
 
-def make_table(name: str, grain: str, key: tuple[str, ...], description: str, columns: Sequence[Column]) -> Table:
-    """A table of these columns; a column whose name ends in ``!`` may not hold null."""
+def make_table(
+    name: str, grain: str, key: tuple[str, ...], description: str, columns: Iterable[Column] | None = None
+) -> Table:
+    """A table of these columns, or of those that ``COLUMNS`` lists of it; one whose name ends in ``!`` may not hold
+    null."""
     fields = [
         pa.field(
             column.removesuffix("!"),
@@ -53,18 +61,33 @@ def make_table(name: str, grain: str, key: tuple[str, ...], description: str, co
             nullable=not column.endswith("!"),
             metadata={"description": text, "unit": unit},
         )
-        for column, kind, unit, text in columns
+        for column, kind, unit, text in columns or columns_of(name)
     ]
     metadata = {"table": name, "grain": grain, "key": ",".join(key), "description": description}
     return Table(name, grain, key, description, pa.schema(fields, metadata=metadata))
 
 
+@cache
+def listed(file: Path) -> tuple[dict[str, str], ...]:
+    """The rows of a file of columns."""
+    with file.open(encoding="utf-8", newline="") as stream:
+        return tuple(csv.DictReader(stream))
+
+
+def columns_of(
+    table: str, file: Path = COLUMNS, further: Mapping[str, Sequence[Column]] | None = None
+) -> Iterator[Column]:
+    """The columns that a file lists of a table, in its order; ``further``: NAME → columns that no file has."""
+    for row in (row for row in listed(file) if row["table"] == table):
+        name, kind, unit, text = (row[key] for key in ("column", "type", "unit", "description"))
+        if name.startswith("*"):
+            part = name.removeprefix("*")
+            yield from further[part] if further and part in further else columns_of(part, file)
+            continue
+        word = next((word for word in EACH if f"{{{word}}}" in name), "")
+        for each in EACH.get(word, ("",)):
+            yield name.replace(f"{{{word}}}", each), TYPES[kind], unit, text.replace(f"{{{word}}}", each)
+
+
 ASSET_KEY = ("asset_id", "method", "model")
 """Key columns of a refinement: a re-run replaces its rows."""
-
-ASSET_COLUMNS: tuple[Column, ...] = (
-    ("run_id!", TEXT, "", "Run that wrote the row; see the table runs"),
-    ("asset_id!", TEXT, "", "The asset, as the manifest names it"),
-    ("method!", TEXT, "", "How the asset was refined"),
-    ("model!", TEXT, "", "Model that the run asked for"),
-)

@@ -22,7 +22,7 @@ def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
         if row.keys() != expected:
             name = min(expected ^ row.keys())
             kind = "unknown" if name in row else "missing"
-            raise CatalogError(f"table '{table.name}', column '{name}': {kind} in a row; add it to schemas/tables.py")
+            raise CatalogError(f"table '{table.name}', column '{name}': {kind} in a row; add it to schemas/columns.csv")
     columns = [_column(table, field, [_storable(row[field.name]) for row in rows]) for field in table.schema]
     built = pa.Table.from_arrays(columns, schema=table.schema)
     check_key(table, built)

@@ -14,7 +14,7 @@ from asset2sim.catalog.enforce import check_key
 from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.stored_tables import recorded_run_ids, stored_columns
 from asset2sim.catalog.switch import replace_file, sync
-from schemas.table import ASSET_KEY, TIME
+from schemas.table import ASSET_KEY, TYPES
 from schemas.tables import COST_COLUMNS, HISTORY, TABLES
 
 HISTORY_FOLDER = "history"
@@ -35,7 +35,7 @@ def history_rows(run: RunRow, assets: pa.Table, chosen: pa.ChunkedArray) -> pa.T
     unchanged = pc.not_equal(rows["run_id"], run.run_id)
     made: dict[str, pa.ChunkedArray | pa.Array] = {name: rows[name] for name in rows.schema.names}
     made["run_id"] = pa.repeat(pa.scalar(run.run_id), rows.num_rows)
-    made["started_at"] = pa.repeat(pa.scalar(run.started_at, type=TIME), rows.num_rows)
+    made["started_at"] = pa.repeat(pa.scalar(run.started_at, type=TYPES["time"]), rows.num_rows)
     made["unchanged"] = unchanged
     for name in COST_COLUMNS:
         made[name] = pc.if_else(unchanged, pa.scalar(0, type=rows[name].type), rows[name])

@@ -18,7 +18,7 @@ from lab.options.trial_options import LearnOptions
 from lab.pages.blocks import check_page, write_block
 from lab.runner import latest_own, require_one_done, run_study, telling
 from lab.schemas.ppo_settings import warp_settings
-from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
+from lab.schemas.tables import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings

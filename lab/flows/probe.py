@@ -19,7 +19,7 @@ from lab.probes.policies import CLONED, check_installed, policy_spec
 from lab.probes.probe_study import ProbeChoice, chosen_tasks, jobs_of, probe_study, run_probes
 from lab.runner import StudyError, latest_own, left_to_do, require_one_done, telling
 from lab.schemas.probe_settings import ProbeSettings
-from lab.schemas.tables_probes import PROBE_TRIALS
+from lab.schemas.tables import PROBE_TRIALS
 from schemas.errors import UsageError
 from schemas.settings import Settings
 from schemas.table import Row

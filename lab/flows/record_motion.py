@@ -13,7 +13,7 @@ from lab.judged.variant_folders import variant_folders
 from lab.options.trial_options import RecordMotionOptions
 from lab.pages.blocks import Pages
 from lab.runner import latest_own, require_one_done, run_study, telling
-from lab.schemas.tables_trials import TRIALS
+from lab.schemas.tables import TRIALS
 from lab.trials.figures import FAULTS, MethodTrials, method_figures, task_rows
 from lab.trials.study import STUDY, jobs_of
 from schemas.settings import Settings

@@ -17,7 +17,7 @@ from lab.judged.physical_scores import PHYSICAL_JUDGE, physical_scores
 from lab.judged.published import table_frame
 from lab.judged.video_candidates import comparisons, recorded_trials
 from lab.judged.video_judge import judged, open_judging_run
-from lab.schemas.tables_judged import VIDEO_SCORES
+from lab.schemas.tables import VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.request import AnswerOrigin, ModelAnswer
 from schemas.settings import ModelSettings

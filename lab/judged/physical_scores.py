@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from lab.schemas.tables_judged import VIDEO_SCORES
+from lab.schemas.tables import VIDEO_SCORES
 from schemas.table import Row
 
 PHYSICAL_JUDGE = "physical-judge"

@@ -6,7 +6,7 @@ import pandas as pd
 import pyarrow as pa
 
 from asset2sim.catalog.enforce import to_arrow
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
+from lab.schemas.tables import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.table import Row, Table
 from schemas.vocabulary import Method

@@ -20,7 +20,7 @@ from lab.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, Ra
 from lab.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, rating_row, unrated
 from lab.judged.rating_stages import STAGES, TOUCHED, UNTOUCHED, Durations
 from lab.judged.surroundings import Surroundings
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS
+from lab.schemas.tables import RATING_KEYS, RATINGS
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine

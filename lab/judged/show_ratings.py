@@ -21,8 +21,7 @@ from lab.judged.published import SUCCESS_FILE, published_rates, published_rating
 from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates, span, variant_names
 from lab.judged.variant_folders import variant_folders
 from lab.runner import latest_own
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
-from lab.schemas.tables_probes import PROBE_TRIALS
+from lab.schemas.tables import PROBE_TRIALS, RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.vocabulary import Status
 

@@ -15,7 +15,7 @@ import pandas as pd
 from lab.judged.published import NO_MODEL
 from lab.judged.variant_folders import variant_folders
 from lab.runner import latest_own
-from lab.schemas.tables_trials import TRIALS
+from lab.schemas.tables import TRIALS
 from lab.trials.study import motion_folder
 from lab.trials.trial import FILM
 from schemas.errors import UsageError

@@ -18,7 +18,7 @@ from asset2sim.models.gateway.session import open_gateway_session
 from lab.judged.video_candidates import Candidate, TaskComparison, order_of, trial_seeds
 from lab.judged.video_frames import FilmFrame, UnreadableFilmError, sampled_frames
 from lab.judged.video_prompt import CandidateAnswer, parse_video_answer, video_request
-from lab.schemas.tables_judged import VIDEO_SCORES
+from lab.schemas.tables import VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.model_names import is_local, is_prior, settings_for
 from schemas.request import ModelAnswer, ModelRequest

@@ -22,7 +22,7 @@ from lab.learning.lesson import Lesson
 from lab.learning.progress import Point, read_progress
 from lab.runner import FAILED, Done, RunWork, Study, left_to_do
 from lab.schemas.ppo_settings import PpoSettings
-from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
+from lab.schemas.tables import LEARNING, LEARNING_CURVES
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.learning_settings import LearningSettings
 from schemas.overlay import PhysicsOverlay

@@ -13,7 +13,7 @@ from asset2sim.catalog.text import NOTHING, markdown_table
 from asset2sim.checks.known_checks import failure_guide, known_checks
 from asset2sim.runs.settings_file import settings_text
 from lab.pages.blocks import write_block
-from lab.schemas.tables_judged import JUDGED
+from lab.schemas.tables import JUDGED
 from schemas.settings import Settings
 from schemas.table import Table
 from schemas.tables import PUBLISHED

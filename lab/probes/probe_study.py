@@ -18,7 +18,7 @@ from lab.probes.probe_trial import run_probe
 from lab.probes.tasks import PAPER11, ProbeTask
 from lab.runner import Done, RunWork, Study, done_row, run_study
 from lab.schemas.probe_settings import ProbeSettings
-from lab.schemas.tables_probes import PROBE_TRIALS
+from lab.schemas.tables import PROBE_TRIALS
 from lab.trials.trial import FILM
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.settings import RunSettings

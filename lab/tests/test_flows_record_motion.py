@@ -9,7 +9,7 @@ from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.write import write_run
 from flows.command import refine, run_command, serve
 from lab.runner import latest_own, run_study
-from lab.schemas.tables_trials import TRIALS
+from lab.schemas.tables import TRIALS
 from lab.trials.study import STUDY, jobs_of
 from lab.trials.trial import TRACK
 from schemas.errors import UnknownChoiceError, UsageError

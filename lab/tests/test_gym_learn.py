@@ -48,7 +48,7 @@ from lab.learning.study import (
 from lab.learning.training import train
 from lab.runner import do_job, latest_own
 from lab.schemas.ppo_settings import PpoSettings
-from lab.schemas.tables_learning import LEARNING, LEARNING_CURVES
+from lab.schemas.tables import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings
 from tests.factories import make_record

@@ -15,7 +15,7 @@ from lab.judged.fidelity import NO_VARIANCE, REAL, agreements, correlation, fide
 from lab.judged.probe_tables import short_block, task_tables
 from lab.judged.published import published_rates
 from lab.judged.show_fidelity import describe_fidelity, describe_probes, fidelity_block
-from lab.schemas.tables_probes import PROBE_TRIALS
+from lab.schemas.tables import PROBE_TRIALS
 from schemas.table import Row
 from schemas.vocabulary import Method
 

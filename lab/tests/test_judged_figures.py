@@ -10,7 +10,7 @@ import pytest
 from lab.judged.agreement import krippendorff_alpha, order_effect, rater_matrix
 from lab.judged.figures import joined, rating_figures, task_score, video_figures
 from lab.judged.published import label_of, published_ratings, published_videos
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
+from lab.schemas.tables import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError
 from tests.assets import SHARED
 

@@ -25,7 +25,7 @@ from lab.judged.rating_page import BEGIN, BROKEN, LEAVE, NAMELESS, NEXT, START, 
 from lab.judged.rating_plan import variants_of
 from lab.judged.rating_stages import Durations
 from lab.judged.variant_folders import variant_folders
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS
+from lab.schemas.tables import RATING_KEYS, RATINGS
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Method
 from tests.exported import arm

@@ -9,7 +9,7 @@ from asset2sim.catalog.write import write_run
 from asset2sim.viewer.walk import Stop
 from lab.judged.published import table_frame
 from lab.judged.rating_plan import Variant, new_keys, plan_for, unrated, variants_of
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS
+from lab.schemas.tables import RATING_KEYS, RATINGS
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode, Method
 from tests.factories import make_failure, make_record

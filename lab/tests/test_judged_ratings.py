@@ -11,7 +11,7 @@ from flows.command import run_command
 from lab.judged.published import published_ratings
 from lab.judged.show_ratings import RatedVariant, verdict_figures, verdicts_of
 from lab.judged.variant_folders import variant_folders
-from lab.schemas.tables_judged import RATING_KEYS, RATINGS, VIDEO_SCORES
+from lab.schemas.tables import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError
 from schemas.vocabulary import FailureMode, Method
 from tests.assets import SHARED

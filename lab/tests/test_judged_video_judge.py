@@ -33,8 +33,7 @@ from lab.judged.video_frames import UnreadableFilmError, sampled_frames
 from lab.judged.video_judge import judge_settings
 from lab.judged.video_prompt import parse_video_answer
 from lab.options.rating_options import JudgeVideosOptions
-from lab.schemas.tables_judged import VIDEO_SCORES
-from lab.schemas.tables_trials import TRIALS
+from lab.schemas.tables import TRIALS, VIDEO_SCORES
 from lab.trials.study import motion_folder
 from schemas.errors import InvalidAnswerError, UsageError
 from schemas.settings import ModelSettings

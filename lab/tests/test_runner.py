@@ -11,10 +11,11 @@ from asset2sim.catalog.own_files import read_own_files
 from asset2sim.experiments.isolation.supervise import Work, in_child
 from lab.runner import Done, RunWork, Study, done_row, latest_own, left_to_do, run_study
 from schemas.settings import RunSettings
-from schemas.table import COUNT, TEXT, TIME, Row, make_table
+from schemas.table import TYPES, Row, make_table
 
 pytestmark = pytest.mark.system
 
+TEXT, COUNT, TIME = (TYPES[name] for name in ("text", "count", "time"))
 JUMPS = make_table(
     "jumps", "one row per frog", ("frog",), "How far frogs jump",
     (("frog!", TEXT, "", ""), ("pond", TEXT, "", ""), ("outcome!", TEXT, "", ""), ("reason!", TEXT, "", ""),

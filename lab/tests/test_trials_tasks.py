@@ -10,7 +10,7 @@ from asset2sim.gym.arm.tasks import PAPER, Task, Verb, is_near, joint_of, target
 from asset2sim.gym.subject import BAG
 from lab.flows.record_motion import trials_block
 from lab.options.trial_options import RecordMotionOptions
-from lab.schemas.tables_trials import TRIALS
+from lab.schemas.tables import TRIALS
 from lab.trials.figures import FAULTS, method_figures, task_rows
 from lab.trials.study import motion_folder
 from schemas.errors import UsageError
