@@ -117,6 +117,19 @@ def test_a_joint_that_holds_everywhere_is_also_held_in_mid_range(tmp_path: Path)
         assert [record.position for record in hold_records(world, item.item, SETTINGS, LIMITS)] == [1.5]
 
 
+def test_a_rack_is_not_held_in_the_door_that_went_shut_again_for_another_rack(tmp_path: Path) -> None:
+    """With the door ajar the lower rack runs into it and the upper one is free; shut, it is in the way of both."""
+    links = [solid("base", (0.1, 0.1, 0.1), mass=5.0), solid("door", (0.02, 0.4, 0.6), (0.0, 0.0, 0.3))]
+    links += [solid("low", (0.3, 0.3, 0.05)), solid("high", (0.3, 0.3, 0.05))]
+    turn = UrdfJoint("turn", "revolute", "base", "door", (0.0, 1.0, 0.0), (0.2, 0.0, 0.2), 0.0, 1.5, friction=20.0)
+    slides = [UrdfJoint(f"{name}_slide", "prismatic", "base", name, (1.0, 0.0, 0.0), (0.0, 0.0, height), 0.0, 0.3,
+                        friction=5.0) for name, height in (("low", 0.25), ("high", 0.7))]  # fmt: skip
+    item = subject(tmp_path, links, [turn, *slides], holds=["turn", "low_slide", "high_slide"])
+    with opened(item) as world:
+        records = hold_records(world, item.item, SETTINGS, LIMITS)
+    assert max(record.moved for record in records) < 1e-3
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_damped_door_comes_to_rest_and_an_undamped_one_does_not(tmp_path: Path, engine: Engine) -> None:
     for damping, passes in ((0.1, True), (0.0, False)):

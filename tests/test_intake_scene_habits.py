@@ -252,3 +252,28 @@ def test_what_its_file_fixes_on_a_table_is_held_where_it_would_fall(tmp_path: Pa
     assert held(tmp_path / "cabinet")[0] is SupportKind.FREESTANDING, "what stands firmly is not"
     mjcf(tmp_path / "alone", board)
     assert held(tmp_path / "alone")[1] is not Source.AUTHORED, "no table holds it"
+
+
+def test_what_a_file_draws_upright_by_its_root_stands_upright(tmp_path: Path) -> None:
+    lid = f'<body name="lid" pos="0 0.3 0"><joint axis="1 0 0" range="0 90"/>{BOX}</body>'
+    own = f'<body name="case" quat="0.7071068 0.7071068 0 0">{BOX}{lid}</body>'
+    hinge = ('<joint name="hinge" type="revolute"><parent>case</parent><child>lid</child><axis><xyz>1 0 0</xyz>'
+             "<limit><lower>0</lower><upper>1</upper></limit></axis></joint>")  # fmt: skip
+    on = sdf_link("lid").replace("<visual", '<pose relative_to="case">0 0.3 0 0 0 0</pose><visual', 1) + hinge
+    up = "<pose>0 0 0 1.5707963 0 0</pose>"
+    of_link = sdf_link("case").replace("<visual", f"{up}<visual", 1)
+    for number, (write, text) in enumerate(((mjcf, own), (sdf, up + sdf_link("case") + on), (sdf, of_link + on))):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        write(folder, text)
+        assert near(read(folder).features.rest_size, (0.2, 0.2, 0.5), 1e-5)
+
+
+def test_the_legs_of_a_table_that_is_left_out_are_left_out(tmp_path: Path) -> None:
+    legs = "".join(
+        f'<geom name="table_leg_{x}" type="box" size="0.03 0.03 0.3" pos="{x} 0 -0.44"/>' for x in (-0.4, 0.4)
+    )
+    top = '<geom name="table_top" type="box" size="0.6 0.6 0.02" pos="0 0 -0.12"/>'
+    made = urdf_of_mjcf(mjcf(tmp_path, f'{top}{legs}<body name="cabinet">{BOX}{DOOR}</body>'), tmp_path)
+    assert made.robot.find("link[@name='base']") is None or made.robot.find("link[@name='base']/collision") is None
+    assert sum("is left out: it is the floor" in note for note in made.notes) == 3

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.urdf.read import element_joint
@@ -104,6 +105,19 @@ def test_a_capsule_weighs_what_its_formula_says(tmp_path: Path) -> None:
     inertia = robot.find("link/inertial/inertia")
     found = [float(inertia.get(key)) for key in ("ixx", "iyy", "izz")]
     assert found == pytest.approx([across, across, along], rel=1e-7)
+
+
+def test_boards_of_one_mesh_that_meet_at_their_corners_weigh_what_each_does(tmp_path: Path) -> None:
+    edges = [((0.4, 0.2, 0.01), (0.0, 0.0, 0.005)), ((0.01, 0.2, 0.19), (-0.195, 0.0, 0.105)),
+             ((0.01, 0.2, 0.19), (0.195, 0.0, 0.105))]  # fmt: skip
+    boards = trimesh.util.concatenate([trimesh.creation.box(size).apply_translation(place) for size, place in edges])
+    points = ", ".join(f"({x}, {y}, {z})" for x, y, z in boards.vertices.tolist())
+    corners = ", ".join(map(str, boards.faces.flatten().tolist()))
+    shape = prim("Mesh", "boards", f"point3f[] points = [{points}]", f"int[] faceVertexIndices = [{corners}]",
+        f"int[] faceVertexCounts = {[3] * len(boards.faces)}", apis=("PhysicsCollisionAPI",))  # fmt: skip
+    loose = prim("Xform", "a", shape, "float physics:density = 500", apis=("PhysicsRigidBodyAPI", "PhysicsMassAPI"))
+    robot, _ = made(tmp_path, loose)
+    assert float(robot.find("link/inertial/mass").get("value")) == pytest.approx(500.0 * boards.volume, rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -46,9 +46,11 @@ def hold_records(world: World, item: Mechanism, settings: EngineSettings, limits
     known = {joint.name: joint for joint in holding}
 
     def run(names: Sequence[str]) -> dict[str, Hold]:
-        world.place(item.start | {name: middles[name] for name in names})
-        clear = unobstructed(world, item, names)
-        positions = item.start | {name: middles[name] for name in clear}
+        clear, before = list(names), list[str]()
+        while clear != before:  # what goes back to its start may be in the way of the rest, as a door is of a rack
+            positions, before = item.start | {name: middles[name] for name in clear}, clear
+            world.place(positions)
+            clear = unobstructed(world, item, clear)
         return held_at(world, positions, [known[name] for name in clear], settings, limits)
 
     def good(record: Hold) -> bool:

@@ -10,13 +10,15 @@ from lxml import etree
 from lxml.etree import _Element as Element
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.urdf.edit import short_numbers
+from asset2sim.assets.urdf.edit import short_numbers, turn_root
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.physics.arrays import Array, Faces
 from asset2sim.physics.kinematics import rpy_of
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 
+LEVEL = 1e-6
+"""One less the cosine of the angle from the vertical, 0.08°, from which what a file draws is tilted."""
 HEAD_BYTES = 65_536
 """Bytes at the beginning of a file that ``Format.recognises``."""
 
@@ -127,6 +129,13 @@ def settle_free(robot: Element, world: str, free: Sequence[str]) -> tuple[str, .
     for joint in hung:
         joint.set("type", "floating")
     return ()
+
+
+def stand_as_drawn(robot: Element, root: str, pose: Array) -> None:
+    """Turn the object about its root's origin as the (4, 4) pose there does, where that tilts it: a URDF's root has no
+    pose. What is upright keeps its axes."""
+    if pose[2, 2] < 1.0 - LEVEL:
+        turn_root(robot, root, Rotation.from_matrix(pose[:3, :3]))
 
 
 def add_joint(robot: Element, name: str, kind: str, parent: str, child: str, pose: Array) -> Element:

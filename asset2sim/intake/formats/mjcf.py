@@ -24,6 +24,7 @@ from asset2sim.intake.formats.format import (
     add_joint,
     pose_of,
     settle_free,
+    stand_as_drawn,
     unconvertible_error,
     world_name,
 )
@@ -88,6 +89,8 @@ class _MjcfAsset:
         world, held, free = "", "", tuple[str, ...]()
         if len(tops) == 1 and not solid and (loose or not self.joint_types(tops[0])):
             self.add_body(robot, tops[0], None, np.eye(4))
+            top = pose_of(m.body_pos[tops[0]], m.body_quat[tops[0]])
+            stand_as_drawn(robot, self.name("body", tops[0]), top)
         else:
             world, base = self.base, add_child(robot, "link", name=self.base)
             free = tuple(self.name("body", body) for body in loose)

@@ -56,10 +56,11 @@ def ground_of(mujoco: Any, model: Any) -> dict[int, str]:
     moving = any(model.body_weldid[model.geom_bodyid[geom]] for geom in things)
     least, most = low[things].min(axis=0), high[things].max(axis=0)
     beneath = [item for item in floors if is_beneath(item, least, most, moving)]
+    top = min((item.high[:, 2].max() for item in beneath), default=-np.inf)
+    beneath += [item for item in floors if item not in beneath and item.high[:, 2].max() <= top + TOUCHING_M]  # legs
     found |= {geom: item.left_out(SCENE) for item in beneath for geom in item.geoms}
     things = [geom for geom in things if geom not in {geom for rim in rims for geom in rim.geoms}]
     if beneath and things:
-        top = min(item.high[:, 2].max() for item in beneath)
         least, most = low[things].min(axis=0), high[things].max(axis=0)
         around = [rim for rim in rims if is_around(rim, least, most) and rim.low[:, 2].min() >= top - TOUCHING_M]
         found |= {geom: rim.left_out("round all else on what is left out") for rim in around for geom in rim.geoms}

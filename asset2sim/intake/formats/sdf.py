@@ -25,6 +25,7 @@ from asset2sim.intake.formats.format import (
     add_joint,
     add_origin,
     settle_free,
+    stand_as_drawn,
     unconvertible_error,
     world_name,
     write_obj,
@@ -133,6 +134,7 @@ class _SdfAsset(SdfModel):
         children = {str(end.get("link")) for end in robot.iterfind("joint/child")}
         roots = [name for name in self.links if name not in children]
         if len(roots) == 1 and self.base not in children and robot.find(f"link[@name='{self.base}']") is None:
+            stand_as_drawn(robot, roots[0], self.own_pose(self.model) @ self.frame(roots[0]))
             return "", ()
         if robot.find(f"link[@name='{self.base}']") is None:
             add_child(robot, "link", name=self.base)
@@ -140,6 +142,7 @@ class _SdfAsset(SdfModel):
         held = {name for name in roots if self.is_still or name in fixed or name.startswith(self.still)}
         for name in roots:
             add_joint(robot, f"{name}_stands", "fixed", self.base, name, self.frame(name))
+        stand_as_drawn(robot, self.base, self.own_pose(self.model))
         free = tuple(name for name in roots if name not in held)
         self.notes += settle_free(robot, self.base, free)
         return self.base, free

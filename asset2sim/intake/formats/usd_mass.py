@@ -76,7 +76,8 @@ class WeighedForm:
         """Volume, centre and inertia; None for a sheet, which has none."""
         if self.form.kind == "mesh":
             mesh = trimesh.Trimesh(self.form.vertices, self.form.faces, process=False)
-            mesh.merge_vertices()
+            if not mesh.is_watertight:  # boards drawn apart enclose less than once their common corners are one
+                mesh.merge_vertices()
             shape = shape_of(mesh)
             return None if shape.flat else shape.solid
         made = PRIMITIVES[self.form.kind](*self.form.size.values())
