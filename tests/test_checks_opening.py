@@ -59,6 +59,20 @@ def test_a_light_cover_on_a_light_magazine_takes_its_weight_though_both_sink_int
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+def test_a_leaf_takes_its_friction_though_a_second_one_folds_as_it_is_pushed(tmp_path: Path, engine: Engine) -> None:
+    """A bifold door took 0 N: the second leaf swings back, so that the first gains speed faster than both would."""
+    joints = [
+        UrdfJoint(
+            "first", "revolute", "base", "near", (0.0, 0.0, 1.0), lower=0.0, upper=1.5, damping=0.5, friction=2.0
+        ),
+        UrdfJoint("second", "revolute", "near", "far", (0.0, 0.0, -1.0), (0.4, 0.0, 0.0), 0.0, 3.0, 0.07, 0.3),
+    ]
+    leaf = [bare(name, 9.3, (0.2, 0.0, 0.0), 0.12) for name in ("near", "far")]
+    item = subject(tmp_path, [bare("base"), *leaf], joints, start={"first": 0.0, "second": 0.0})
+    assert efforts(item, engine)["first"].opening == pytest.approx(2.3, rel=0.15), "its own, and of what folds"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_key_takes_its_spring_less_its_weight(tmp_path: Path, engine: Engine) -> None:
     joint = UrdfJoint("press", "prismatic", "base", "key", (0.0, 0.0, -1.0), lower=0.0, upper=0.01, damping=0.5,
                       stiffness=20.0, reference=-0.01)  # fmt: skip

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asset2sim.guidance import tables
+from asset2sim.guidance.edges import fitted_edges
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.models.prior.answer import answer
 from asset2sim.models.prior.link_proposals import link_mass
@@ -243,7 +244,13 @@ def test_masses_are_those_of_such_things(information: Json, low: float, high: fl
 
 
 @pytest.mark.parametrize(
-    "category", sorted(c for c, s in tables.sizes().items() if not tables.is_built(c) and not s.across_max_m)
+    "category",
+    sorted(
+        c
+        for c, s in tables.sizes().items()
+        if not tables.is_built(c) and not s.across_max_m
+        if fitted_edges((1.0, 1.0, 0.99), c) is None  # or a cube is one of another size, as a minibar
+    ),
 )
 def test_what_no_row_says_how_it_is_built_weighs_no_less_than_the_middle_of_its_kind(category: str) -> None:
     size = tables.sizes()[category]

@@ -127,6 +127,30 @@ def test_other_parts_stay_or_return(
     assert not holds or kept >= made.effort_range.least_n * 0.005, "felt at 5 mm from its axis"
 
 
+@pytest.mark.parametrize(("radius", "turn"), [(0.014, True), (0.03, False)])
+def test_a_doors_thumb_turn_stays_and_its_knob_returns(tmp_path: Path, radius: float, turn: bool) -> None:
+    knob = "".join(
+        f'<{tag}><geometry><cylinder radius="{radius}" length="0.02"/></geometry></{tag}>'
+        for tag in ("visual", "collision")
+    )
+    hinge = {"kind": "revolute", "axis": "0 1 0", "limit": "0 1.57", "xyz": "0.3 -0.04 0"}
+    made = only(described(tmp_path, "a", "Door", "A door.", knob, "knob", body=shape("0.8 0.04 2"), **hinge))
+    assert made.holds is turn and (made.stiffness > 0.0) is not turn
+
+
+@pytest.mark.parametrize(
+    ("label", "category", "motion", "axis"),
+    [("lever", "Toaster", "prismatic", "0 0 -1"), ("lever", "Dispenser", "revolute", "0 -1 0")],
+)
+def test_levers_of_toasters_and_dispensers_return(
+    tmp_path: Path, label: str, category: str, motion: str, axis: str
+) -> None:
+    hinge = {"kind": motion, "axis": axis, "limit": "0 0.08" if motion == "prismatic" else "0 0.4"}
+    made = only(described(tmp_path, "a", category, "", STICK, label, body=BODY, xyz="0.08 0 0.1", **hinge))
+    assert made.stiffness > 0.0 and made.effort_range is not None
+    assert made.effort_range.kind == {"Toaster": "toaster lever", "Dispenser": "trigger"}[category]
+
+
 @pytest.mark.parametrize(
     ("label", "words", "limit", "clicks"),
     [

@@ -249,6 +249,10 @@ def test_things_of_other_names_are_as_large_as_such_things(category: str, words:
         ("Switch", (0.012, 0.152, 0.081)),
         ("Keyboard", (0.106, 0.295, 0.033)),
         ("Table", (0.80, 1.60, 0.73)),
+        ("KitchenPot", (0.30, 0.48, 0.10)),
+        ("KitchenPot", (0.26, 0.34, 0.28)),
+        ("Keyboard", (0.13, 0.09, 0.03)),
+        ("Safe", (0.30, 0.35, 0.25)),
     ],
 )
 def test_what_is_drawn_without_units_is_as_large_as_its_kind(
@@ -291,6 +295,29 @@ def test_parts_tell_a_kind_that_edges_alone_do_not(
     assert without.notes[0] == f"category {category}: as stated" and found.notes[0] != without.notes[0]
     size = tables.sizes()[found.notes[0].split()[1].rstrip(":")]
     assert kg[0] <= size.mass_min_kg and size.mass_max_kg <= kg[1]
+
+
+@pytest.mark.parametrize(
+    ("edges", "mount"), [((0.14, 0.80, 0.65), "wall"), ((0.35, 0.90, 0.70), None), ((0.40, 1.80, 0.42), None)]
+)
+def test_a_cabinet_as_flat_as_mirror_cabinets_are_hangs_without_words(
+    edges: tuple[float, ...], mount: str | None
+) -> None:
+    drawn = thing("StorageFurniture", hinged("a", "rotation_door"), hinged("b", "rotation_door"))
+    overlay = Overlay.model_validate(ask(drawn | {"size_closed_m": list(edges), "size_m": list(edges)}, ""))
+    assert overlay.support is not None and overlay.support.mount == mount
+
+
+@pytest.mark.parametrize(
+    ("category", "edges"),
+    [("Toilet", (0.54, 0.36, 0.42)), ("Dispenser", (0.11, 0.10, 0.28)), ("Lamp", (0.55, 0.15, 0.20))],
+)
+def test_what_is_said_to_hang_on_a_wall_is_of_a_kind_that_does(category: str, edges: tuple[float, ...]) -> None:
+    """Without those words it stands and is of the usual size: toilets of 0.7 m, lamps of 0.45."""
+    drawn = thing(category) | {key: [2.5 * edge for edge in edges] for key in ("size_closed_m", "size_m")}
+    hung, standing = (Overlay.model_validate(ask(drawn, words)) for words in ("It is fixed to the wall.", ""))
+    assert 2.5 * max(edges) * hung.scale == pytest.approx(max(edges), rel=0.15)
+    assert abs(hung.scale / standing.scale - 1.0) > 0.15
 
 
 def test_a_window_on_a_level_hinge_is_no_sliding_one() -> None:

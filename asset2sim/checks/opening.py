@@ -1,7 +1,7 @@
 """Opening effort: the least force or torque that moves each joint towards its open end, and towards its closed one."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from asset2sim.checks.joint_groups import depth_groups
 from asset2sim.checks.mechanism import Mechanism, moved_inertia, poses_at, pull_on, span_of
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.mass_matrix import joint_space
 from schemas.interaction import Opening
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings
@@ -40,7 +41,8 @@ DEFAULT_LIMIT = 100.0
 @dataclass(frozen=True)
 class Push:
     """One joint to be pushed in one direction (±1): ``first`` and ``limit`` are efforts, N·m or N, ``visible`` the
-    motion that counts (rad or m), ``inertia`` what moves, root held (kg·m² or kg)."""
+    motion that counts (rad or m), ``inertia`` what moves, root held (kg·m² or kg), ``coupled`` what each other joint's
+    acceleration takes of the effort or adds to it: the second leaf of a door folds as the first is pushed."""
 
     joint: JointPhysics
     direction: float
@@ -48,6 +50,7 @@ class Push:
     limit: float
     visible: float
     inertia: float
+    coupled: Mapping[str, float] = field(default_factory=dict)
 
 
 def openings(
@@ -55,7 +58,8 @@ def openings(
 ) -> tuple[Opening, ...]:
     """The least efforts of every joint, or of those ``names``, from its initial position, independent joints together;
     the root is held, or settles on the world's plane for ``settle_s`` first."""
-    poses = poses_at(item, item.start)
+    poses, space = poses_at(item, item.start), joint_space(item.tree, item.root, item.bodies, item.start)
+    shares = dict(zip(space.names, space.matrix[6:, 6:], strict=True))
     found: dict[tuple[str, float], float | None] = {}
     asked = [joint for joint in item.asked if names is None or joint.name in names]
     for group in depth_groups(item, [joint.name for joint in asked]):
@@ -66,7 +70,9 @@ def openings(
                 pull = float(pull_on(item, joint.name, item.start, poses).at(joint.initial_position))
                 push = push_of(joint, direction, pull, moved_inertia(item, joint.name, poses), item)
                 if push is not None:
-                    pushes.append(push)
+                    alone = {joint.name, *(entry.name for entry in item.followers.get(joint.name, ()))}
+                    row = zip(space.names, map(float, shares[joint.name]), strict=True)
+                    pushes.append(replace(push, coupled={name: x for name, x in row if x and name not in alone}))
             efforts = least_efforts(world, item, pushes, settings, settle_s)
             found |= {(name, direction): effort for name, effort in efforts.items()}
     return tuple(record(joint, item, found) for joint in asked)
@@ -152,7 +158,7 @@ def ramp(
     slides = np.array([push.joint.type == "prismatic" for push in pushes])
     found: dict[str, float | None] = {push.joint.name: None for push in pushes}
     steps = max(1, round(settings.push_s / world.timestep_s))
-    before = world.velocities()[indices] * ways
+    before = world.velocities()
     stays = any(end >= push.limit for end, push in zip(most, pushes, strict=True))
     for step in range(1, steps * (2 if stays else 1) + 1):
         efforts = ends * min(1.0, step / steps)
@@ -161,7 +167,7 @@ def ramp(
             break
         world.push({pushes[i].joint.name: float(ways[i] * efforts[i]) for i in live})
         world.step()
-        speeds = world.velocities()[indices] * ways
+        speeds = world.velocities()
         moved = (world.positions()[indices] - start) * ways >= visible
         if settle_s > 0.0:
             # What stays on the floor while the rest of the object slides from under it has not been moved.
@@ -170,7 +176,8 @@ def ramp(
             moved &= (world.positions()[indices] - start) * ways >= visible + back
         for i in live:
             if moved[i]:
-                found[pushes[i].joint.name] = slow_effort(pushes[i], efforts, speeds, before, i, world.timestep_s)
+                gaining = dict(zip(order, (speeds - before) / world.timestep_s, strict=True))
+                found[pushes[i].joint.name] = slow_effort(pushes[i], efforts[i], speeds[indices[i]], gaining)
         before = speeds
     return found
 
@@ -180,8 +187,9 @@ def angle_of(a: Array, b: Array) -> float:
     return float(2.0 * np.arccos(min(1.0, abs(float(a @ b)))))
 
 
-def slow_effort(push: Push, efforts: Array, speeds: Array, before: Array, index: int, timestep_s: float) -> float:
-    """The effort less what the damper takes at the joint's speed and its inertia at its acceleration, at least 0."""
-    gaining = (speeds[index] - before[index]) / timestep_s
-    slow = efforts[index] - push.joint.damping * speeds[index] - push.inertia * gaining
+def slow_effort(push: Push, effort: float, speed: float, gaining: Mapping[str, float]) -> float:
+    """The effort less what the damper takes at the joint's speed, its inertia at its acceleration and that of the
+    joints that it is coupled to, at least 0; ``gaining`` are the accelerations of all joints."""
+    inertial = push.inertia * gaining[push.joint.name] + sum(m * gaining[name] for name, m in push.coupled.items())
+    slow = effort - push.direction * (push.joint.damping * speed + inertial)
     return float(max(0.0, slow)) if np.isfinite(slow) else 0.0

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.edges import LEVEL, fitted_kind
-from asset2sim.guidance.lexicon import head_of, noun_spans
+from asset2sim.guidance.lexicon import head_of, noun_spans, segments
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.sizing import asked_size, size_word
 
 FEWEST_FLAPS = 3
 _GENERIC = ("", "*", "Furniture")
@@ -29,7 +30,7 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
         if known == "Knife" and has_folding_blade(info):
             return "PocketKnife", "its hinged blade, a kind of Knife"
         shape = fitted_kind(info, known)
-        if shape is not None and shape.category in tables.sizes():
+        if shape is not None and shape.category in tables.sizes() and not _asked_smaller(tokens, known, shape.category):
             return shape.category, f"its edges, those of a {shape.kind}"
         return known, "as stated"
     for source, found in (
@@ -41,6 +42,12 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
         if found:
             return found[0], f"from {source}"
     return "*", "nothing names it"
+
+
+def _asked_smaller(tokens: tuple[str, ...], known: str, kind: str) -> bool:
+    """Whether words ask for less than the smallest of a ``kind``: a very small trash can is no wheeled bin."""
+    _, factor = size_word(asked_size("", tokens, segments(tokens, known)))
+    return factor < 1.0 and factor * tables.sizes()[known].typical_m < tables.sizes()[kind].min_m
 
 
 def has_crossing_flaps(info: ObjectInfo) -> bool:

@@ -12,6 +12,8 @@ SIDEWAYS = 6.0
 ROS and in PartNet-Mobility): one in 20."""
 LEVEL = 0.2
 """|a · b| of unit axes up to which they are about square; a hinge and z are so of lids and of doors that drop."""
+ON_WALL = ("wall", "hangs")
+"""How kinds are placed that are sought among what hangs on a wall; only of those that hang do their edges say so."""
 MOST_MISFIT = 16.0
 """Squared σ by which three edges may miss the usual ones for an object to be of that kind: four σ in one of them."""
 
@@ -37,6 +39,8 @@ def fitted_kind(info: ObjectInfo, category: str, *, hangs: bool = False) -> Fit 
         names.add("doors")
     if any(abs(joint.axis[2]) < LEVEL for joint in hinges):
         names.add("level hinge")
+    if hangs:
+        names.add("hangs")
     shown = shown_front(info, parts) is not None
     return fitted_edges(depth_width_height(info), category, frozenset(names), hangs=hangs, shown=shown)
 
@@ -60,7 +64,7 @@ def fitted_edges(
         for kind in tables.proportions().get(category, ())
         if not kind.has or (kind.has in parts) or (kind.has[0] == "-" and kind.has[1:] not in parts)
     ]
-    for known in [kind for kind in kinds if hangs and kind.placed == "wall"] or kinds:
+    for known in [kind for kind in kinds if hangs and kind.placed in ON_WALL] or kinds:
         weights = [spread**-2 for spread in known.spread]
         seen = ((size_m[0], size_m[1], 0.0), (size_m[1], size_m[0], SIDEWAYS))
         for depth, width, rare in seen[:1] if shown else seen:

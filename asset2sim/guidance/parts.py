@@ -23,6 +23,9 @@ WHICH_ONE = {
     *("revolute", "prismatic", "continuous", "rotation", "translation", "motion"),
 }
 """Last words of names that say which part, or how it moves, and not what it is."""
+THUMB_TURN_SHARE = 0.018
+"""Most longest edge of a thumb turn, as a share of its door's height, 2 m: those of bolts are 0.02 to 0.035 m, and
+knobs that work a latch 0.05 to 0.065 m across (makers' data)."""
 HOLDS_PARTS = {"frame", "base", "case", "housing", "holder", "bracket", "mount", "board", "cabinet", "bodyset"}
 """Last words of names of what a part is on: a door's frame is no door; of EusLisp's models each link's name is the
 object's and "bodyset"."""
@@ -80,6 +83,8 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
         name = part_name(link.label if link else "", joint.child, joint.name)
         if name == "wheel" and link is not None and not rolls(info, link):
             name = "handwheel"
+        if name == "knob" and link is not None and max(link.box_m) < THUMB_TURN_SHARE * max(info.size_closed_m):
+            name = "thumb turn" if category == "Door" else name
         if link is not None:
             along = [abs(share) for share in joint.axis]
             across = [edge for edge, share in zip(link.box_m, along, strict=True) if share < max(along)]

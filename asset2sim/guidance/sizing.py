@@ -139,6 +139,7 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
         return Scale(1.0, real, authored, f"scale 1: {authored:.3g} m is usual, and less than what is normalised")
     hangs = carried is not None and carried.mount is Mount.WALL
     fit = fitted_kind(info, size.category, hangs=hangs)
+    fit = None if fit is not None and fit.category not in ("", size.category) else fit  # words say that it is none
     usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
     target = usual * factor
     if authored <= 0.0:

@@ -213,10 +213,17 @@ def proportions() -> dict[str, tuple[Proportions, ...]]:
 
 @lru_cache
 def built_as(category: str) -> tuple[str, ...]:
-    """The category and, for a kind that its edges tell, the one of which it is: what says nothing of a chest freezer is
-    as of a refrigerator."""
+    """The category and the one of which it is a kind: what says nothing of a chest freezer is as of a refrigerator.
+    Kinds are told by their edges, or by words."""
     known = {row["as"]: row["category"] for row in csv_rows("proportions") if row["as"]}
-    return (category, known[category]) if category in known else (category,)
+    kinds = {size.category: size.refines[0] for size in sizes().values() if size.refines and _as_its_kind(size)}
+    return (category, whole) if (whole := (kinds | known).get(category)) else (category,)
+
+
+def _as_its_kind(kind: Size) -> bool:
+    """Whether no row says how a kind is built, and it stands on what the category does of which it is one first."""
+    whole = sizes().get(kind.refines[0])
+    return whole is not None and whole.contact == kind.contact and (kind.category, "*") not in _part_materials()
 
 
 @lru_cache
