@@ -6,27 +6,27 @@ from schemas.declared import METHOD, TOOLS, DeclaredCommand, Extension, LocalMod
 COMMANDS = (
     DeclaredCommand(
         "rate", "a page on which people rate anonymous variants",
-        "lab.options.rating_options:RateOptions", "lab.flows.rate:serve_rating",
+        "lab.options:RateOptions", "lab.flows.rate:serve_rating",
     ),
     DeclaredCommand(
         "judge-videos", "films of recorded interactions, scored by models side by side",
-        "lab.options.rating_options:JudgeVideosOptions", "lab.flows.judge_films:judge_films",
+        "lab.options:JudgeVideosOptions", "lab.flows.judge_films:judge_films",
     ),
     DeclaredCommand(
         "ratings", "what people and judges made of variants, per method",
-        "lab.options.rating_options:RatingsOptions", "lab.flows.rate:print_ratings",
+        "lab.options:RatingsOptions", "lab.flows.rate:print_ratings",
     ),
     DeclaredCommand(
         "record-motion", "a scripted arm's tasks with refined objects, filmed and judged",
-        "lab.options.trial_options:RecordMotionOptions", "lab.flows.record_motion:record_motion",
+        "lab.options:RecordMotionOptions", "lab.flows.record_motion:record_motion",
     ),
     DeclaredCommand(
         "probe", "a policy's tasks with refined objects, asked over a socket",
-        "lab.options.trial_options:ProbeOptions", "lab.flows.probe:probe",
+        "lab.options:ProbeOptions", "lab.flows.probe:probe",
     ),
     DeclaredCommand(
         "learn", "a robot learns to use refined objects: PPO, resumable",
-        "lab.options.trial_options:LearnOptions", "lab.flows.learn:learn",
+        "lab.options:LearnOptions", "lab.flows.learn:learn",
     ),
 )  # fmt: skip
 SIMULATED = LocalModel(

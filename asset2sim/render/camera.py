@@ -107,9 +107,9 @@ def view_camera(name: str, points: Floats, front: Floats, width: int, height: in
     return fitted_camera(points, view_directions(front)[name], fov, width, height)
 
 
-def camera_axes(towards: Floats) -> Floats:
+def camera_axes(towards: Floats, up: Floats = UP) -> Floats:
     """(3, 3) rows right, up and backwards (to the viewer) of a camera that stands in the direction ``towards``."""
-    right = unit_vectors(np.cross(UP, towards)[None])[0]
+    right = unit_vectors(np.cross(up, towards)[None])[0]
     return np.stack([right, np.cross(towards, right), towards])
 
 

@@ -152,32 +152,28 @@ def meaning_section(found: Comparison, model: str) -> list[str]:
     return parts
 
 
-def page_block(found: Comparison, pictures: dict[str, str]) -> str:
-    """The page's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors.
-    ``pictures`` maps a model, or ``GROWTH_CHART``, to the path of its picture. Only the first model has tables; the
-    error levels of others are in the growth chart."""
+def page_block(found: Comparison, outcomes: str, growth: str = "") -> str:
+    """The page's section: Table 1 without the differences, outcomes as a chart, cost, and the growth of errors, with
+    the paths of both pictures. Only the first model has tables; the error levels of others are in the growth chart."""
     model = next(iter(by_model(found.stability)))
     about, *others = beside(found, model)
     parts = [
         about,
         figure_table(found.stability, STABILITY, model),
         *others,
-        f"![Outcomes of each method with {described(model)}]({pictures[model]})",
+        f"![Outcomes of each method with {described(model)}]({outcomes})",
         figure_table(found.cost, COST, model),
     ]
-    if GROWTH_CHART in pictures:
-        parts.append(f"![Success and scale error as {described(NOISY)} errs more]({pictures[GROWTH_CHART]})")
+    if growth:
+        parts.append(f"![Success and scale error as {described(NOISY)} errs more]({growth})")
     return "\n\n".join([*parts, *agreement_sentences(found.objects)])
 
 
 def write_page(page: Path, out: Path, found: Comparison) -> None:
     """Put the section between the page's markers, and its pictures beside it."""
     model = next(iter(by_model(found.stability)))
-    charts = {model: out / "charts" / f"failures_{slug(model)}.png"}
-    if found.growth:
-        charts[GROWTH_CHART] = out / "charts" / GROWTH_CHART
-    names = {model: "compare_failures.png", GROWTH_CHART: "compare_growth.png"}
-    pictures = {key: names[key] for key in charts}
-    for key, chart in charts.items():
-        shutil.copyfile(chart, page.parent / pictures[key])
-    write_block(page, BLOCK, page_block(found, pictures))
+    charts = {f"failures_{slug(model)}.png": "compare_failures.png"}
+    charts |= {GROWTH_CHART: "compare_growth.png"} if found.growth else {}
+    for chart, picture in charts.items():
+        shutil.copyfile(out / "charts" / chart, page.parent / picture)
+    write_block(page, BLOCK, page_block(found, *charts.values()))

@@ -16,6 +16,7 @@ from asset2sim.runs.option_groups import FileOptions, Selection
 from asset2sim.runs.option_types import ENGINES, FILE, NAME, URL, Listed, none_if_empty
 from asset2sim.runs.request import merged_mappings, settings_for_run, stated_settings
 from lab.noise.noise_level import MAX_LEVEL, NOISY, is_noisy, noise_of
+from lab.options import METHODS as METHOD_NAMES
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
@@ -103,7 +104,6 @@ def of_levels(text: str) -> str:
 
 
 Folder = Annotated[Path, BeforeValidator(lambda text: Location(text).folder)]
-METHOD_NAMES = TypeAliasType("METHOD_NAMES", tuple[Method, ...])
 MODELS = TypeAliasType("MODELS", tuple[str, ...])
 LEVELS = TypeAliasType("LEVELS", Annotated[str, AfterValidator(of_levels)])
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table, percent
+from schemas.errors import shortened
 from schemas.vocabulary import Source, Status
 
 BLOCK = "origins"
@@ -44,7 +45,7 @@ def origins_tables(origins: Sequence[Origin]) -> str:
     headings = ["origin", "objects", "read", "ok", "share", "size kept", *(f"{name} kept" for name in QUANTITIES)]
     first = markdown_table([*headings, "supplied"], rows, right=range(1, len(headings)))
     failed = [
-        [origin.name, str(row.asset_id), str(row.failure_mode), shortened(str(row.reason))]
+        [origin.name, str(row.asset_id), str(row.failure_mode), shortened(str(row.reason), REASON_LENGTH - 1)]
         for origin in origins
         for row in origin.assets.sort_values("asset_id").itertuples()
         if row.status != Status.OK.value
@@ -81,8 +82,3 @@ def supplied_by(origin: Origin) -> str:
     every = pd.concat([sources_of(origin, name) for name in QUANTITIES])
     others = every[every != Source.AUTHORED.value].value_counts()
     return ", ".join(f"{source} {count}" for source, count in others.items()) or NOTHING
-
-
-def shortened(reason: str) -> str:
-    """A reason that fits a cell."""
-    return reason if len(reason) <= REASON_LENGTH else f"{reason[: REASON_LENGTH - 1].rstrip()}…"

@@ -85,30 +85,12 @@ def shapes_table(rows: Sequence[ShapesRow]) -> str:
         both = [row for row in own if np.isfinite([row.authored_mm, row.cut_mm]).all()]
         single = {row.asset_id: f"{row.authored_mm:.2f}; {row.cut_mm:.2f}" for row in both}
         named = [name_of(method, model), NOTHING if model == NO_MODEL else described(model)]
-        lines.append(
-            [
-                *named,
-                str(len(both)),
-                *(
-                    cell
-                    for values in ([row.authored_mm for row in both], [row.cut_mm for row in both])
-                    for cell in (f"{np.mean(values):.2f}", str(sum(value > OVERLAP_MM for value in values)))
-                ),
-                *(single.get(asset_id, NOTHING) for asset_id in SINGLE),
-            ]
-            if both
-            else [*named, "0", *[NOTHING] * 6]
-        )
-    headings = (
-        "method",
-        "model",
-        "objects",
-        "Φ mm, hulls as authored",
-        "overlap",
-        "Φ mm, hulls as ours cut them",
-        "overlap",
-    )
-    return markdown_table((*headings, *SINGLE.values()), lines, right=range(2, 9)) if rows else ""
+        cells = [] if both else [NOTHING] * 4
+        for values in ([row.authored_mm for row in both], [row.cut_mm for row in both]) if both else ():
+            cells += [f"{np.mean(values):.2f}", str(sum(value > OVERLAP_MM for value in values))]
+        lines.append([*named, str(len(both)), *cells, *(single.get(asset_id, NOTHING) for asset_id in SINGLE)])
+    headings = ("method", "model", "objects", "Φ mm, hulls as authored", "overlap", "Φ mm, hulls as ours cut them")
+    return markdown_table((*headings, "overlap", *SINGLE.values()), lines, right=range(2, 9)) if rows else ""
 
 
 def done_by(run: MethodRun) -> str:

@@ -7,7 +7,7 @@ from asset2sim.catalog.text import output
 from lab.flows.in_flow import in_flow
 from lab.judged.judge_videos import judge_videos
 from lab.judged.show_ratings import describe_scores
-from lab.options.rating_options import JudgeVideosOptions
+from lab.options import JudgeVideosOptions
 from schemas.settings import Settings
 
 

@@ -11,13 +11,13 @@ from asset2sim.catalog.text import output
 from lab.flows.in_flow import in_flow
 from lab.judged.published import published_learning
 from lab.judged.variant_folders import variant_folders
-from lab.learning.progress import Point
+from lab.learning.lesson import Point
 from lab.learning.show_learning import described, draw_curves, learning_block
 from lab.learning.study import Training, TrainingChoice, check_libraries, learning_study, trainings_left, trainings_of
-from lab.options.trial_options import LearnOptions
+from lab.options import LearnOptions
 from lab.pages.blocks import check_page, write_block
 from lab.runner import latest_own, require_one_done, run_study, telling
-from lab.schemas.ppo_settings import warp_settings
+from lab.schemas.settings import warp_settings
 from lab.schemas.tables import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.location import Location

@@ -8,17 +8,16 @@ import pandas as pd
 from asset2sim.catalog.text import output
 from asset2sim.gym.arm.gripper import ROBOTIQ, robotiq_file
 from lab.flows.in_flow import in_flow
-from lab.judged.probe_tables import short_block
 from lab.judged.published import published_rates
-from lab.judged.show_fidelity import describe_probes, fidelity_block, real_rates
+from lab.judged.show_fidelity import describe_probes, fidelity_block, real_rates, short_block
 from lab.judged.variant_folders import variant_folders
-from lab.options.trial_options import ProbeOptions
+from lab.options import ProbeOptions
 from lab.pages.blocks import Pages
 from lab.probes.cloning import FIRST_SEED
 from lab.probes.policies import CLONED, check_installed, policy_spec
 from lab.probes.probe_study import ProbeChoice, chosen_tasks, jobs_of, probe_study, run_probes
 from lab.runner import StudyError, latest_own, left_to_do, require_one_done, telling
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 from lab.schemas.tables import PROBE_TRIALS
 from schemas.errors import UsageError
 from schemas.settings import Settings

@@ -11,11 +11,10 @@ from rich.text import Text
 from asset2sim.catalog.text import output
 from asset2sim.experiments.interrupt import sigterm_as_interrupt
 from asset2sim.viewer.serve import open_server
-from lab.judged.rating_plan import Variant, variants_of
-from lab.judged.rating_stages import Durations, lasting
+from lab.judged.rating_plan import Durations, Variant, variants_of
 from lab.judged.show_ratings import describe_ratings
 from lab.judged.variant_folders import variant_folders
-from lab.options.rating_options import RateOptions, RatingsOptions
+from lab.options import RateOptions, RatingsOptions
 from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine
 
@@ -59,7 +58,7 @@ def serve_rating(options: RateOptions, settings: Settings) -> None:
         host=options.host,
         port=options.port,
         settings=settings.engine,
-        durations=lasting(options.push_seconds),
+        durations=Durations(least_touched_s=options.push_seconds, most_touched_s=2.0 * options.push_seconds),
         seed=options.seed,
     )
     with suppress(KeyboardInterrupt), sigterm_as_interrupt(), opened as desk:

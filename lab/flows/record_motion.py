@@ -10,16 +10,17 @@ from asset2sim.catalog.text import markdown_table, number_table, output, titled_
 from asset2sim.gym.arm.gripper import ROBOTIQ, robotiq_file
 from lab.flows.in_flow import in_flow
 from lab.judged.variant_folders import variant_folders
-from lab.options.trial_options import RecordMotionOptions
+from lab.options import RecordMotionOptions
 from lab.pages.blocks import Pages
 from lab.runner import latest_own, require_one_done, run_study, telling
 from lab.schemas.tables import TRIALS
-from lab.trials.figures import FAULTS, MethodTrials, method_figures, task_rows
+from lab.trials.figures import MethodTrials, method_figures, task_rows, variant_names
+from lab.trials.physical_judge import FAULTS
 from lab.trials.study import STUDY, jobs_of
 from schemas.settings import Settings
 from schemas.table import Row
 
-HEADINGS = ("method", "tasks done", "score, of 5", "recorded", *FAULTS.values())
+HEADINGS = ("method", "tasks done", "score, of 5", "recorded", *(fault.heading for fault in FAULTS.values()))
 
 
 def described(trials: pd.DataFrame) -> list[RenderableType]:
@@ -44,9 +45,8 @@ def trials_block(trials: pd.DataFrame) -> str:
 
 
 def names(figures: Sequence[MethodTrials]) -> list[str]:
-    """The methods, with their models where several were asked."""
-    several = len({item.model for item in figures}) > 1
-    return [f"{item.method}, {item.model}" if several else item.method for item in figures]
+    """Names of the figures' methods."""
+    return list(variant_names([(item.method, item.model) for item in figures]).values())
 
 
 def rows_of(figures: Sequence[MethodTrials]) -> list[tuple[str, ...]]:

@@ -11,9 +11,8 @@ from scipy.stats import PermutationMethod, pearsonr, spearmanr, t
 
 from asset2sim.physics.arrays import Array
 from lab.comparisons.statistics import CONFIDENCE, RESAMPLES, SEED
-from lab.judged.agreement import PERMUTATIONS
-from lab.judged.figures import interval
-from lab.trials.figures import ORDER
+from lab.judged.figures import PERMUTATIONS, interval
+from lab.trials.figures import ORDER, variant_names
 
 REAL = "real"
 """The published method that is reality."""
@@ -125,11 +124,10 @@ def agreements(rates: pd.DataFrame) -> list[RateAgreement]:
     acted in reality."""
     found = []
     for policy, some in rates.groupby("policy"):
-        several = some["model"].nunique() > 1
-        variants = {
-            f"{method}, {model}" if several else str(method): _by_task(part)
-            for (method, model), part in some.groupby(["method", "model"])
+        parts = {
+            (str(method), str(model)): _by_task(part) for (method, model), part in some.groupby(["method", "model"])
         }
+        variants = {name: parts[pair] for pair, name in variant_names(parts).items()}
         for first, second in combinations(variants, 2):
             pairs = _pairs(variants[first], variants[second])
             r = rho = math.nan

@@ -10,20 +10,11 @@ from typing import Any
 import pandas as pd
 
 from lab.schemas.tables import VIDEO_SCORES
+from lab.trials.physical_judge import FAULTS
 from schemas.table import Row
 
 PHYSICAL_JUDGE = "physical-judge"
 """Its name in the table, and for ``--judges``."""
-FAULTS = {
-    "moved_before_contact": "it moved {moved_rad:.2g} rad or {moved_m:.2g} m before it was touched",
-    "energy_appeared": "energy appeared, enough to lift it by {appeared_m:.2g} m",
-    "jumped": "an impulse that no touch explains, worth {impulse_m_s:.2g} m/s",
-    "overlapped": "the tool was {overlap_m:.2g} m deep in it",
-    "rang": "it swung to and fro {ringing_turns} times after it was let go",
-    "forced": "the tool pressed on it with {force_n:.0f} N",
-    "tipped": "it was tipped by {tilted_rad:.2g} rad",
-}
-"""Fault → what it is, with its number."""
 
 
 def physical_scores(trials: pd.DataFrame) -> list[Row]:
@@ -57,6 +48,6 @@ def _pros(found: dict[Any, Any]) -> str:
 def _cons(found: dict[Any, Any]) -> Iterator[str]:
     if found["outcome"] != "done":
         yield f"{found['outcome']}: {found['reason']}"
-    for name, text in FAULTS.items():
+    for name, fault in FAULTS.items():
         if found[name] is True:
-            yield text.format(**found)
+            yield fault.words.format(**found)

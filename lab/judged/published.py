@@ -31,8 +31,9 @@ def published_ratings(folder: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     keys: list[Row] = []
     for row, place in zip(found.to_dict("records"), shown, strict=True):
         who: Row = {"rater": str(row["rater"]), "asset_id": str(row["asset_id"]), "label": label_of(int(place))}
-        ratings.append(_nulls(RATINGS) | who | {"score": float(row["score"]), "note": ""})
-        keys.append(_nulls(RATING_KEYS) | who | {"method": our_name(row["method"]), "model": NO_MODEL})
+        ratings.append(dict.fromkeys(RATINGS.schema.names) | who | {"score": float(row["score"]), "note": ""})
+        who |= {"method": our_name(row["method"]), "model": NO_MODEL}
+        keys.append(dict.fromkeys(RATING_KEYS.schema.names) | who)
     return table_frame(RATINGS, ratings), table_frame(RATING_KEYS, keys)
 
 
@@ -48,7 +49,7 @@ def published_videos(folder: Path) -> pd.DataFrame:
         if name not in assets:
             raise UsageError(f"{folder / VIDEOS_FILE}: task '{row['task']}': no object '{name}' in {RATINGS_FILE}")
         rows.append(
-            _nulls(VIDEO_SCORES)
+            dict.fromkeys(VIDEO_SCORES.schema.names)
             | {"task": row["task"], "asset_id": assets[name], "judge": row["judge"], "trial": 0}
             | {"trials": PUBLISHED_TRIALS, "method": our_name(row["method"]), "model": NO_MODEL}
             | {"score": float(row["mean_score"]), "score_deviation": float(row["standard_deviation"])}
@@ -88,10 +89,6 @@ def table_frame(table: Table, rows: list[Row]) -> pd.DataFrame:
     """Rows as the data frame that reading the table gives. Raises CatalogError for rows that do not fit."""
     frame: pd.DataFrame = to_arrow(table, rows).to_pandas(types_mapper={pa.int64(): pd.Int64Dtype()}.get)
     return frame
-
-
-def _nulls(table: Table) -> Row:
-    return dict.fromkeys(table.schema.names)
 
 
 def _read(folder: Path, name: str, columns: tuple[str, ...]) -> pd.DataFrame:

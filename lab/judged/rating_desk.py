@@ -17,8 +17,19 @@ from asset2sim.viewer.viewed_object import ViewedObject
 from asset2sim.viewer.walk import refined_of
 from asset2sim.viewer.words import escaped
 from lab.judged.rating_page import AGAIN, BROKEN, NAMELESS, UNSEEN, UNSTORED, RatingPage, where_of
-from lab.judged.rating_plan import RatingPlan, Shown, Variant, new_keys, plan_for, rating_row, unrated
-from lab.judged.rating_stages import STAGES, TOUCHED, UNTOUCHED, Durations
+from lab.judged.rating_plan import (
+    STAGES,
+    TOUCHED,
+    UNTOUCHED,
+    Durations,
+    RatingPlan,
+    Shown,
+    Variant,
+    new_keys,
+    plan_for,
+    rating_row,
+    unrated,
+)
 from lab.judged.surroundings import Surroundings
 from lab.schemas.tables import RATING_KEYS, RATINGS
 from schemas.errors import UsageError
@@ -59,30 +70,24 @@ class RatingDesk(LivePage):
         self.touched_s = 0.0
 
     def begin(self, rater: str) -> None:
-        """See ``RaterWishes``."""
         self.commands.put(lambda: self._begin(rater))
 
     def start(self) -> None:
-        """See ``RaterWishes``."""
         self.commands.put(self._start)
 
     def reset(self) -> None:
-        """See ``RaterWishes``."""
         self.commands.put(self._reset)
 
     def go_on(self, score: float) -> None:
-        """See ``RaterWishes``."""
         # Of the stage that the page shows now: a second click must not count for the next one.
         stage = len(self.given)
         self.commands.put(lambda: self._go_on(stage, score))
 
     def store(self, score: float, note: str) -> None:
-        """See ``RaterWishes``."""
         shown = self.left[0] if self.left else None
         self.commands.put(lambda: self._store(shown, score, note))
 
     def leave(self) -> None:
-        """See ``RaterWishes``."""
         self.commands.put(self._leave)
 
     def grabbed(self, side: str, phase: str, link: str, held: Array, target: Array) -> None:
@@ -125,7 +130,6 @@ class RatingDesk(LivePage):
         self.page.ask_who()
 
     def show_frame(self, late: float, began: float) -> float:
-        """See ``LivePage``."""
         left = self._advance(late, began) if self.running and late < 1.0 else 0.0
         if self.session is not None:
             self.stage.move(self.session)
@@ -151,7 +155,6 @@ class RatingDesk(LivePage):
         return left
 
     def failed(self, error: Exception) -> None:
-        """See ``LivePage``."""
         logger.error("the rating page goes on", exc_info=error)
         self.page.tell(AGAIN)
 
@@ -264,7 +267,6 @@ class RatingDesk(LivePage):
         self._open()
 
     def close(self) -> None:
-        """See ``LivePage``."""
         super().close()
         self.surroundings.hide()
         self.running = False

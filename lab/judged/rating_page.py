@@ -7,8 +7,7 @@ from typing import Any, Protocol
 import viser
 
 from asset2sim.viewer.words import escaped
-from lab.judged.rating_plan import Shown
-from lab.judged.rating_stages import SCORES, STAGES, RatingStage
+from lab.judged.rating_plan import SCORES, STAGES, RatingStage, Shown
 
 MOST_NAME = 64
 """Characters of a rater's name."""

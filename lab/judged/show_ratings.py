@@ -14,14 +14,26 @@ from scipy.stats import pearsonr
 from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.text import NOTHING, number_table, significant
-from lab.judged.agreement import OrderEffect, krippendorff_alpha, mean_by_place, order_effect, rater_matrix
-from lab.judged.figures import TASK, VARIANT, joined, latest_scores, rating_figures, video_figures
+from lab.judged.figures import (
+    TASK,
+    VARIANT,
+    OrderEffect,
+    joined,
+    krippendorff_alpha,
+    latest_scores,
+    mean_by_place,
+    order_effect,
+    rater_matrix,
+    rating_figures,
+    video_figures,
+)
 from lab.judged.physical_scores import PHYSICAL_JUDGE
 from lab.judged.published import SUCCESS_FILE, published_rates, published_ratings, published_videos
-from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates, span, variant_names
+from lab.judged.show_fidelity import describe_fidelity, describe_probes, real_rates, span
 from lab.judged.variant_folders import variant_folders
 from lab.runner import latest_own
 from lab.schemas.tables import PROBE_TRIALS, RATING_KEYS, RATINGS, VIDEO_SCORES
+from lab.trials.figures import variant_names
 from schemas.errors import UsageError
 from schemas.vocabulary import Status
 

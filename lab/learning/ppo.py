@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 from asset2sim.gym.environment import Action, ObjectEnv
 from lab.learning.critic import AsymmetricPolicy, CriticEnv
 from lab.learning.rollouts import Act
-from lab.schemas.ppo_settings import PpoSettings
+from lab.schemas.settings import PpoSettings
 
 MODEL, SCALING = "policy.zip", "scaling.pkl"
 """Files of a checkpoint: the policy with its optimiser, and the running mean and deviation of what it observes."""

@@ -1,7 +1,7 @@
 """Rollouts of a policy: several at once, what became of each, and the recording of one for its film."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -76,13 +76,10 @@ def together(envs: Sequence[ObjectEnv], act: Act, seeds: Sequence[int]) -> list[
                 ends[index] = Rolled(seeds[index], starts[index], 0.0, rewards[index], False, diverged=True)
             elif lost or ended:
                 pressed = env.subject.task.verb is Verb.PRESS
-                found = (bool(info[name]) for name in GUARDS)
-                ends[index] = Rolled(
-                    seeds[index], starts[index], info["S_best" if pressed else "S"], float(rewards[index]),
-                    bool(info["is_success"]), *found,
-                )  # fmt: skip
-                moved: dict[str, Any] = {name: float(info[name]) for name in DISPLACED}
-                ends[index] = replace(ends[index], reached=bool(info["reached"]), **moved)
+                said: dict[str, Any] = {name: bool(info[name]) for name in (*GUARDS, "reached")}
+                said |= {name: float(info[name]) for name in DISPLACED}
+                s, done = info["S_best" if pressed else "S"], bool(info["is_success"])
+                ends[index] = Rolled(seeds[index], starts[index], s, float(rewards[index]), done, **said)
     return [ends[index] for index in range(len(envs))]
 
 

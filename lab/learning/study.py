@@ -18,10 +18,9 @@ from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, joint_of
 from asset2sim.gym.subject import learned_tasks, task_to_learn
-from lab.learning.lesson import Lesson
-from lab.learning.progress import Point, read_progress
+from lab.learning.lesson import Lesson, Point, read_progress
 from lab.runner import FAILED, Done, RunWork, Study, left_to_do
-from lab.schemas.ppo_settings import PpoSettings
+from lab.schemas.settings import PpoSettings
 from lab.schemas.tables import LEARNING, LEARNING_CURVES
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.learning_settings import LearningSettings

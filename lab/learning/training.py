@@ -10,9 +10,8 @@ from stable_baselines3 import PPO
 
 from asset2sim.gym.environment import ObjectEnv
 from asset2sim.load import LoadError
-from lab.learning.lesson import Lesson
+from lab.learning.lesson import Lesson, Point, TrainingProgress, checkpoint, read_progress, write_progress
 from lab.learning.ppo import acting, environments, load_policy, new_model, on_device, restore, save
-from lab.learning.progress import Point, TrainingProgress, checkpoint, read_progress, write_progress
 from lab.learning.rollouts import DISPLACED, GUARDS, Rolled, roll, rollout_seeds, write_film
 from schemas.errors import UsageError
 from schemas.table import Row

@@ -33,34 +33,29 @@ class PlainMuJoCo:
         self.joints = {model.joint(i).name: i for i in range(model.njnt) if int(model.jnt_type[i]) in kinds}
 
     def positions(self) -> dict[str, float]:
-        """Joint → position."""
         return {name: float(self.data.qpos[self.model.jnt_qposadr[i]]) for name, i in self.joints.items()}
 
     def velocity(self, joint: str) -> float:
-        """Velocity of a joint."""
         return float(self.data.qvel[self.model.jnt_dofadr[self.joints[joint]]])
 
     def place(self, positions: Mapping[str, float], velocities: Mapping[str, float]) -> None:
-        """Set positions and velocities of all joints."""
         mujoco.mj_resetData(self.model, self.data)
         for name, i in self.joints.items():
             self.data.qpos[self.model.jnt_qposadr[i]] = positions.get(name, 0.0)
             self.data.qvel[self.model.jnt_dofadr[i]] = velocities.get(name, 0.0)
 
     def step(self, efforts: Mapping[str, float]) -> None:
-        """Advance by one time step."""
         self.data.ctrl[:] = 0.0
         for name, effort in efforts.items():
             self.data.actuator(name).ctrl[0] = effort
         mujoco.mj_step(self.model, self.data)
 
     def root_position(self) -> Array:
-        """(3,) position of the root link, m; the world's where MuJoCo has merged the two."""
+        # The world, where MuJoCo has merged the two.
         body = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, self.root)
         return np.array(self.data.xpos[max(body, 0)])
 
     def ball_position(self) -> Array:
-        """(3,) position of the ball, m."""
         return np.array(self.data.body(BALL).xpos)
 
 

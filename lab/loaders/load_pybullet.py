@@ -29,30 +29,24 @@ class PlainPyBullet:
                 client.setJointMotorControl2(body, index, pybullet.VELOCITY_CONTROL, force=0.0)
 
     def positions(self) -> dict[str, float]:
-        """Joint → position."""
         return {name: float(self.client.getJointState(self.body, i)[0]) for name, i in self.index.items()}
 
     def velocity(self, joint: str) -> float:
-        """Velocity of a joint."""
         return float(self.client.getJointState(self.body, self.index[joint])[1])
 
     def place(self, positions: Mapping[str, float], velocities: Mapping[str, float]) -> None:
-        """Set positions and velocities of all joints."""
         for name, index in self.index.items():
             self.client.resetJointState(self.body, index, positions.get(name, 0.0), velocities.get(name, 0.0))
 
     def step(self, efforts: Mapping[str, float]) -> None:
-        """Advance by one time step."""
         for name, effort in efforts.items():
             self.client.setJointMotorControl2(self.body, self.index[name], pybullet.TORQUE_CONTROL, force=effort)
         self.client.stepSimulation()
 
     def root_position(self) -> Array:
-        """(3,) position of the root link's centre of mass, m."""
         return np.array(self.client.getBasePositionAndOrientation(self.body)[0])
 
     def ball_position(self) -> Array:
-        """(3,) position of the ball, m."""
         return np.array(self.client.getBasePositionAndOrientation(self.ball)[0])
 
 

@@ -28,29 +28,23 @@ class PlainSapien:
         self.names = [joint.name for joint in articulation.active_joints]
 
     def positions(self) -> dict[str, float]:
-        """Joint → position."""
         return dict(zip(self.names, (float(v) for v in self.articulation.qpos), strict=True))
 
     def velocity(self, joint: str) -> float:
-        """Velocity of a joint."""
         return float(self.articulation.qvel[self.names.index(joint)])
 
     def place(self, positions: Mapping[str, float], velocities: Mapping[str, float]) -> None:
-        """Set positions and velocities of all joints."""
         self.articulation.set_qpos(np.array([positions.get(name, 0.0) for name in self.names], np.float32))
         self.articulation.set_qvel(np.array([velocities.get(name, 0.0) for name in self.names], np.float32))
 
     def step(self, efforts: Mapping[str, float]) -> None:
-        """Advance by one time step."""
         self.articulation.set_qf(np.array([efforts.get(name, 0.0) for name in self.names], np.float32))
         self.scene.step()
 
     def root_position(self) -> Array:
-        """(3,) position of the root link, m."""
         return np.array(self.articulation.root_pose.p, dtype=float)
 
     def ball_position(self) -> Array:
-        """(3,) position of the ball, m."""
         return np.array(self.ball.pose.p, dtype=float)
 
 

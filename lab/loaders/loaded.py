@@ -50,10 +50,10 @@ class LoadedObject(Protocol):
         """Advance by one time step under these efforts, as that engine lets a user apply them."""
 
     def root_position(self) -> Array:
-        """(3,) position of the root link."""
+        """(3,) position of the root link, or of its centre of mass, m."""
 
     def ball_position(self) -> Array:
-        """(3,) position of the ball."""
+        """(3,) position of the ball, m."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
+from operator import attrgetter
 from pathlib import Path
 
 from asset2sim.assets.exports.mjcf import export_mjcf
@@ -35,6 +36,8 @@ SAME = 0.1
 CREEP = 1e-2
 """Largest motion of a held part, rad or m, over three seconds: the rest check's own bound."""
 YES, NO, PARTLY = "yes", "no", "partly"
+friction_of, stiffness_of = attrgetter("dynamics.friction"), attrgetter("dynamics.stiffness")
+"""Friction (N·m or N) and stiffness (N·m/rad or N/m) of a joint."""
 
 ELSEWHERE = (
     (
@@ -205,16 +208,6 @@ def samples_of(out: Path) -> Iterator[SampleObjects]:
         if not friction_of(joints[0]) or not stiffness_of(joints[1]):
             raise UsageError(f"'{LID}' has no joint with friction, or '{PEDAL}' none with a spring")
         yield SampleObjects(*(Sample(item.folder, item, joint) for item, joint in zip(copies, joints, strict=True)))
-
-
-def friction_of(joint: ExportJoint) -> float:
-    """A joint's friction, N·m or N."""
-    return joint.dynamics.friction
-
-
-def stiffness_of(joint: ExportJoint) -> float:
-    """A joint's stiffness, N·m/rad or N/m."""
-    return joint.dynamics.stiffness
 
 
 def prepared(refined: Path, copy: Path) -> ExportObject:

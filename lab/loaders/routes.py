@@ -56,12 +56,10 @@ class ThroughLoad:
     user: Loaded
 
     def step(self, count: int = 1) -> None:
-        """See ``World``."""
         for _ in range(count):
             self.user.step()
 
     def push(self, efforts: Mapping[str, float]) -> None:
-        """See ``World``."""
         self.user.efforts = {}
         self.user.apply_effort(dict(efforts))
 
@@ -74,7 +72,6 @@ class LoadedMuJoCo(ThroughLoad, MuJoCoWorld):
         self.user, self.data = user, user.data
 
     def place(self, positions: Mapping[str, float], **where: Any) -> None:
-        """See ``World``."""
         super().place(positions, **where)
         self.push({})
 

@@ -111,32 +111,31 @@ def voted_support(answers: Sequence[Overlay], votes: Sequence[float]) -> Support
     return next((support for support in stated if support.kind is kind), None)
 
 
+def fused_numbers(path: str, fields: Iterable[str], means: Mapping[str, Numbers]) -> dict[str, object]:
+    """Field → fused number, or vector, of the part at a path; fields that no answer states are left out."""
+    found = {field: means[f"{path}.{field}"] for field in fields if f"{path}.{field}" in means}
+    return {field: mean if field in LINK_VECTORS else mean[0] for field, mean in found.items()}
+
+
 def fused_link(
     name: str, parts: Sequence[LinkProposal | None], means: Mapping[str, Numbers], votes: Sequence[float]
 ) -> LinkProposal:
     """One link: fused numbers and vectors; the material by vote among the answers that name one."""
-    fields: dict[str, object] = {"name": name}
-    for field in (*LINK_NUMBERS, *LINK_VECTORS):
-        mean = means.get(f"links.{name}.{field}")
-        if mean is not None:
-            fields[field] = mean if field in LINK_VECTORS else mean[0]
-    fields["material"] = vote_of_stated([None if part is None else part.material for part in parts], votes)
-    return LinkProposal.model_validate(fields)
+    numbers = fused_numbers(f"links.{name}", (*LINK_NUMBERS, *LINK_VECTORS), means)
+    material = vote_of_stated([None if part is None else part.material for part in parts], votes)
+    return LinkProposal.model_validate({"name": name, "material": material} | numbers)
 
 
 def fused_joint(
     name: str, parts: Sequence[JointProposal | None], means: Mapping[str, Numbers], votes: Sequence[float]
 ) -> JointProposal:
     """One joint: fused numbers, ``holds`` by vote of all answers, a spring's rest position where most state one."""
-    fields: dict[str, object] = {"name": name}
-    for field in (*JOINT_NUMBERS, *JOINT_CLAIMS):
-        mean = means.get(f"joints.{name}.{field}")
-        told = [getattr(part, field, None) is not None for part in parts]
-        if mean is not None and (field in JOINT_NUMBERS or carried(told, votes)):
-            fields[field] = mean[0]
-    for field in JOINT_KINDS:
-        fields[field] = vote([getattr(part, field, None) for part in parts], votes)
-    return JointProposal.model_validate(fields)
+    claims = [
+        field for field in JOINT_CLAIMS if carried([getattr(part, field, None) is not None for part in parts], votes)
+    ]
+    numbers = fused_numbers(f"joints.{name}", (*JOINT_NUMBERS, *claims), means)
+    kinds = {field: vote([getattr(part, field, None) for part in parts], votes) for field in JOINT_KINDS}
+    return JointProposal.model_validate({"name": name} | kinds | numbers)
 
 
 def numbers_of(answers: Sequence[Overlay]) -> dict[str, FusedNumber]:

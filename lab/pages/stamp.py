@@ -25,7 +25,7 @@ SUFFIXES = (".py", ".csv", ".sql", ".json", ".yaml")
 _SETTINGS_COMPARED = ("lab/comparisons", "lab/flows/compare.py", "lab/noise")
 _METHODS_COMPARED = ("lab/comparisons", "lab/flows/compare_methods.py", "lab/methods", "lab/noise")
 _ROBOT = (
-    *("lab/methods", "lab/noise", "lab/schemas", "lab/options/trial_options.py", "lab/trials"),
+    *("lab/methods", "lab/noise", "lab/schemas", "lab/options.py", "lab/trials"),
     *("lab/flows/in_flow.py", "lab/judged/variant_folders.py", "asset2sim/gym", "asset2sim/load"),
 )
 SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -1,6 +1,5 @@
 """The DROID set-up's three cameras, and their pictures of a stage, drawn by MuJoCo through EGL or OSMesa."""
 
-import contextlib
 import os
 from dataclasses import dataclass
 from importlib import import_module
@@ -13,6 +12,7 @@ import numpy as np
 from asset2sim.gym.arm.franka import HAND
 from asset2sim.gym.world import TOOL
 from asset2sim.physics.arrays import Array
+from asset2sim.render.camera import camera_axes
 from lab.probes.observation import Picture
 from lab.probes.visual_model import looks_of
 from lab.trials.scene import TrialScene
@@ -105,30 +105,10 @@ class Cameras:
         return np.ascontiguousarray(found[::-1])
 
 
-class Blindfold:
-    """Cameras whose pictures are black and cost nothing. A context manager, as they are."""
-
-    def __enter__(self) -> "Blindfold":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def follow(self) -> None:
-        """Do nothing."""
-
-    def picture(self, name: str) -> Picture:
-        """(HEIGHT, WIDTH, 3) zeros."""
-        return np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)
-
-
 def looking(camera: DroidCamera) -> Array:
     """(3, 3) axes of a camera, which looks along its -z with y upwards, as columns."""
     back = np.array(camera.at) - np.array(camera.to)
-    back /= np.linalg.norm(back)
-    right = np.cross(camera.up, back)
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(back, right), back], axis=1)
+    return camera_axes(back / np.linalg.norm(back), np.array(camera.up)).T
 
 
 def open_gl(width: int, height: int) -> Any:
@@ -149,11 +129,3 @@ def open_gl(width: int, height: int) -> Any:
         "pictures need OpenGL without a screen, and neither EGL nor OSMesa works here; on Debian and Ubuntu:"
         " apt-get install libegl1 libgl1-mesa-dri (or libosmesa6)"
     )
-
-
-def gl_works() -> bool:
-    """Whether pictures can be drawn here."""
-    with contextlib.suppress(UsageError):
-        open_gl(16, 16).free()
-        return True
-    return False

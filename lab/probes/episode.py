@@ -1,7 +1,7 @@
 """One episode of a policy in the DROID scene: what it sees, what it does, what becomes of the object, and the film."""
 
 import time
-from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import Protocol
@@ -13,12 +13,12 @@ from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
 from asset2sim.gym.arm.scene import TIMESTEP_S
 from asset2sim.gym.arm.tasks import range_of
 from asset2sim.physics.arrays import Array
-from lab.probes.cameras import HEIGHT, WIDTH, Blindfold, Cameras
+from lab.probes.cameras import HEIGHT, WIDTH, Cameras
 from lab.probes.controller import carried_out, closed_share, commands_of
 from lab.probes.observation import CONTROL_HZ, JOINTS, Observation, Picture, Policy
 from lab.probes.scene import FLANGE, DroidScene, build_scene, open_commands
 from lab.probes.tasks import PAPER11, ProbeTask
-from lab.schemas.trial_settings import TrialSettings
+from lab.schemas.settings import TrialSettings
 from lab.trials.film import write_mp4
 from lab.trials.physical_judge import judge
 from lab.trials.record import RecordedRun, Track
@@ -96,13 +96,13 @@ def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Pa
     run, film = EpisodeRun(scene), None if to is None else Film()
     steps = 0
     try:
-        with Cameras(folder, scene.stage) if drawn else Blindfold() as cameras:
+        with Cameras(folder, scene.stage) if drawn else nullcontext() as cameras:
             run.advance(SETTLE_S, "settle")
             steps = act(run, policy, cameras, film)
     finally:
         if to is not None and film is not None and film.pictures:
             to.mkdir(parents=True, exist_ok=True)
-            write_mp4(film.frames(), to / FILM, CONTROL_HZ / FILMED_EVERY)
+            write_mp4(iter(film.pictures), to / FILM, CONTROL_HZ / FILMED_EVERY)
     track = run.track()
     if to is not None:
         write_track(track, to / TRACK)
@@ -119,7 +119,7 @@ def run_episode(folder: Path, task: NamedTask, seed: int, policy: Policy, to: Pa
     }  # fmt: skip
 
 
-def act(run: EpisodeRun, policy: Policy, cameras: Cameras | Blindfold, film: "Film | None") -> int:
+def act(run: EpisodeRun, policy: Policy, cameras: Cameras | None, film: "Film | None") -> int:
     """Ask the policy and carry out what it answers until the horizon, or until nothing moves; how many actions."""
     gripper, states, step = run.stage.gripper, [run.state()], 0
     arm, fingers = Arm(gripper), open_commands(gripper)[JOINTS:]
@@ -130,8 +130,7 @@ def act(run: EpisodeRun, policy: Policy, cameras: Cameras | Blindfold, film: "Fi
         chunk = policy(seen)
         for action in carried_out(chunk):
             if film is not None and step % FILMED_EVERY == 0:
-                cameras.follow()
-                film.add(cameras.picture("exterior_left"))
+                film.add(*pictures_of(cameras, "exterior_left"))
             told = commands_of(action, chunk.kind, run.tool()[:JOINTS], fingers, arm)
             run.stage.data.ctrl[:], fingers = told, told[JOINTS:]
             step += 1
@@ -153,15 +152,22 @@ def at_rest(states: list[Array], run: EpisodeRun) -> bool:
     return bool(idle or outcome(run)["success"])
 
 
-def seen_of(run: EpisodeRun, cameras: Cameras | Blindfold) -> Observation:
+def seen_of(run: EpisodeRun, cameras: Cameras | None) -> Observation:
     """Observation of the policy now; its last joint is told as DROID's are."""
-    cameras.follow()
-    left, right, wrist = (cameras.picture(name) for name in ("exterior_left", "exterior_right", "wrist"))
+    left, right, wrist = pictures_of(cameras, "exterior_left", "exterior_right", "wrist")
     tool = run.tool()
     return Observation(
         left, right, wrist, tool[:JOINTS] - FLANGE, closed_share(run.stage.gripper, tool[JOINTS:]),
         run.scene.task.instruction,
     )  # fmt: skip
+
+
+def pictures_of(cameras: Cameras | None, *names: str) -> list[Picture]:
+    """What these cameras see now; black without any."""
+    if cameras is None:
+        return [np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)] * len(names)
+    cameras.follow()
+    return [cameras.picture(name) for name in names]
 
 
 def outcome(run: EpisodeRun) -> Row:
@@ -204,7 +210,3 @@ class Film:
     def add(self, picture: Picture) -> None:
         """Add a picture from the left."""
         self.pictures.append(np.concatenate([picture, self.beside], axis=1))
-
-    def frames(self) -> Iterator[Picture]:
-        """All of them."""
-        yield from self.pictures

@@ -27,7 +27,7 @@ from lab.probes.episode import NamedTask, probe_task
 from lab.probes.observation import CONTROL_HZ, JOINTS, OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.scene import FLANGE, START, DroidScene, build_scene, open_commands
 from lab.trials.lifts import grasp_paths
-from schemas.errors import Asset2SimError, UnknownChoiceError
+from schemas.errors import Asset2SimError
 
 MOST_WAYS = 150
 """Ways that are tried before a task counts as out of reach."""
@@ -101,15 +101,6 @@ def scripted(folder: Path, task: NamedTask, seed: int) -> Expert:
     if plan is None:
         raise NoWayError(f"{task.name} with {folder.name}: the arm finds no way that runs into nothing")
     return Expert(plan, scene.stage.gripper)
-
-
-def make_probe(name: str, folder: Path, task: NamedTask, seed: int) -> Policy:
-    """A probe of ours by its name. Raises UnknownChoiceError, and as ``scripted`` does."""
-    if name == "scripted":
-        return scripted(folder, task, seed)
-    if name == "noisy":
-        return Noisy(scripted(folder, task, seed), seed)
-    raise UnknownChoiceError("probe", name, ("scripted", "noisy"))
 
 
 def ways_of(scene: DroidScene) -> Iterator[ToolPath]:

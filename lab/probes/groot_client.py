@@ -13,10 +13,9 @@ import msgpack
 import numpy as np
 import zmq
 
-from lab.probes.answers import PolicyError, TrialEnding, checked_chunk, refused
-from lab.probes.observation import JOINTS, Chunk, Observation, Picture
+from lab.probes.observation import JOINTS, Chunk, Observation, Picture, PolicyError, TrialEnding, checked_chunk, refused
 from lab.probes.openpi_wire import CLOSED, Camera, resized
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 
 HEIGHT_PX, WIDTH_PX = 180, 320
 """Size of a picture as it is sent."""

@@ -9,8 +9,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from websockets.frames import CloseCode
 from websockets.sync.client import ClientConnection, connect
 
-from lab.probes.answers import PolicyError, TrialEnding, refused
-from lab.probes.observation import ActionKind, Chunk, Observation
+from lab.probes.observation import ActionKind, Chunk, Observation, PolicyError, TrialEnding, refused
 from lab.probes.openpi_wire import (
     CONTINUOUS,
     RESOLUTION,
@@ -24,7 +23,7 @@ from lab.probes.openpi_wire import (
     pack,
     unpack,
 )
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 
 BACKOFF_S, LONGEST_BACKOFF_S = 0.1, 2.0
 """Wait before the second attempt at a connection, doubled up to the longest."""

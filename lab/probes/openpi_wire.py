@@ -12,8 +12,7 @@ import msgpack
 import numpy as np
 from PIL import Image
 
-from lab.probes.answers import checked_chunk, refused
-from lab.probes.observation import CONTROL_HZ, JOINTS, ActionKind, Chunk, Observation, Picture
+from lab.probes.observation import CONTROL_HZ, JOINTS, ActionKind, Chunk, Observation, Picture, checked_chunk, refused
 
 EXTERIOR, WRIST = "observation/exterior_image_1_left", "observation/wrist_image_left"
 POSITIONS, GRIPPER, PROMPT = "observation/joint_position", "observation/gripper_position", "prompt"

@@ -11,13 +11,13 @@ from urllib.parse import urlsplit
 
 from lab.probes.cameras import open_gl
 from lab.probes.cloning import Cloned
-from lab.probes.experts import make_probe as scripted_probe
+from lab.probes.experts import Noisy, scripted
 from lab.probes.observation import ActionKind, Policy
 from lab.probes.openpi_client import OpenPiPolicy
 from lab.probes.openpi_wire import Camera
 from lab.probes.serving import HOST, served
 from lab.probes.tasks import ProbeTask
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 from schemas.errors import UnknownChoiceError, UsageError
 
 OPENPI, GROOT = "openpi", "gr00t"
@@ -27,7 +27,8 @@ PORTS = {OPENPI: 8000, GROOT: 5555, SECURE: 443}
 KEY = "ASSET2SIM_POLICY_KEY"
 """Environment variable of the API key or token that a policy's server wants."""
 CLONED = "cloned"
-BLIND = ("scripted", "noisy")
+NOISY = "noisy"
+BLIND = ("scripted", NOISY)
 """Probes of ours that know the state and look at no picture."""
 PROBES = (*BLIND, CLONED)
 """Probes of ours: they never acted in reality."""
@@ -95,7 +96,8 @@ def make_probe(spec: PolicySpec, folder: Path, task: ProbeTask, seed: int) -> Po
     if spec.name == CLONED:
         assert spec.network is not None
         return Cloned(spec.network)
-    return scripted_probe(spec.name, folder, task, seed)
+    expert = scripted(folder, task, seed)
+    return Noisy(expert, seed) if spec.name == NOISY else expert
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from asset2sim.gym.arm.paths import vertices
 from asset2sim.gym.arm.scene import place_joints
 from asset2sim.physics.arrays import Array
 from lab.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
-from lab.trials.scene import BOWL_HIGH_M, Bowl, TrialScene, build_trial
+from lab.trials.scene import TrialScene, build_trial
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay
 
@@ -57,8 +57,8 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
     base = base_of(task, points, seed)
     bowl = None
     if task.bowl is not None:
-        x, y = (base @ [task.bowl.x, task.bowl.y, 0.0, 1.0])[:2]
-        bowl = Bowl((float(x), float(y)), task.bowl.radius_m, BOWL_HIGH_M)
+        x, y = (base @ [*task.bowl.at, 0.0, 1.0])[:2]
+        bowl = replace(task.bowl, at=(float(x), float(y)))
     gripper = gripper_of(task.gripper)
     stage = started(build_trial(folder, franka_spec(gripper), base, bowl, gripper), joint)
     place_joints(stage, {}, open_commands(gripper))

@@ -20,8 +20,7 @@ from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as listen
 
 from asset2sim.assets.child_process import end_with_parent
-from lab.probes.answers import PolicyError, TrialEnding
-from lab.probes.observation import ActionKind, Policy
+from lab.probes.observation import ActionKind, Policy, PolicyError, TrialEnding
 from lab.probes.openpi_wire import CONTINUOUS, SPACE, answer_of, pack, seen_of, unpack
 from schemas.errors import Asset2SimError
 

@@ -22,15 +22,6 @@ back by eye no better."""
 
 
 @dataclass(frozen=True)
-class BowlAt:
-    """A bowl: its middle in the frame of the arm's base, m, and its inner radius at the bottom, m."""
-
-    x: float
-    y: float
-    radius_m: float
-
-
-@dataclass(frozen=True)
 class ProbeTask:
     """One of the tasks. The middle of the object's box stands at ``at``, m, in the frame of the arm's base (x ahead, y
     to its left), or as much further ahead as it needs to stay clear of the arm, turned by ``yaw`` rad about the
@@ -47,21 +38,15 @@ class ProbeTask:
     yaw: float
     joint: str = ""
     start: float = 0.0
-    bowl: BowlAt | None = None
+    bowl: Bowl | None = None
+    """In the frame of the arm's base."""
     gripper: str = PANDA.name
-
-    @property
-    def reason(self) -> str:
-        """Why its ε is what it is."""
-        if self.bowl is not None:
-            return "its centre of mass is within the bowl's rim and the hand has let go"
-        return "it looks shut: 0.1 rad of a hinge, 5 % of a drawer's way"
 
     def epsilon(self, joint: JointPhysics | None) -> float:
         """How near it must end, rad; of a slider m; of the bowl's middle m."""
         if joint is None:
             assert self.bowl is not None
-            return Bowl((self.bowl.x, self.bowl.y), self.bowl.radius_m, BOWL_HIGH_M).rim_m
+            return self.bowl.rim_m
         return SLIDE_SHARE * range_of(joint) if joint.type == "prismatic" else HINGE_RAD
 
     def start_of(self, joint: JointPhysics) -> float:
@@ -74,11 +59,13 @@ def paper_tasks() -> Iterator[ProbeTask]:
     """The paper's eleven tasks."""
     with Path(__file__).with_name("paper_tasks.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
-            bowl = [float(row[name]) for name in ("bowl_x", "bowl_y", "bowl_radius_m") if row[name]]
+            bowl = None
+            if row["bowl_radius_m"]:
+                bowl = Bowl((float(row["bowl_x"]), float(row["bowl_y"])), float(row["bowl_radius_m"]), BOWL_HIGH_M)
             yield ProbeTask(
                 row["name"], row["asset_id"], Verb(row["verb"]), row["instruction"], row["motion_prompt"],
                 (float(row["x"]), float(row["y"])), math.radians(float(row["yaw_deg"])), row["joint"],
-                float(row["start"]), BowlAt(*bowl) if bowl else None,
+                float(row["start"]), bowl,
             )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ from asset2sim.runs.command_line import Options, parse
 from asset2sim.runs.option_types import IDS, Listed, N
 from lab.simcheck.findings import ObjectReport, SimcheckSummary, read_report, summarize
 from schemas.base import Positive
-from schemas.errors import UnknownChoiceError, UsageError
+from schemas.errors import DONE, FAILED, UnknownChoiceError, UsageError, exit_code_of
 
 ENVIRONMENT = ".venv-judge"
 """The environment that ``make judge`` installs the checker into."""
@@ -151,17 +151,11 @@ def show(summary: SimcheckSummary, reports: Sequence[ObjectReport], console: Con
             console.print(f"not checked in full {report.asset_id}: {report.problem}")
 
 
-def main(words: Sequence[str]) -> int:
-    """Check the objects; exit code 0 if all were checked in full without an error, 1 if not, 2 for a usage error."""
-    console, errors = output(), Console(stderr=True)
-    try:
-        chosen = parse(JudgeOptions, words, "python -m lab.simcheck.checker")
-        simcheck = find_simcheck(Path.cwd())
-        objects = refined_objects(chosen.out, chosen.ids)
-    except UsageError as error:
-        errors.print(f"error: {error}", markup=False, soft_wrap=True)
-        return 2
-    with Progress(console=errors, transient=True) as progress, ThreadPoolExecutor(chosen.jobs) as pool:
+def check_all(chosen: JudgeOptions) -> int:
+    """Check the objects; exit code 0 if all were checked in full without an error, else 1. Raises UsageError."""
+    simcheck, console = find_simcheck(Path.cwd()), output()
+    objects = refined_objects(chosen.out, chosen.ids)
+    with Progress(console=Console(stderr=True), transient=True) as progress, ThreadPoolExecutor(chosen.jobs) as pool:
         task = progress.add_task("simcheck", total=len(objects))
 
         def one(item: tuple[str, Path]) -> ObjectReport:
@@ -175,7 +169,12 @@ def main(words: Sequence[str]) -> int:
     (chosen.out / REPORT).write_text(found, encoding="utf-8")
     show(summary, reports, console)
     console.print(f"all findings: {chosen.out / REPORT}")
-    return 0 if summary.passed else 1
+    return DONE if summary.passed else FAILED
+
+
+def main(words: Sequence[str]) -> int:
+    """Run one command line and return its exit code."""
+    return exit_code_of("checker", lambda: check_all(parse(JudgeOptions, words, "python -m lab.simcheck.checker")))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,14 @@
 """Figures of the bench, computed from what its runs used and from their tables, and compared with their targets."""
 
-from collections.abc import Iterator
+import csv
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from statistics import mean
 
 import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table
-from lab.speed.dataset_mix import NIGHT, weighted_mean
 from schemas.base import Frozen
 from schemas.vocabulary import Stage
 
@@ -17,6 +19,11 @@ MIN_EFFICIENCY, MAX_NIGHT_MIN = 0.9, 60.0
 MAX_UNCHANGED_S = 5.0
 """Wall time of a night in which no asset of a dataset of 150 changed, after start-up, s."""
 MET = {True: "yes", False: "**no**", None: NOTHING}
+
+with Path(__file__).with_name("partnet_mobility.csv").open(encoding="utf-8", newline="") as file:
+    OBJECTS = {row["category"]: int(row["objects"]) for row in csv.DictReader(file)}
+"""Objects of each category in PartNet-Mobility."""
+NIGHT = sum(OBJECTS.values())
 
 
 class Used(Frozen):
@@ -64,6 +71,15 @@ def beyond(alone: BenchRun, one: BenchRun) -> tuple[float, float]:
     first, rest = (run.used.processor_s - float(run.own_s.sum()) for run in (alone, one))
     each = max(0.0, (rest - first) / (many - few)) if many > few else 0.0
     return first - each * few, each
+
+
+def weighted_mean(measured: Mapping[str, Sequence[float]]) -> tuple[float, float]:
+    """(mean over the dataset of a figure that was measured of some objects of each category, share of the dataset whose
+    categories were measured); a category of which none was has the mean of all that were."""
+    known = {category: mean(values) for category, values in measured.items() if values and category in OBJECTS}
+    other = mean(value for values in measured.values() for value in values)
+    whole = sum(count * known.get(category, other) for category, count in OBJECTS.items())
+    return whole / NIGHT, sum(OBJECTS[category] for category in known) / NIGHT
 
 
 def figures(alone: BenchRun, one: BenchRun, two: BenchRun, again: BenchRun) -> Iterator[FigureLine]:

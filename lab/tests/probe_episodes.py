@@ -4,14 +4,17 @@ is around them. It is driven by the policy's answers alone; ``lab/tests/test_pro
 import os
 import signal
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
+from lab.probes.cameras import open_gl
 from lab.probes.observation import OPEN_LOOP, Chunk, Observation, Policy
 from lab.probes.policies import PolicySpec
 from lab.probes.tasks import ProbeTask
 from lab.trials.trial import FILM
+from schemas.errors import UsageError
 from schemas.table import Row
 
 QUESTIONS, EPSILON = 4, 0.05
@@ -54,3 +57,11 @@ def make_probe(spec: PolicySpec, folder: Path, task: ProbeTask, seed: int) -> Po
         return Chunk(actions, "joint_velocity")
 
     return act
+
+
+def gl_works() -> bool:
+    """Whether pictures can be drawn here."""
+    with suppress(UsageError):
+        open_gl(16, 16).free()
+        return True
+    return False

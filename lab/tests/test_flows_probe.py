@@ -7,9 +7,9 @@ import pytest
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
 from flows.command import refine, run_command, serve
 from lab.flows import probe as module
-from lab.probes.cameras import gl_works
 from lab.runner import latest_own
 from lab.schemas.tables import PROBE_TRIALS
+from lab.tests.probe_episodes import gl_works
 from lab.tests.test_probes_probe_study import BOX, QUICK, out
 
 __all__ = ["out"]

@@ -32,9 +32,8 @@ from asset2sim.gym.guards import sample_of
 from flows.command import refine, run_command, serve
 from lab.learning import study
 from lab.learning.critic import CriticEnv, Seen
-from lab.learning.lesson import Lesson
+from lab.learning.lesson import PROGRESS, Lesson, Point, TrainingProgress
 from lab.learning.ppo import environments, load_policy, new_model, without_noise
-from lab.learning.progress import PROGRESS, Point, TrainingProgress
 from lab.learning.rollouts import roll
 from lab.learning.study import (
     EXPERIMENT,
@@ -47,7 +46,7 @@ from lab.learning.study import (
 )
 from lab.learning.training import train
 from lab.runner import do_job, latest_own
-from lab.schemas.ppo_settings import PpoSettings
+from lab.schemas.settings import PpoSettings
 from lab.schemas.tables import LEARNING, LEARNING_CURVES
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings

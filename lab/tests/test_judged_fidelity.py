@@ -12,9 +12,8 @@ from rich.console import Console, RenderableType
 
 from asset2sim.catalog.text import NOTHING
 from lab.judged.fidelity import NO_VARIANCE, REAL, agreements, correlation, fidelity_figures, rates_of, smallest_r
-from lab.judged.probe_tables import short_block, task_tables
 from lab.judged.published import published_rates
-from lab.judged.show_fidelity import describe_fidelity, describe_probes, fidelity_block
+from lab.judged.show_fidelity import describe_fidelity, describe_probes, fidelity_block, short_block, task_tables
 from lab.schemas.tables import PROBE_TRIALS
 from schemas.table import Row
 from schemas.vocabulary import Method

@@ -7,8 +7,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from lab.judged.agreement import krippendorff_alpha, order_effect, rater_matrix
-from lab.judged.figures import joined, rating_figures, task_score, video_figures
+from lab.judged.figures import (
+    joined,
+    krippendorff_alpha,
+    order_effect,
+    rater_matrix,
+    rating_figures,
+    task_score,
+    video_figures,
+)
 from lab.judged.published import label_of, published_ratings, published_videos
 from lab.schemas.tables import RATING_KEYS, RATINGS, VIDEO_SCORES
 from schemas.errors import UsageError

@@ -18,12 +18,10 @@ from asset2sim.catalog.own_files import read_own_files
 from asset2sim.catalog.write import write_run
 from asset2sim.viewer.session import REFINED
 from lab.flows.rate import open_rating
-from lab.judged.agreement import krippendorff_alpha, rater_matrix
-from lab.judged.figures import joined
+from lab.judged.figures import joined, krippendorff_alpha, rater_matrix
 from lab.judged.rating_desk import HAND_N_M
 from lab.judged.rating_page import BEGIN, BROKEN, LEAVE, NAMELESS, NEXT, START, STORE, UNSEEN, UNSTORED
-from lab.judged.rating_plan import variants_of
-from lab.judged.rating_stages import Durations
+from lab.judged.rating_plan import Durations, variants_of
 from lab.judged.variant_folders import variant_folders
 from lab.schemas.tables import RATING_KEYS, RATINGS
 from schemas.settings import EngineSettings

@@ -24,15 +24,14 @@ from asset2sim.catalog.write import write_run
 from asset2sim.runs.options import parse
 from asset2sim.runs.request import settings_for_run, stated_settings
 from flows.command import run_command
-from lab.judged.agreement import mean_by_place, order_effect
-from lab.judged.figures import latest_scores, video_figures
+from lab.judged.figures import latest_scores, mean_by_place, order_effect, video_figures
 from lab.judged.judge_videos import judge_videos
 from lab.judged.physical_scores import PHYSICAL_JUDGE
 from lab.judged.video_candidates import Candidate, TaskComparison, shuffled, trial_seeds
 from lab.judged.video_frames import UnreadableFilmError, sampled_frames
 from lab.judged.video_judge import judge_settings
 from lab.judged.video_prompt import parse_video_answer
-from lab.options.rating_options import JudgeVideosOptions
+from lab.options import JudgeVideosOptions
 from lab.schemas.tables import TRIALS, VIDEO_SCORES
 from lab.trials.study import motion_folder
 from schemas.errors import InvalidAnswerError, UsageError

@@ -17,7 +17,7 @@ from lab.learning import warp_worlds
 from lab.learning.critic import CriticEnv
 from lab.learning.warp_env import WarpEnv, make_warp_env
 from lab.learning.warp_worlds import part_surfaces, surface
-from lab.schemas.ppo_settings import PpoSettings, warp_settings
+from lab.schemas.settings import PpoSettings, warp_settings
 from schemas.errors import UsageError
 from schemas.learning_settings import LearningSettings
 from schemas.support import SupportKind

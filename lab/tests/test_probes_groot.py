@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 pytest.importorskip("zmq", reason="pyzmq is not installed here")
-from lab.probes.answers import PolicyError, TrialEnding
 from lab.probes.groot_client import GrootPolicy, check_modalities
+from lab.probes.observation import PolicyError, TrialEnding
 from lab.probes.openpi_wire import resized
 from lab.probes.policies import KEY, PolicySpec, opened
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 from lab.tests import policy_servers as does
 from lab.tests.test_probes_openpi import follow, program, seen
 

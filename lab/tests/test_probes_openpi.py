@@ -13,13 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lab.probes.answers import PolicyError, TrialEnding
-from lab.probes.observation import Chunk, Observation, Policy
+from lab.probes.observation import Chunk, Observation, Policy, PolicyError, TrialEnding
 from lab.probes.openpi_client import OpenPiPolicy
 from lab.probes.openpi_wire import SPEED_RAD_S, answer_of, check_metadata, chunk_of, pack, resized, unpack
 from lab.probes.policies import KEY, opened, policy_spec
 from lab.probes.serving import served
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 from lab.tests import policy_servers as does
 from tests.assets import ROOT
 

@@ -12,7 +12,7 @@ from lab.probes.policies import PROBES, PolicySpec, policy_spec
 from lab.probes.probe_study import ProbeChoice, ProbeJob, chosen_tasks, jobs_of, probe_study, run_probes
 from lab.probes.tasks import PAPER11
 from lab.runner import latest_own, left_to_do
-from lab.schemas.probe_settings import ProbeSettings
+from lab.schemas.settings import ProbeSettings
 from lab.schemas.tables import PROBE_TRIALS
 from lab.tests import policy_servers as does
 from lab.tests.probe_episodes import CRASHES

@@ -16,22 +16,24 @@ from asset2sim.gym.arm.paths import vertices
 from asset2sim.gym.arm.scene import place_joints
 from asset2sim.gym.arm.tasks import Verb
 from lab.probes import cameras as module
-from lab.probes.cameras import CAMERAS, HEIGHT, WIDTH, Cameras, gl_works
+from lab.probes.cameras import CAMERAS, HEIGHT, WIDTH, Cameras
 from lab.probes.episode import IDLE_AT_REST, EpisodeRun, outcome, run_episode
-from lab.probes.experts import Noisy, NoWayError, make_probe, scripted
+from lab.probes.experts import Noisy, NoWayError, scripted
 from lab.probes.observation import OPEN_LOOP, Chunk, Observation, Picture
+from lab.probes.policies import PolicySpec, make_probe
 from lab.probes.scene import FLANGE, NEAREST_M, START, build_scene, open_commands
-from lab.probes.tasks import SHIFT_M, TURN_RAD, BowlAt, ProbeTask
+from lab.probes.tasks import SHIFT_M, TURN_RAD, ProbeTask
+from lab.tests.probe_episodes import gl_works
+from lab.trials.scene import BOWL_HIGH_M, Bowl
 from lab.trials.trial import FILM, TRACK
-from schemas.errors import UnknownChoiceError, UsageError
+from schemas.errors import UsageError
 from tests.refined_things import block, drawer
 
 pytestmark = pytest.mark.system
 drawn = pytest.mark.skipif(not gl_works(), reason="neither EGL nor OSMesa works here")
 CLOSE = ProbeTask("drawer close", "thing", Verb.CLOSE, "Close it.", "It is closed.", (0.5, 0.0), np.pi, "slide", 0.6)
-LIFT = ProbeTask(
-    "block grasp", "thing", Verb.GRASP, "Lift it.", "It is lifted.", (0.5, 0.1), 0.0, bowl=BowlAt(0.5, -0.2, 0.1)
-)
+BOWL = Bowl((0.5, -0.2), 0.1, BOWL_HIGH_M)
+LIFT = ProbeTask("block grasp", "thing", Verb.GRASP, "Lift it.", "It is lifted.", (0.5, 0.1), 0.0, bowl=BOWL)
 STILL = Chunk(np.zeros((OPEN_LOOP, 8)), "joint_velocity")
 
 
@@ -230,6 +232,4 @@ def test_noise_is_seeded_and_leaves_the_gripper_alone() -> None:
 def test_what_the_arm_cannot_reach_is_said_when_the_expert_is_made(tmp_path: Path) -> None:
     folder = block(tmp_path / "thing", 0.2, 1.0)
     with pytest.raises(NoWayError, match="block grasp with thing: the arm finds no way"):
-        make_probe("scripted", folder, LIFT, 0)
-    with pytest.raises(UnknownChoiceError, match="noisy"):
-        make_probe("nosy", folder, LIFT, 0)
+        make_probe(PolicySpec("scripted"), folder, LIFT, 0)

@@ -28,7 +28,7 @@ from asset2sim.gym.arm.gripper import (
 from asset2sim.gym.arm.planning import ToolPlan
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb
-from lab.schemas.trial_settings import TrialSettings
+from lab.schemas.settings import TrialSettings
 from lab.trials.record import record
 from lab.trials.trial import run_trial
 from schemas.errors import UnknownChoiceError, UsageError

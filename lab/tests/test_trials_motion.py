@@ -15,15 +15,14 @@ from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
 from asset2sim.gym.arm.scene import base_at, build_stage
 from asset2sim.gym.arm.tasks import Task, Verb, joint_of, tasks_of
 from lab.runner import do_job
-from lab.schemas.trial_settings import TrialSettings
+from lab.schemas.settings import TrialSettings
 from lab.trials.actors import arm_faces
 from lab.trials.film import film, film_frames, write_mp4
 from lab.trials.physical_judge import judge
-from lab.trials.plan import planned
 from lab.trials.record import record
 from lab.trials.scene import pushed_stage
 from lab.trials.study import STUDY, TrialJob
-from lab.trials.trial import FILM, TRACK, missing, run_trial
+from lab.trials.trial import FILM, TRACK, missing, planned, run_trial
 from schemas.overlay import PhysicsOverlay
 from tests.assets import joint, link, robot, shape
 from tests.factories import make_joint

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lab.schemas.trial_settings import TrialSettings
-from lab.trials.physical_judge import PENALTIES, judge, score
+from lab.schemas.settings import TrialSettings
+from lab.trials.physical_judge import FAULTS, judge, score
 from lab.trials.record import Track
 
 N, STEP = 1500, 0.004
@@ -31,7 +31,7 @@ def still() -> Track:
 def judged(track: Track, *, sliders: tuple[str, ...] = (), free: tuple[str, ...] = ()) -> tuple[list[str], float]:
     """The faults, and the score of a task that was done."""
     found = judge(track, MASS, sliders, free, TrialSettings())
-    faults = [*PENALTIES]
+    faults = [*FAULTS]
     return [name for name in faults if getattr(found, name)], score(found, done=True, finite=track.finite)
 
 

@@ -9,9 +9,10 @@ import pytest
 from asset2sim.gym.arm.tasks import PAPER, Task, Verb, is_near, joint_of, target_of, tasks_of
 from asset2sim.gym.subject import BAG
 from lab.flows.record_motion import trials_block
-from lab.options.trial_options import RecordMotionOptions
+from lab.options import RecordMotionOptions
 from lab.schemas.tables import TRIALS
-from lab.trials.figures import FAULTS, method_figures, task_rows
+from lab.trials.figures import method_figures, task_rows
+from lab.trials.physical_judge import FAULTS
 from lab.trials.study import motion_folder
 from schemas.errors import UsageError
 from schemas.overlay import JointPhysics, PhysicsOverlay

@@ -1,17 +1,14 @@
 """Figures of many trials for each method: tasks done, faults, the physical judge's score."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import pandas as pd
 
 from asset2sim.gym.arm.tasks import PAPER
+from lab.trials.physical_judge import FAULTS
 from schemas.vocabulary import Method
 
-FAULTS = {
-    "moved_before_contact": "moved before contact", "energy_appeared": "energy appeared", "jumped": "jumped",
-    "overlapped": "tool in it", "rang": "rang", "forced": "pressed too hard", "tipped": "tipped",
-}  # fmt: skip
-"""The faults that the physical judge finds, and what tables call them."""
 METHODS = (Method.REFERENCE, Method.IVW, Method.DIRECT, Method.ASSET2SIM)
 ORDER = {method.value: place for place, method in enumerate(METHODS)}
 DONE = "done"
@@ -20,6 +17,12 @@ DONE = "done"
 def methods_of(rows: pd.DataFrame) -> list[str]:
     """The methods of rows, in the paper's order; others follow by name."""
     return sorted(map(str, set(rows["method"])), key=lambda name: (ORDER.get(name, len(ORDER)), name))
+
+
+def variant_names(pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], str]:
+    """(method, model) → what to call it: the method, and its model where it was run with several."""
+    methods = [method for method, _ in {*pairs}]
+    return {(method, model): f"{method}, {model}" if methods.count(method) > 1 else method for method, model in pairs}
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def task_rows(trials: pd.DataFrame) -> list[tuple[str, dict[tuple[str, str], str
     found: dict[tuple[int, str], dict[tuple[str, str], str]] = {}
     for row in trials.to_dict("records"):
         name = str(row["task"]) if row["task"] in order else f"{row['task']} {row['asset_id']}"
-        faults = [word for fault, word in FAULTS.items() if row[fault] is True]
+        faults = [fault.heading for name, fault in FAULTS.items() if row[name] is True]
         cells = found.setdefault((order.get(str(row["task"]), len(order)), name), {})
         cells[str(row["method"]), str(row["model"])] = "; ".join([str(row["outcome"]), *faults])
     return [(name, cells) for (_, name), cells in sorted(found.items())]

@@ -2,12 +2,13 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from asset2sim.gym.arm.planning import SETTLE_S
 from asset2sim.physics.arrays import Array
-from lab.schemas.trial_settings import TrialSettings
+from lab.schemas.settings import TrialSettings
 from lab.trials.record import Track
 
 PICTURE_S = 1.0 / 15.0
@@ -16,10 +17,29 @@ STORED_S = 0.5
 """For how long a contact may keep what it took: a lid pressed onto its stop springs back."""
 GRAVITY = 9.81
 FULL, FLOOR = 5.0, 0.0
-PENALTIES = {"moved_before_contact": 1.5, "energy_appeared": 1.5, "jumped": 1.0, "overlapped": 1.0, "rang": 1.0,
-             "forced": 1.0, "tipped": 1.5}  # fmt: skip
-"""What each fault takes from a score of 5; ``NOT_DONE`` for a task that is not done. What is never touched scores 1 at
-most, and what explodes 0, as the paper's examples of judges have it."""
+
+
+class Fault(NamedTuple):
+    """A fault: its heading in tables, what it is in words, with its number, and what it takes from a score of 5."""
+
+    heading: str
+    words: str
+    penalty: float
+
+
+FAULTS = {
+    "moved_before_contact": Fault(
+        "moved before contact", "it moved {moved_rad:.2g} rad or {moved_m:.2g} m before it was touched", 1.5
+    ),
+    "energy_appeared": Fault("energy appeared", "energy appeared, enough to lift it by {appeared_m:.2g} m", 1.5),
+    "jumped": Fault("jumped", "an impulse that no touch explains, worth {impulse_m_s:.2g} m/s", 1.0),
+    "overlapped": Fault("tool in it", "the tool was {overlap_m:.2g} m deep in it", 1.0),
+    "rang": Fault("rang", "it swung to and fro {ringing_turns} times after it was let go", 1.0),
+    "forced": Fault("pressed too hard", "the tool pressed on it with {force_n:.0f} N", 1.0),
+    "tipped": Fault("tipped", "it was tipped by {tilted_rad:.2g} rad", 1.5),
+}
+"""The faults that the judge finds, by their columns. A task that is not done takes ``NOT_DONE``; what is never touched
+scores 1 at most, and what explodes 0, as the paper's examples of judges have it."""
 NOT_DONE, NOT_TOUCHED = 2.0, 1.0
 
 
@@ -88,12 +108,11 @@ def judge(
 
 
 def score(judged: JudgedTrial, done: bool, finite: bool) -> float:
-    """0 to 5: 5 less ``PENALTIES`` of the faults, and ``NOT_DONE`` where the task is not done; see there."""
+    """0 to 5: 5 less the penalties of ``FAULTS``, and ``NOT_DONE`` where the task is not done; see there."""
     if not finite:
         return FLOOR
-    found = (
-        FULL - sum(cost for fault, cost in PENALTIES.items() if getattr(judged, fault)) - (0.0 if done else NOT_DONE)
-    )
+    penalty = sum(fault.penalty for name, fault in FAULTS.items() if getattr(judged, name))
+    found = FULL - penalty - (0.0 if done else NOT_DONE)
     most = FULL if judged.first_contact_s is not None else NOT_TOUCHED
     return max(FLOOR, min(most, found))
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from asset2sim.gym.arm.franka import servo
 from asset2sim.gym.arm.gripper import PANDA, Gripper
@@ -24,7 +25,7 @@ SLANT_RAD = math.radians(20.0)
 """How far a bowl's side leans outwards."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Bowl:
     """A bowl on the floor: its middle (x, y), m, its inner radius, and its height, m."""
 
@@ -97,17 +98,9 @@ def add_bowl(spec: mujoco.MjSpec, bowl: Bowl) -> None:
         body.add_geom(
             name=f"bowl_{side}", type=mujoco.mjtGeom.mjGEOM_BOX, solref=(CONTACT_TIME_S, 1.0),
             size=(BOWL_WALL_M / 2.0, 1.1 * math.pi * bowl.rim_m / BOWL_SIDES, half),
-            pos=(out * math.cos(turn), out * math.sin(turn), half), quat=yaw_tilt(turn, SLANT_RAD),
+            pos=(out * math.cos(turn), out * math.sin(turn), half),
+            quat=Rotation.from_euler("ZY", (turn, SLANT_RAD)).as_quat(scalar_first=True),
         )  # fmt: skip
-
-
-def yaw_tilt(yaw: float, tilt: float) -> Array:
-    """(4,) wxyz quaternion of a tilt about y, then a turn about z, rad."""
-    turned, first, second = np.zeros(4), np.zeros(4), np.zeros(4)
-    mujoco.mju_axisAngle2Quat(first, np.array([0.0, 0.0, 1.0]), yaw)
-    mujoco.mju_axisAngle2Quat(second, np.array([0.0, 1.0, 0.0]), tilt)
-    mujoco.mju_mulQuat(turned, first, second)
-    return turned
 
 
 def bowl_for(stage: CompiledScene) -> Bowl:

@@ -8,8 +8,8 @@ from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.gym.arm.tasks import Task, tasks_of
 from lab.runner import Done, RunWork, Study, done_row
+from lab.schemas.settings import TrialSettings
 from lab.schemas.tables import TRIALS
-from lab.schemas.trial_settings import TrialSettings
 from lab.trials.trial import run_trial
 from schemas.errors import UnknownChoiceError, UsageError
 from schemas.overlay import PhysicsOverlay

@@ -103,17 +103,11 @@ def references() -> tuple[PublishedWeight, ...]:
     with (Path(__file__).parent / "reference_weights.csv").open(encoding="utf-8", newline="") as file:
         return tuple(
             PublishedWeight(
-                what=row["what"],
-                category=row["category"],
-                part=WHOLE if row["kind"] == "object" else row["part"],
-                unit=row["unit"],
-                low=float(row["low"]),
-                high=float(row["high"]),
-                held_out=row["held_out"] == "yes",
-                source=row["source"],
+                row["what"], row["category"], WHOLE if row["kind"] == "object" else row["part"], row["unit"],
+                float(row["low"]), float(row["high"]), row["held_out"] == "yes", row["source"],
             )
             for row in csv.DictReader(file)
-        )
+        )  # fmt: skip
 
 
 def usual_size(prompt: str) -> str:

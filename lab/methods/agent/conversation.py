@@ -4,8 +4,7 @@ import json
 from collections.abc import Collection, Sequence
 
 from asset2sim.models.lenient_json import parse_json
-from lab.methods.agent.draft import short
-from lab.methods.agent.results import cut, refused
+from lab.methods.agent.results import cut, refused, short
 from lab.methods.agent.specs import (
     MAX_ARGUMENT_CHARS,
     MAX_ID_CHARS,

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from asset2sim.models.answers import parse_overlay
-from lab.methods.agent.specs import MAX_QUOTED_CHARS, SetParameters
+from lab.methods.agent.specs import SetParameters
 from schemas.features import Features
 from schemas.overlay import Overlay
 
@@ -42,8 +42,3 @@ def checked(draft: Draft, features: Features) -> Overlay | None:
     }
     overlay = parse_overlay(json.dumps(data), features)
     return overlay if "scale" in draft else None
-
-
-def short(text: str) -> str:
-    """The text, cut to ``MAX_QUOTED_CHARS``."""
-    return text if len(text) <= MAX_QUOTED_CHARS else text[:MAX_QUOTED_CHARS] + "…"

@@ -3,6 +3,7 @@ Names are quoted: they are data."""
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.checks.at_rest import measurement_verdict
 from asset2sim.models.object_facts import rounded_floats
 from asset2sim.physics.arrays import Array
-from lab.methods.agent.specs import MAX_RESULT_CHARS, MAX_ROWS
+from lab.methods.agent.specs import MAX_QUOTED_CHARS, MAX_RESULT_CHARS, MAX_ROWS
+from schemas.errors import shortened
 from schemas.interaction import ContactPair, Measurement
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
@@ -69,9 +71,7 @@ def touching(pairs: Sequence[ContactPair]) -> str:
 
 def pair_rows(pairs: Sequence[ContactPair]) -> list[dict[str, object]]:
     """One row per pair: its links, its deepest point (m) and its contribution to Φ (m)."""
-    return [
-        {"link_a": p.link_a, "link_b": p.link_b, "depth_m": p.depth_m, "penetration_m": p.penetration_m} for p in pairs
-    ]
+    return [pair.model_dump(include={"link_a", "link_b", "depth_m", "penetration_m"}) for pair in pairs]
 
 
 def boxes_text(boxes: Mapping[str, tuple[Array, Array]], images: str) -> str:
@@ -98,6 +98,8 @@ def cut(text: str, most: int = MAX_RESULT_CHARS) -> str:
     return text if len(text) <= most else f"{text[:most]}… ({len(text)} characters in all)"
 
 
+short = partial(shortened, length=MAX_QUOTED_CHARS)
+"""A wrong value as an error quotes it."""
 ROOM = 500
 """Characters reserved for the line that says from which row to read on."""
 

@@ -12,8 +12,7 @@ from asset2sim.baselines.ours import first_question
 from asset2sim.models.answers import parse_overlay
 from asset2sim.models.ask_overlay import SynthesisError, Synthesized, images_not_sent, marked_invalid, no_answer_error
 from lab.methods.agent.conversation import bounded, model_turn
-from lab.methods.agent.draft import short
-from lab.methods.agent.results import cut
+from lab.methods.agent.results import cut, short
 from lab.methods.agent.scratch_folder import ScratchFolder, ToolError
 from lab.methods.agent.specs import MAX_ANSWER_CALLS, MAX_CALLS, MAX_SAID_CHARS, MAX_SAME, TOOL_NAMES, TOOL_SHARE, TOOLS
 from lab.methods.agent.tools import AgentSession, run_tool

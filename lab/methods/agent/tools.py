@@ -7,8 +7,8 @@ from typing import Any
 from asset2sim.models.answers import strict_fit
 from asset2sim.render import VIEW_NAMES
 from lab.methods.agent.conversation import arguments_of
-from lab.methods.agent.draft import Draft, checked, merged, short
-from lab.methods.agent.results import boxes_text, cut, read_part, refused, simulated, text_of, touching
+from lab.methods.agent.draft import Draft, checked, merged
+from lab.methods.agent.results import boxes_text, cut, read_part, refused, short, simulated, text_of, touching
 from lab.methods.agent.scratch_folder import ScratchFolder, ToolError
 from lab.methods.agent.specs import (
     ARGUMENTS,

@@ -1,10 +1,12 @@
-"""How a policy is trained: PPO, and the numbers for many environments in MuJoCo Warp."""
+"""Settings of the laboratory: how a policy is trained, what a policy behind a socket may take, and what is a fault of a
+recorded interaction."""
 
 from typing import Literal
 
 from pydantic import Field
 
 from schemas.base import Fraction, Frozen, NonNegative, Positive
+from schemas.learning_settings import GuardSettings
 
 
 class PpoSettings(Frozen):
@@ -69,3 +71,54 @@ def warp_settings(environments: int) -> PpoSettings:
         minibatch=max(256, batch // 16), checkpoint_steps=max(16_384, 4 * batch),
         memory_mb=1 << 20,  # CUDA maps what it may ever use
     )  # fmt: skip
+
+
+class ProbeSettings(Frozen):
+    """How long and how often a policy's server is asked before a trial ends without it."""
+
+    connect_s: Positive = 20.0
+    """Time for a first connection, s: a server that is just starting is tried again and again meanwhile."""
+    reconnect_s: Positive = 5.0
+    """Time for another connection where one broke in the middle of an episode, s: the question is then put again."""
+    first_answer_s: Positive = 180.0
+    """Time for the first answer over a connection, s: JAX compiles a policy when it is first asked."""
+    answer_s: Positive = 30.0
+    """Time for every other answer, s: real policies take 0.1 to 0.5."""
+    most_bytes: int = 16 * 1024 * 1024
+    """Largest frame that is read. An answer of 15 actions has a kilobyte."""
+    most_actions: int = 1000
+    """Longest chunk that is accepted; the policies in use answer 10 to 32."""
+    trial_s: Positive = 900.0
+    """Wall time of one trial, s."""
+    trial_mb: int = 6144
+    """Memory that one trial's process may add, MB."""
+    unreachable_in_a_row: int = 3
+    """So many trials in a row that found no server end the run: the rest waits for the next one."""
+
+
+class TrialSettings(Frozen):
+    """From which value something recorded is a fault. The paper's judges are told what to look for and not how much of
+    it; these are about twice what a picture of 512 pixels shows, but for what the paper states."""
+
+    gripper: Literal["panda", "robotiq"] = "panda"
+    """The arm's own, or the paper's Robotiq 2F-85, whose model robosuite's package has."""
+    moved_rad: Positive = 0.05
+    """Turn of the object or of a part that nothing has touched yet, rad: the end of a 10 cm lid moves by 5 mm."""
+    moved_m: Positive = 0.005
+    """Shift of the object or of a sliding part that nothing has touched yet, m."""
+    appeared_m: Positive = 0.002
+    """Energy that no tool, spring or weight gave, as the height to which it would lift the object, m."""
+    impulse_m_s: Positive = 0.25
+    """Speed that the object would have of what such energy comes in one picture (1/15 s), m/s: a jump of 17 mm."""
+    overlap_m: Positive = 0.003
+    """How deep the tool is in the object, m: what a finger's rubber gives."""
+    ringing_rad: Positive = 0.05
+    """Amplitude of a part that swings to and fro after it was let go, rad: the paper's, of oscillation."""
+    ringing_m: Positive = 0.005
+    """The same of a sliding part, m."""
+    ringing_turns: int = 3
+    """How often it changes direction: the paper's."""
+    force_n: Positive = 300.0
+    """Force between tool and object that nothing of a household bears, N: twice what a person pushes with one hand."""
+    tilt_rad: Positive = GuardSettings().tilt_rad
+    """Tilt of an object that is not carried, rad, from which it was tipped: that of the guards of learning."""
