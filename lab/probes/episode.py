@@ -163,7 +163,7 @@ def seen_of(run: EpisodeRun, cameras: Cameras | None) -> Observation:
 
 
 def pictures_of(cameras: Cameras | None, *names: str) -> list[Picture]:
-    """What these cameras see now; black without any."""
+    """Pictures of these cameras as everything is now; black without any."""
     if cameras is None:
         return [np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)] * len(names)
     cameras.follow()
