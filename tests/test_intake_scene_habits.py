@@ -277,3 +277,17 @@ def test_the_legs_of_a_table_that_is_left_out_are_left_out(tmp_path: Path) -> No
     made = urdf_of_mjcf(mjcf(tmp_path, f'{top}{legs}<body name="cabinet">{BOX}{DOOR}</body>'), tmp_path)
     assert made.robot.find("link[@name='base']") is None or made.robot.find("link[@name='base']/collision") is None
     assert sum("is left out: it is the floor" in note for note in made.notes) == 3
+
+
+@pytest.mark.parametrize("marked", [True, False], ids=["marked", "not"])
+def test_what_is_marked_for_a_loader_that_scales_it_has_the_size_of_its_kind(marked: bool, tmp_path: Path) -> None:
+    ends = {"p0": "-.5 -.4 -.3", "px": ".5 -.4 -.3", "py": "-.5 .4 -.3", "pz": "-.5 -.4 .3"}
+    sites = "".join(f'<site name="ext_{name}" pos="{at}"/>' for name, at in ends.items()) if marked else ""
+    case = '<geom type="box" size="0.5 0.35 0.3"/>'
+    door = '<geom type="box" size="0.35 0.02 0.28" pos="0.35 0 0"/>'
+    hinge = f'<body name="door" pos="-0.4 -0.38 0"><joint axis="0 0 1" range="-90 0"/>{door}</body>'
+    mjcf(tmp_path, f'<body name="microwave">{case}{sites}{hinge}</body>')
+    extraction = read(tmp_path)
+    assert bool(extraction.features.metric) is not marked
+    told = "; ".join(item.message for item in extraction.findings)
+    assert ("its lengths are not metres" in told) is marked

@@ -67,6 +67,8 @@ class DescriptionFile:
     """Why the file holds the object where it is, in words; empty where it leaves that open."""
     stood: str = ""
     """How the file stands the object, fixed, on what is no part of it, in words; empty where it does not."""
+    sized: bool = False
+    """Whether its loader brings it to another size than it is drawn in."""
 
 
 TURNED = 0.75
@@ -192,6 +194,7 @@ def read_asset(
     size_kept = kept_share(keep, Quantity.SIZE)
     # A part of a scene has its size whatever else is kept of it.
     size_kept = Keep.PLAUSIBLE if size_kept is Keep.NOTHING and ref.part is not None else size_kept
+    size_kept = Keep.NOTHING if size_kept is Keep.PLAUSIBLE and opened.sized else size_kept
     features = Features(
         asset_id=ref.asset_id,
         category=ref.category

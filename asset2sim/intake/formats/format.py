@@ -45,6 +45,8 @@ class Converted:
     """Link with shapes → its bits as MuJoCo has them, contype and conaffinity, where the format has any."""
     driven: frozenset[str] = frozenset()
     """The joints that motors of the file move."""
+    sized: bool = False
+    """Whether its loader brings it to another size, by marks at its corners, so that its lengths mean nothing."""
 
 
 INCLUDED = re.compile(r"""(?:<(?:xacro:)?include\s[^>]*?file(?:name)?\s*=\s*["']|@(?=[^@\n]*\.usd[acz]?@))([^"'@]+)""")

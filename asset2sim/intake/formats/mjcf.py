@@ -33,7 +33,7 @@ from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import is_mjcf, models_of
 from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
-from asset2sim.intake.formats.mjcf_scene import SCENE, ground_of
+from asset2sim.intake.formats.mjcf_scene import SCENE, ground_of, is_sized
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
@@ -119,11 +119,13 @@ class _MjcfAsset:
                 path for path in self.file.parent.rglob("*") if path.suffix in (".xml", ".mjcf") and path != self.file
             )
         )
+        sized = is_sized(self.mj, m)
+        told += ["its corners are marked for a loader that scales it, so its lengths are not metres"] * sized
         notes = (*dict.fromkeys(self.notes), *told)
         on_table = any(SCENE in note for note in self.ground.values()) and len(loose) < len(tops)
         stood = "its file fixes it on a floor or table, which is left out" if on_table else ""
         made = Converted(robot, files, notes, world=world, free=free, held=held)
-        return replace(made, masks=masks, driven=driven, stood=stood)
+        return replace(made, masks=masks, driven=driven, stood=stood, sized=sized)
 
     def refused(self, code: str, problem: str) -> AssetError:
         """The error that names the file."""

@@ -13,6 +13,8 @@ FLOOR = re.compile(r"(?<![a-z])(floor|ground|table(top|link)?|workbench)(?![a-z]
 RIM = re.compile(r"(?<![a-z])([a-z]*walls?|fence|rim|border)(?![a-z])")
 SCENE = "the floor or table under all else"
 """Words for a floor or table that is left out, by which its note is known again."""
+CORNERS = ("ext_p0", "ext_px", "ext_py", "ext_pz")
+"""Sites at a fixture's corners, from which RoboCasa's loader scales it to the edges that a kitchen has for it."""
 TOUCHING_M = 0.01
 """Depth to which what stands on a floor may reach into it as it is drawn."""
 APART_M = 0.005
@@ -65,6 +67,12 @@ def ground_of(mujoco: Any, model: Any) -> dict[int, str]:
         around = [rim for rim in rims if is_around(rim, least, most) and rim.low[:, 2].min() >= top - TOUCHING_M]
         found |= {geom: rim.left_out("round all else on what is left out") for rim in around for geom in rim.geoms}
     return found
+
+
+def is_sized(mujoco: Any, model: Any) -> bool:
+    """Whether sites mark an object's corners, from which a loader brings it to another size."""
+    sites = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) for name in CORNERS]
+    return min(sites) >= 0 and bool(np.ptp(model.site_pos[sites], axis=0).min() > 0.0)
 
 
 def is_beneath(floor: Still, least: Array, most: Array, moving: bool) -> bool:
