@@ -111,6 +111,7 @@ def test_a_kind_that_no_words_name_is_told_by_its_shape(
         ("Remote", "key fob", "KeyFob"),
         ("StorageFurniture", "a steel filing cabinet", "FilingCabinet"),
         ("Pliers", "kitchen tongs", "Tongs"),
+        ("Lamp", "a banker's lamp with a green shade", "BankersLamp"),
     ],
 )
 def test_words_name_a_kind_of_the_stated_category(category: str, words: str, kind: str) -> None:

@@ -138,6 +138,8 @@ PAPER_AND_MANIFEST: list[tuple[Json, str, dict[str, float]]] = [
         ),
         {"seat": 0.0},
     ),
+    (known.thing("FoldingChair", known.hinged("legs", "leg")), "wooden director's chair, unfolded", {"legs": 0.0}),
+    (known.thing("FoldingChair", known.hinged("legs", "leg")), "a folding chair, closed", {"legs": 1.6}),
     (
         known.thing("Door", known.hinged("leaf", "rotation_door")),
         "An interior door, slightly open, with high damping so that it does not slam.",
