@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from asset2sim.assets.urdf.bake import unbake
-from asset2sim.checks.findings import obstacles, report_findings
 from asset2sim.checks.verdict import disagreements, failures_of, overall_verdict
 from asset2sim.engines.registry import installed
 from schemas.interaction import Obstacle, Sweep
@@ -22,6 +21,7 @@ from schemas.vocabulary import (
     StateMode,
     Status,
 )
+from tasks.measure import obstacles, report_findings
 from tasks.pipeline import refine_asset
 from tasks.publish import bake
 from tests.assets import NO_VIEWS, fingerprint, near, prior, sample

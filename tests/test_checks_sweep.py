@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.findings import overlap_pairs
 from asset2sim.checks.rig import CauseOf
 from asset2sim.checks.sweep import sweep_records, sweep_verdict
 from schemas.interaction import Sweep
 from schemas.vocabulary import Engine, FailureMode, OverlapCause
+from tasks.measure import overlap_pairs
 from tests.builders import UrdfJoint
 from tests.interaction_objects import (
     ENGINES,

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from asset2sim.checks.watch import capped_reading, reading_stride, watch
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
+from asset2sim.engines.static_object import contact_points
 from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from schemas.interaction import JointMotion, Measurement
@@ -63,13 +64,7 @@ def contacts_at(
     with open_world(
         engine, urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=0.0, gravity_m_s2=0.0
     ) as world:
-        return contacts_of(world, positions)
-
-
-def contacts_of(world: World, positions: Mapping[str, float]) -> list[ContactPoint]:
-    """The object's contact points with itself at one pose."""
-    world.place(positions)
-    return world.contacts()
+        return contact_points(world, positions)
 
 
 def observe(

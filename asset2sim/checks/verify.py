@@ -13,12 +13,13 @@ from asset2sim.assets.urdf.collision_points import know_points
 from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.known_checks import run_for
 from asset2sim.checks.mechanism import Mechanism, mechanism
-from asset2sim.checks.rest import contacts_of, measure, measurement
+from asset2sim.checks.rest import measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
 from asset2sim.checks.set_down import Clouds, point_clouds
 from asset2sim.checks.verdict import verdicts_of
 from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from asset2sim.engines.registry import engine_version, installed, require
+from asset2sim.engines.static_object import contact_points
 from asset2sim.engines.world import Opener
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from schemas.base import Frozen
@@ -59,7 +60,7 @@ def run_checks(
         )
         rig = Rig(engine, urdf, overlay, settings, limits, cause, item, clouds, held, free, opener, whole)
         # First, while the world is fresh: contact caches make Φ depend slightly on earlier poses.
-        points = contacts_of(held.ready(), item.start) if whole else []
+        points = contact_points(held.ready(), item.start) if whole else []
         for check in run_for(only):
             if not check.on_plane:
                 free.close()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration
+from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
@@ -53,7 +54,7 @@ def static_object(
     return static_mujoco(urdf, settings.timestep_s, parents=parents)
 
 
-def contact_points(item: StaticObject, positions: Mapping[str, float]) -> list[ContactPoint]:
+def contact_points(item: StaticObject | World, positions: Mapping[str, float]) -> list[ContactPoint]:
     """The object's contact points with itself at these joint positions."""
     item.place(positions)
     return item.contacts()

@@ -1,4 +1,5 @@
-"""Initial joint positions: the requested state, and where every other joint starts."""
+"""Initial joint positions: the requested state, and where every other joint starts; those that follow others start
+and go as far as their leaders say."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -12,10 +13,10 @@ from scipy.optimize import minimize
 from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import mechanism, sizes
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root
+from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, mimics_of, tree_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, joint_space
 from asset2sim.validation.limits import Range
-from schemas.features import Features, JointFeatures
+from schemas.features import Features, JointFeatures, Mimic
 from schemas.finding import Notes
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Source
@@ -204,3 +205,51 @@ def at_share(span: Range, share: float) -> float:
     if span.lower is None or span.upper is None:
         return 2.0 * math.pi * share * (2.0 / 3.0)  # both ends of a whole turn are the same place
     return span.lower + share * (span.upper - span.lower)
+
+
+def leaders_positions(
+    features: Features, proposed: Mapping[str, float], asked: Collection[str], notes: Notes
+) -> tuple[dict[str, float], frozenset[str]]:
+    """The proposed positions (authored scale) without those of followers, and the names that the user asks for. Where a
+    user asks for a follower's position and for none of its leader's, the leader goes where it takes the follower
+    there."""
+    positions, wanted = dict(proposed), set(asked)
+    for joint in features.joints:
+        if joint.mimic is None or joint.name not in positions:
+            continue
+        position, leader = positions.pop(joint.name), joint.mimic.joint
+        if joint.name in asked and leader not in asked:
+            positions[leader] = joint.mimic.leader_at(position)
+            wanted.add(leader)
+            message = f"joint '{joint.name}' follows '{leader}', which is set to {positions[leader]:.4g} for it"
+            notes.info("leader_moved", message, joint=leader, value=positions[leader])
+    return positions, frozenset(wanted)
+
+
+def starts_of_followers(
+    features: Features, starts: Mapping[str, Start], scale: float, notes: Notes
+) -> dict[str, Start]:
+    """The starts with followers where their leaders start, and as far as those take them (final scale); a finding
+    for each says which loaders honour it."""
+    placed = dict(starts)
+    for name, mimic in mimics_of(tree_of(features.joints, scale)).items():
+        if name in starts and mimic.joint in starts:
+            leader = starts[mimic.joint]
+            span = following(starts[name].range, leader.range, mimic)
+            message = (
+                f"joint '{name}' follows '{mimic.joint}', {mimic.multiplier:.4g} × its position + {mimic.offset:.4g}: "
+                "bound in the checks of every engine, in MJCF and in USD; of plain URDF loaders MuJoCo's binds it, "
+                "PyBullet's leaves it loose"
+            )
+            notes.info("mimic", message, joint=name, value=mimic.multiplier)
+            placed[name] = replace(starts[name], range=span, position=mimic.at(leader.position), source=leader.source)
+    return placed
+
+
+def following(span: Range, leader: Range, mimic: Mimic) -> Range:
+    """A follower's range and ends as its leader's have them."""
+    lower, upper = None, None
+    if leader.lower is not None and leader.upper is not None and span.joint.type != "continuous":
+        lower, upper = sorted((mimic.at(leader.lower), mimic.at(leader.upper)))
+    closed, opened = mimic.at(leader.closed), mimic.at(leader.open)
+    return replace(span, lower=lower, upper=upper, closed=closed, open=opened, source=leader.source)

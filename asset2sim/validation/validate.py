@@ -18,7 +18,6 @@ from asset2sim.physics.kinematics import TreeJoint, locked_joint, tree_of
 from asset2sim.physics.mass_matrix import Body, Pull, joint_space
 from asset2sim.validation.build import as_thick_as_their_kind
 from asset2sim.validation.disputes import Disputes
-from asset2sim.validation.followers import leaders_positions, starts_of_followers
 from asset2sim.validation.handling import Handling, handlings, is_pressed
 from asset2sim.validation.joints import JointInputs, joint_physics
 from asset2sim.validation.limits import joint_range
@@ -26,7 +25,13 @@ from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armat
 from asset2sim.validation.masses import LinkMass, link_masses
 from asset2sim.validation.mechanisms import at_their_ends
 from asset2sim.validation.opened_stand import note_tips_when_open
-from asset2sim.validation.positions import hanging_starts, initial_positions, note_guessed_ends
+from asset2sim.validation.positions import (
+    hanging_starts,
+    initial_positions,
+    leaders_positions,
+    note_guessed_ends,
+    starts_of_followers,
+)
 from asset2sim.validation.pressed import Drawn, pressed_ranges
 from asset2sim.validation.support import closed_polygon, held_by_file, support_of, wall_evidence
 from asset2sim.validation.suspension import lifted_by_machines, with_suspensions

@@ -29,9 +29,8 @@ from asset2sim.intake.formats.format import (
     world_name,
 )
 from asset2sim.intake.formats.mjcf_compiled import compiled
-from asset2sim.intake.formats.mjcf_contacts import let_pass, masks_of
 from asset2sim.intake.formats.mjcf_document import is_mjcf, models_of
-from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, name_of
+from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, let_pass, masks_of, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
 from asset2sim.intake.formats.mjcf_scene import SCENE, ground_of, is_sized
 from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie

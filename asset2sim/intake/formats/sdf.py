@@ -31,12 +31,11 @@ from asset2sim.intake.formats.format import (
     write_obj,
 )
 from asset2sim.intake.formats.mjcf_ties import Tie, tie
-from asset2sim.intake.formats.sdf_gears import Gearbox, Hinge, gear_ties
 from asset2sim.intake.formats.sdf_includes import included, newest, version_of
 from asset2sim.intake.formats.sdf_model import CLOSING, SdfModel
 from asset2sim.intake.formats.sdf_nested import SEPARATOR, flatten, name_nameless
 from asset2sim.intake.formats.sdf_shapes import SOLIDS, mass_of, solid_of
-from asset2sim.intake.formats.sdf_tree import as_tree, limits_in_axes
+from asset2sim.intake.formats.sdf_tree import Gearbox, Hinge, as_tree, gear_ties, limits_in_axes
 from asset2sim.intake.formats.tree_loops import Closing, close_loops
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import origin_transform

@@ -27,8 +27,7 @@ from asset2sim.intake.formats.format import (
     world_name,
     write_obj,
 )
-from asset2sim.intake.formats.tree import spanning
-from asset2sim.intake.formats.tree_loops import Closing, close_loops
+from asset2sim.intake.formats.tree_loops import Closing, close_loops, spanning
 from asset2sim.intake.formats.usd_joints import Step, UsdJoint, one_after_another, pass_each_other, read_joints
 from asset2sim.intake.formats.usd_mass import WeighedForm, mass_of
 from asset2sim.intake.formats.usd_places import as_it_stands

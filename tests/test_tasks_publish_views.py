@@ -6,8 +6,8 @@ import pytest
 
 from asset2sim.render import write_views
 from schemas.settings import ViewSettings
-from tasks import known_views
-from tasks.known_views import write_known_views
+from tasks import publish
+from tasks.publish import write_known_views
 from tests.refined_things import OPEN_M, drawer
 
 pytestmark = pytest.mark.system
@@ -24,7 +24,7 @@ def test_views_are_drawn_anew_only_where_something_that_they_show_is_another(
         drawn.append(to)
         return write_views(urdf, positions, to, settings)
 
-    monkeypatch.setattr(known_views, "write_views", counted)
+    monkeypatch.setattr(publish, "write_views", counted)
 
     def views(settings: ViewSettings = SMALL, **positions: float) -> dict[str, bytes]:
         before = len(drawn)
