@@ -111,6 +111,9 @@ def test_a_kind_that_no_words_name_is_told_by_its_shape(
         ("Remote", "key fob", "KeyFob"),
         ("StorageFurniture", "a steel filing cabinet", "FilingCabinet"),
         ("Pliers", "kitchen tongs", "Tongs"),
+        ("Chair", "a gaming chair", "GamingChair"),
+        ("Door", "an insect screen door", "ScreenDoor"),
+        ("Kettle", "a camping kettle", "StoveKettle"),
         ("Lamp", "a banker's lamp with a green shade", "BankersLamp"),
     ],
 )
@@ -142,3 +145,12 @@ def test_a_kind_that_words_name_is_built_and_moves_as_what_it_is_a_kind_of() -> 
         assert tables.part_contents(kind, part) == tables.part_contents(whole, part)
     assert tables.mechanism("lid", "LongStapler", "hinge") == tables.mechanism("lid", "Stapler", "hinge")
     assert tables.built_as("FoldingChair") == ("FoldingChair",), "it has rows of its own"
+
+
+def test_a_clock_with_a_pendulum_hangs_and_is_no_alarm_clock() -> None:
+    pendulum = known.hinged("p", "pendulum")
+    drawn = {key: [0.17, 0.26, 0.40] for key in ("size_closed_m", "size_m")}
+    with_it, without = (known.thing("Clock", *parts) | drawn for parts in ((pendulum,), ()))
+    assert identify(ObjectInfo.from_json(without), ())[0] == "AlarmClock"
+    assert identify(ObjectInfo.from_json(with_it), ())[0] == "Clock"
+    assert known.ask(with_it, "")["support"]["mount"] == "wall"

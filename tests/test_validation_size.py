@@ -253,6 +253,7 @@ def test_things_of_other_names_are_as_large_as_such_things(category: str, words:
         ("KitchenPot", (0.26, 0.34, 0.28)),
         ("Keyboard", (0.13, 0.09, 0.03)),
         ("Safe", (0.30, 0.35, 0.25)),
+        ("Jar", (0.10, 0.10, 0.24)),
     ],
 )
 def test_what_is_drawn_without_units_is_as_large_as_its_kind(
@@ -298,14 +299,33 @@ def test_parts_tell_a_kind_that_edges_alone_do_not(
 
 
 @pytest.mark.parametrize(
-    ("edges", "mount"), [((0.14, 0.80, 0.65), "wall"), ((0.35, 0.90, 0.70), None), ((0.40, 1.80, 0.42), None)]
+    ("edges", "words", "mount"),
+    [
+        ((0.14, 0.80, 0.65), "", "wall"),
+        ((0.35, 0.90, 0.70), "", None),
+        ((0.40, 1.80, 0.42), "", None),
+        ((0.28, 1.60, 1.30), "A cabinet 1.6 m wide.", None),  # as large as no mirror cabinet
+    ],
 )
 def test_a_cabinet_as_flat_as_mirror_cabinets_are_hangs_without_words(
-    edges: tuple[float, ...], mount: str | None
+    edges: tuple[float, ...], words: str, mount: str | None
 ) -> None:
     drawn = thing("StorageFurniture", hinged("a", "rotation_door"), hinged("b", "rotation_door"))
-    overlay = Overlay.model_validate(ask(drawn | {"size_closed_m": list(edges), "size_m": list(edges)}, ""))
+    overlay = Overlay.model_validate(ask(drawn | {"size_closed_m": list(edges), "size_m": list(edges)}, words))
     assert overlay.support is not None and overlay.support.mount == mount
+
+
+def test_no_cupboard_has_a_door_wider_than_doors_of_cupboards() -> None:
+    """With the proportions of a tall cupboard a medicine cabinet of one door was one of 1.6 m, its door 1.1 m wide."""
+    drawn = thing("StorageFurniture", hinged("a", "rotation_door"))
+    for item in drawn["links"]:
+        item["box_m"] = [0.05, 0.35, 0.5] if item["label"] == "rotation_door" else [0.13, 0.35, 0.5]
+    edges = [3.0 * edge for edge in (0.17, 0.35, 0.5)]
+    for item in drawn["links"]:
+        item["box_m"] = [3.0 * edge for edge in item["box_m"]]
+    overlay = Overlay.model_validate(ask(drawn | {"size_closed_m": edges, "size_m": edges}, ""))
+    assert 3.0 * 0.5 * overlay.scale == pytest.approx(0.5, rel=0.15)
+    assert overlay.support is not None and overlay.support.mount == "wall"
 
 
 @pytest.mark.parametrize(

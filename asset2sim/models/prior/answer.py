@@ -6,6 +6,7 @@ is a model's, and the record that our rules were given is not known to it.
 """
 
 import json
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -51,6 +52,10 @@ def answer(text: str) -> str:
 _PLACED = {"stands": (SupportKind.FREESTANDING, None), "hangs": (SupportKind.FIXED, Mount.WALL)}
 """Placing in the table of proportions → kind of support and mount of an object whose edges are of that kind."""
 
+_SAME_SIZE = 1.6
+"""Factor by which an object may be larger or smaller than the kind of its edges to be placed as that is: a cupboard of
+1.9 m that is shaped as a mirror cabinet stands."""
+
 
 def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     """An overlay for any object and any user's words, from the tables; deterministic."""
@@ -58,11 +63,12 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
     support = guidance.support or usual_support(info, guidance.called, guidance.category)
     shape = fitted_kind(info, size.category)
-    if guidance.support is None and shape is not None and shape.placed in _PLACED:
+    scale = propose_scale(info, size, guidance.size, support)
+    like = shape is not None and abs(math.log(scale.value / shape.scale)) < math.log(_SAME_SIZE)
+    if guidance.support is None and shape is not None and like and shape.placed in _PLACED:
         kind, mount = _PLACED[shape.placed]
         said = f"its edges are those of a {shape.kind}, which {shape.placed}"
         support = SupportProposal(kind=kind, mount=mount, confidence=STANDS_CONFIDENCE, reason=said)
-    scale = propose_scale(info, size, guidance.size, support)
     positions = asked_positions(parts, guidance, scale.value)
     links, mass_notes, change = propose_links(info, parts, guidance, scale.value, scale.final_m)
     joints, feel_notes = propose_joints(parts, guidance, positions)
