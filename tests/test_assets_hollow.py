@@ -169,6 +169,28 @@ def test_joining_stops_at_a_share_of_volume_and_goes_on_over_the_budget() -> Non
     assert one.volume == pytest.approx(10.0)
 
 
+def test_the_wires_of_a_basket_become_its_walls_and_leave_it_open() -> None:
+    """Some 80 wires, 25 mm apart, are more than the budget: what two of them span in a wall is filled first."""
+    x, y, z = 0.2, 0.15, 0.12
+    corners = [(side * x, along) for side in (-1, 1) for along in np.linspace(-y, y, 13)]
+    corners += [(along, side * y) for side in (-1, 1) for along in np.linspace(-x, x, 17)]
+    ends = [((u, v, 0.0), (u, v, z)) for u, v in corners]
+    ends += [((-x, v, 0.0), (x, v, 0.0)) for v in np.linspace(-y, y, 13)]
+    ends += [((u, -y, 0.0), (u, y, 0.0)) for u in np.linspace(-x, x, 17)]
+    wires = [trimesh.creation.cylinder(radius=0.002, segment=pair, sections=6) for pair in ends]
+    open_above = hollow(one(wires))
+    pieces = join_pieces(
+        [piece_of(np.asarray(wire.vertices), THICKNESS) for wire in wires],
+        open_above,
+        THICKNESS,
+        most=24,
+        added_share=0.1,
+    )
+    assert len(pieces) <= 24
+    assert depth(samples(np.asarray(one(wires).triangles), 0.01), pieces).min() > -0.001
+    assert sum(open_above.filled_m3(piece.points) for piece in pieces) < 0.02 * 2 * x * 2 * y * z
+
+
 @pytest.mark.parametrize("points", [np.eye(3), np.eye(3)[:2], np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0)])],
                          ids=["triangle", "edge", "line"])  # fmt: skip
 def test_what_is_flat_is_made_thick(points: Array) -> None:

@@ -39,6 +39,8 @@ AT_ONCE = 64
 """Hulls that are looked up in the hollow together: some 10 MB of samples."""
 ROUNDING = 1e-6
 """Share of a hull's volume by which Qhull's may be less for rounding, far more than it is."""
+ADDS_MUCH, LAST = 3, 4
+"""Ranks of joins that stay out of the hollow and add more than is allowed, as of wires side by side; and of others."""
 PARTNERS = 8
 """Partners tried for each piece: the joins that add least are among those whose boxes grow least."""
 
@@ -160,13 +162,13 @@ class _Rule:
 
     hollow: Hollow | None
     thickness: float
-    limits: tuple[int, int, int, int]
+    limits: tuple[int, int, int, int, int]
     added_share: float
 
     @property
     def any_join(self) -> bool:
-        """Whether joins that fill the hollow may be made, so that they must be computed."""
-        return self.limits[3] < NO_LIMIT
+        """Whether joins that add much, or fill the hollow, may be made, so that they must be computed."""
+        return self.limits[ADDS_MUCH] < NO_LIMIT
 
 
 _JoinCandidate = tuple[int, float, int, int, PatchPiece | None]
@@ -185,8 +187,9 @@ def join_pieces(
 ) -> list[PatchPiece]:
     """Fewer pieces: those are joined whose common hull stays out of the hollow and adds at most ``added_share`` of the
     smaller one's volume. Where more than ``enough`` are left the join goes on with hulls that stand a little in the
-    hollow, and where more than ``most`` are, with any; always first with what adds least."""
-    rule = _Rule(hollow, thickness, (1, min(enough, most), min(enough, most), most), added_share)
+    hollow, and where more than ``most`` are, with any that stay out of it, as wires become a wall, and with all others
+    last; always first with what adds least."""
+    rule = _Rule(hollow, thickness, (1, min(enough, most), min(enough, most), most, most), added_share)
     slack = 0.0 if hollow is None else hollow.cell_m
     known = list(pieces)
     alive = list(range(len(known)))
@@ -229,7 +232,7 @@ def _unmade_joins(known: Sequence[PatchPiece], pairs: Collection[tuple[int, int]
         least = least_added(known[a], known[b], rule.thickness)
         little = least <= rule.added_share * min(known[a].volume, known[b].volume)
         if little or rule.any_join:
-            offers.append((0 if little else len(rule.limits) - 1, least, a, b, None))
+            offers.append((0 if little else ADDS_MUCH, least, a, b, None))
     return sorted(offers)
 
 
@@ -260,16 +263,19 @@ def _ranked(
     known: Sequence[PatchPiece], joined: Sequence[tuple[int, int, PatchPiece]], rule: _Rule
 ) -> list[_JoinCandidate]:
     """The joins with their ranks, without those that no rule would ever make. Rank 0 stays out of the hollow and adds
-    little, 1 and 2 stand a little in it, 3 is all else."""
+    little, and 1 and 2 stand a little in it."""
     added = [both.volume - known[a].volume - known[b].volume for a, b, both in joined]
     smaller = [min(known[a].volume, known[b].volume) for a, b, _ in joined]
     little = [more <= rule.added_share * least for more, least in zip(added, smaller, strict=True)]
-    hulls = [(both.points, both.triangles) for (_, _, both), small in zip(joined, little, strict=True) if small]
+    looked = [small or rule.any_join for small in little]
+    hulls = [(both.points, both.triangles) for (_, _, both), look in zip(joined, looked, strict=True) if look]
     depths = iter([0.0] * len(hulls) if rule.hollow is None else rule.hollow.deepest_each(hulls))
     offers: list[_JoinCandidate] = []
-    for (a, b, both), more, small in zip(joined, added, little, strict=True):
-        depth = next(depths) if small else np.inf
-        rank = sum(depth > bound for bound in (ALLOWED_DEPTH, *LOOSE_DEPTHS))
+    for (a, b, both), more, small, look in zip(joined, added, little, looked, strict=True):
+        depth = next(depths) if look else np.inf
+        rank = sum(depth > bound for bound in (ALLOWED_DEPTH, *LOOSE_DEPTHS)) if small else LAST
+        if rank == LAST and depth <= ALLOWED_DEPTH:
+            rank = ADDS_MUCH
         if rule.limits[rank] < NO_LIMIT:
             offers.append((rank, more, a, b, both))
     return offers

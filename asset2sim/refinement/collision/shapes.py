@@ -28,7 +28,7 @@ from schemas.finding import Finding
 from schemas.settings import CollisionSettings
 from schemas.vocabulary import CollisionMode, Severity, Stage
 
-FORMAT = "3"
+FORMAT = "4"
 """Part of every cache key: raise it when the same input gives other pieces."""
 
 
