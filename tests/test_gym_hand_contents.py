@@ -1,15 +1,17 @@
 """The check ``contents``: what lies in a drawer or a box stays there, and what must not be taken for that, planted."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from pydantic import TypeAdapter
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.gym.hand.content_world import ContentWorld, orders_of_use
 from asset2sim.gym.hand.contents import Kept, content_records
 from schemas.asset import AssetRecord, AssetRef
 from schemas.hand_settings import ContentSettings, HandSettings
+from schemas.overlay import JointPhysics
 from schemas.settings import Settings
 from tasks.by_hand import contents_columns, measure_contents, overlay_of
 from tasks.progress import AssetJob
@@ -90,6 +92,93 @@ def test_the_way_of_a_door_that_slides_is_no_room(tmp_path: Path) -> None:
     (inside,) = found
     # Behind the left door's way: 25 x 34.5 x 25 cm, to a cell, for the middles of balls of 2 cm.
     assert inside.reason == "" and inside.room_m3 == pytest.approx(0.25 * 0.345 * 0.25, rel=0.1), inside
+
+
+def things(folder: Path, body: Solid, parts: dict[str, tuple[Solid, str, str, str, float]]) -> Path:
+    """A body with parts, each with the kind, place, axis and range of its joint of the same name, which holds."""
+    links = [body.link("body"), *(part.link(name) for name, (part, *_) in parts.items())]
+    moved = [
+        joint(f"{name}_joint", kind, "body", name, xyz=place, axis=axis, limit=f"0 {upper}")
+        for name, (_, kind, place, axis, upper) in parts.items()
+    ]
+    owned = [
+        make_joint(f"{name}_joint", kind).model_copy(
+            update={"upper": upper, "open": upper, "friction": 0.5, "damping": 0.2, "holds": True,
+                    "effective_inertia": 0.05}
+        )
+        for name, (_, kind, _, _, upper) in parts.items()
+    ]  # fmt: skip
+    masses = {"body": body.mass} | {name: part.mass for name, (part, *_) in parts.items()}
+    return refined(folder, robot(*links, *moved), owned, masses)
+
+
+def test_a_door_before_a_drawer_is_opened_first_and_all_the_way(tmp_path: Path) -> None:
+    """A rack low in a machine whose door turns down to the level at which the rack comes out, and no further."""
+    shell = shape("0.5 0.5 0.01", xyz="0 0 0.005") + shape("0.5 0.5 0.01", xyz="0 0 0.395")
+    shell += "".join(shape("0.5 0.01 0.4", xyz=f"0 {y} 0.2") for y in (-0.245, 0.245))
+    parts = {
+        "door": (
+            Solid(shape("0.02 0.48 0.36", xyz="0.01 0 0.18"), 2.0, 0.3),
+            "revolute",
+            "0.252 0 0.022",
+            "0 1 0",
+            1.5,
+        ),
+        "rack": (
+            Solid(tray() + shape("0.005 0.24 0.2", xyz="0.15 0 0.1"), 0.8, 0.2),
+            "prismatic",
+            "0.05 0 0.055",
+            "1 0 0",
+            0.3,
+        ),
+    }
+    found = {item.link: item for item in kept(things(tmp_path / "washer", Solid(shell, 20.0, 0.4), parts))}
+    assert found["rack"].joints == ("door_joint", "rack_joint")
+    assert (found["rack"].reason, found["rack"].shut) == ("", False)
+
+
+def test_the_way_of_a_drawer_is_no_room(tmp_path: Path) -> None:
+    """A drawer that stands back in a cupboard: what is put down before it would be pushed out with it."""
+    shell = shape("0.6 0.3 0.01", xyz="0.1 0 0.005") + shape("0.6 0.3 0.01", xyz="0.1 0 0.495")
+    shell += "".join(shape("0.6 0.01 0.5", xyz=f"0.1 {y} 0.25") for y in (-0.145, 0.145))
+    shell += shape("0.01 0.3 0.5", xyz="-0.195 0 0.25") + shape("0.34 0.28 0.01", xyz="-0.03 0 0.2")
+    parts = {
+        "door": (
+            Solid(shape("0.01 0.29 0.49", xyz="0 0.145 0"), 2.0, 0.3),
+            "revolute",
+            "0.41 -0.145 0.25",
+            "0 0 -1",
+            1.9,
+        ),
+        "drawer": (Solid(tray(), 0.8, 0.2), "prismatic", "-0.02 0 0.02", "1 0 0", 0.28),
+    }
+    found = kept(things(tmp_path / "fridge", Solid(shell, 20.0, 0.4), parts))
+    assert {item.link: item.reason for item in found} == {"body": "", "drawer": ""}
+
+
+class Flaps:
+    """A flap over another, which pushes it open and does not shut below it."""
+
+    hand = HandSettings()
+
+    def __init__(self) -> None:
+        self.at, self.led = {"under": 0.0, "over": 0.0}, dict[str, float]()
+
+    def position(self, joint: str) -> float:
+        return self.at[joint]
+
+    def lead(self, joint: JointPhysics, target: float) -> None:
+        self.led[joint.name] = target
+        if joint.name == "under" and target > self.at["under"]:
+            self.at["over"] = target
+        if joint.name == "over" or target > 0.0 or self.at["over"] > 0.0:
+            self.at[joint.name] = target
+
+
+def test_flaps_are_shut_in_the_order_in_which_they_lie() -> None:
+    under, over = (make_joint(name, "revolute") for name in ("under", "over"))
+    opened, closed, stuck = orders_of_use(cast(ContentWorld, Flaps()), [under, over])
+    assert (opened, closed, stuck) == ([under, over], [under, over], "")
 
 
 def test_what_is_put_down_on_a_floor_that_leans_lies_there_and_rolls_to_its_edge(tmp_path: Path) -> None:

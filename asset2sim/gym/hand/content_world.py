@@ -3,12 +3,13 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from asset2sim.gym.hand.used import hand_force
+from asset2sim.gym.hand.used import hand_force, no_task
 from asset2sim.gym.world import CONTACT_TIME_S, ObjectWorld, body_pose, compiled_object, object_spec
 from asset2sim.physics.arrays import Array
 from schemas.hand_settings import ContentSettings, HandSettings
@@ -61,6 +62,12 @@ class ContentWorld(ObjectWorld):
     def put(self, body: str, at: Array) -> None:
         """Put a body somewhere, upright."""
         self.data.joint(CONTENT + body).qpos[:] = (*at, 1.0, 0.0, 0.0, 0.0)
+
+    @cached_property
+    def operated(self) -> dict[str, JointPhysics]:
+        """The joints with limits that a hand operates, by name."""
+        limited = [joint for joint in self.overlay.joints if joint.lower is not None and joint.upper is not None]
+        return {joint.name: joint for joint in limited if not no_task(joint)}
 
     def steps(self, seconds: float) -> int:
         """Steps of a time, s."""
@@ -143,39 +150,61 @@ def joints_to_root(world: ContentWorld, link: str) -> list[str]:
     return found
 
 
-def lead_joints(world: ContentWorld, joints: Sequence[JointPhysics], to: Mapping[str, float]) -> tuple[list[str], str]:
-    """Lead the joints to positions (rad or m) one after another, what others cover after these: in the order in which
-    they got there, and the name of one that did not, or empty."""
-    done, left = list[str](), list(joints)
+def lead_joints(
+    world: ContentWorld, joints: Sequence[JointPhysics], to: Mapping[str, float], within: float
+) -> tuple[list[JointPhysics], list[JointPhysics]]:
+    """Lead the joints to positions (rad or m), to ``within`` this share of their range, one after another, what others
+    cover after these: in the order in which they got there, and those that did not."""
+    done, left = list[JointPhysics](), list(joints)
     while left:
         for joint in left:
             world.lead(joint, to[joint.name])
-            off = abs(world.position(joint.name) - to[joint.name]) / abs(joint.open - joint.closed)
-            if off <= world.hand.closed_share:
+            if abs(world.position(joint.name) - to[joint.name]) <= within * abs(joint.open - joint.closed):
                 break
             world.led.pop(joint.name)
         else:
-            return done, left[0].name
-        done.append(joint.name)
+            break
+        done.append(joint)
         left.remove(joint)
-    return done, ""
+    return done, left
 
 
-def open_and_close(world: ContentWorld, joints: Sequence[JointPhysics], left: Callable[[str], str]) -> tuple[str, str]:
-    """The joints opened, and closed in reverse to where they were: what ``left`` says on the way, and the name of one
-    that did not get there; empty where all is well."""
+def open_joints(world: ContentWorld, joints: Sequence[JointPhysics]) -> tuple[list[JointPhysics], list[JointPhysics]]:
+    """The joints led as far open as they go: in the order in which they got there, and those that did not."""
+    within = 1.0 - world.hand.opened_share + world.hand.closed_share
+    return lead_joints(world, joints, {joint.name: joint.open for joint in joints}, within)
+
+
+def orders_of_use(
+    world: ContentWorld, joints: Sequence[JointPhysics]
+) -> tuple[list[JointPhysics], list[JointPhysics], str]:
+    """The orders in which a hand opens these joints of the empty object and closes them again, as it is now, and the
+    name of one that does not go."""
+    shut = {joint.name: world.position(joint.name) for joint in joints}
+    opened, left = open_joints(world, joints)
+    closing = opened[::-1]
+    for _ in () if left else opened:
+        closed, left = lead_joints(world, closing, shut, world.hand.closed_share)
+        if not left:
+            return opened, closed, ""
+        open_joints(world, [*left, *closed])  # a flap that lies on others was shut first
+        closing = [*left, *closed]
+    return opened, closing, left[0].name if left else ""
+
+
+def open_and_close(
+    world: ContentWorld, joints: Sequence[JointPhysics], back: Sequence[JointPhysics], left: Callable[[str], str]
+) -> tuple[str, str]:
+    """The joints opened, and closed in the order ``back``, or where that is none in reverse, to where they were: what
+    ``left`` says on the way, and the name of one that did not get there; empty where all is well."""
     world.run(world.settings.wait_s)
     reason = left("at rest")
     if reason:
         return reason, ""
-    share = world.hand.opened_share
     shut = {joint.name: world.position(joint.name) for joint in joints}
-    opened, stuck = lead_joints(
-        world, joints, {one.name: one.closed + share * (one.open - one.closed) for one in joints}
-    )
+    opened, stuck = open_joints(world, joints)
     reason = left("on opening")
-    if stuck or reason:
-        return reason, stuck
-    known = {joint.name: joint for joint in joints}
-    _, stuck = lead_joints(world, [known[name] for name in reversed(opened)], shut)
-    return left("on closing"), stuck
+    if not (stuck or reason):
+        _, stuck = lead_joints(world, back or opened[::-1], shut, world.hand.closed_share)
+        reason = left("on closing")
+    return reason, stuck[0].name if stuck else ""

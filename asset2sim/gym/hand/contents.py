@@ -5,29 +5,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import mujoco
 import numpy as np
+import trimesh
 from scipy import ndimage
-from scipy.spatial import ConvexHull, KDTree, QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.interior import FLOOR_CELLS, Interior, interiors
 from asset2sim.assets.surfaces.scene import load_scene
 from asset2sim.gym.hand.content_world import (
     BODIES,
-    CONTENT,
-    HALF_HIGH,
-    PARKED_M,
     ContentWorld,
     joints_to_root,
     open_and_close,
     open_contents,
+    orders_of_use,
 )
-from asset2sim.gym.hand.surfaces import triangles_of
-from asset2sim.gym.hand.used import no_task
+from asset2sim.gym.hand.laid import Laid, is_free
+from asset2sim.gym.hand.surfaces import shapes_of, triangles_of
 from asset2sim.gym.world import body_pose, body_subtree
 from asset2sim.load import Joint
-from asset2sim.physics.arrays import Array
+from asset2sim.physics.arrays import Array, box_of
 from schemas.errors import AssetError
 from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.overlay import JointPhysics, PhysicsOverlay
@@ -36,12 +34,6 @@ APART, SMALLER = 2.1, 0.8
 """Least distance between two bodies, over their radius, and the factor by which they are made smaller to fit."""
 LOOKED_AT, SEEN_FROM = 64, 24
 """Places at which it is looked whether a body may lie there, and from which it is looked what is around."""
-SUNK = 0.3
-"""How far a body may lie below the floor that is seen, over its radius."""
-LEANS = 0.7
-"""Least upright part of a contact's normal, of a floor on which something lies: it leans by at most 45°."""
-OPENED = (0.25, 0.5, 0.75, 1.0)
-"""Shares of its way at which it is looked what a door that slides passes over."""
 MOST_POINTS = 1500
 """Places of an interior at which it is looked whether a collision shape is there."""
 
@@ -99,20 +91,21 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
         here = interiors(own, others, radius, None if link in slid else np.vstack([nothing, *drawers]))
         if not here and link in slid:
             here = interiors(own, others, radius, walls_of_all=True)
-        if here and link in slid:
-            drawers.append(own)
-        elif link in slid:  # a door that slides is opened for what lies behind it, and nothing lies in its way
-            swept += swept_faces(world, own, movers[link])
+        if link in slid:  # it is opened for what lies beside or behind it, and nothing lies in its way
+            swept += swept_faces(world, own, movers[link], radius)
+            drawers += [own] if here else []
         found += [(link, replace(inside, points=inside.points + shift)) for inside in here]
     return found
 
 
-def swept_faces(world: ContentWorld, faces: Array, joints: Sequence[Joint]) -> list[Array]:
-    """The (k, 3, 3) faces of a link at places along the ways on which these joints slide it open."""
-    found = []
+def swept_faces(world: ContentWorld, faces: Array, joints: Sequence[Joint], step_m: float) -> list[Array]:
+    """The (k, 3, 3) faces of a link's box at places a step apart along the ways on which these joints slide it open:
+    what it passes over there."""
+    found, box = [], np.asarray(trimesh.creation.box(bounds=box_of(faces.reshape(-1, 3))).triangles)
     for joint in joints:
-        axis = world.data.xaxis[int(world.model.joint(world.prefix + joint.name).id)]
-        found += [faces + share * (joint.open - joint.closed) * axis for share in OPENED]
+        way = (joint.open - joint.closed) * world.data.xaxis[int(world.model.joint(world.prefix + joint.name).id)]
+        count = max(1, math.ceil(float(np.linalg.norm(way)) / step_m))
+        found += [box + way * step / count for step in range(1, count + 1)]
     return found
 
 
@@ -171,114 +164,62 @@ def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[st
     if places is None or kept.free < world.settings.free_share:
         said = "leave no place for three bodies" if places is None else "fill it"
         return [replace(kept, reason=f"collision shapes {said}: {kept.free:.0%} of its room is free of them")]
-    for name, at in zip(BODIES, places, strict=True):
-        put_down(world, name, at, radius)
-    mujoco.mj_forward(world.model, world.data)
-    turned, origin = world.data.xmat[body].reshape(3, 3), world.data.xpos[body]
-    low = inside.height_m <= inside.radius_m + (FLOOR_CELLS + 1.0) * inside.cell_m
-    room = KDTree((inside.points - origin) @ turned)
-    floor = KDTree((inside.points - inside.height_m[:, None] * [0.0, 0.0, 1.0] - origin)[low] @ turned)
-
-    def left(when: str) -> str:
-        """Why what lay there is not there any more: ``floor`` is what is seen below the interior's ``room``."""
-        for name in BODIES:
-            at = in_link(world, name, body)
-            if not np.isfinite(at).all():
-                return f"it flies away {when}"
-            down = turned.T @ np.array([0.0, 0.0, HALF_HIGH[name] * radius])
-            off, nearest = floor.query(at - down)
-            sunk = float((floor.data[nearest] - at + down) @ down) / float(np.linalg.norm(down))
-            if sunk > SUNK * radius + 2.0 * inside.cell_m and off < 2.0 * sunk:
-                return f"the {name} falls through {when}"
-            if room.query(at)[0] > radius + 2.0 * inside.cell_m:
-                return f"the {name} rolls, falls or is thrown out {when}"
-        return ""
-
-    reason, stuck = open_and_close(world, joints, left)
-    if stuck and not reason:
+    laid = Laid(world, body, inside, places, radius)
+    laid.put_down()
+    reason, stuck = open_and_close(world, joints, (), laid.left)
+    if stuck:
         world.reset(closed, radius)
-        _, empty = open_and_close(world, joints, lambda when: "")
-        said = f"'{empty or stuck}' {'does not open and close when empty either' if empty else 'is jammed by it'}"
-        return [replace(kept, reason=said, shut=bool(empty))]
-    return [replace(kept, reason=reason)]
-
-
-def in_link(world: ContentWorld, name: str, body: int) -> Array:
-    """(3,) middle of a body in the frame of a link's."""
-    off: Array = (world.data.body(CONTENT + name).xpos - world.data.xpos[body]) @ world.data.xmat[body].reshape(3, 3)
-    return off
+        joints, back, blocked = orders_of_use(world, joints)
+        if blocked:
+            return [replace(kept, reason=f"'{blocked}' does not open and close when empty either", shut=True)]
+        world.reset(closed, radius)
+        laid.put_down()
+        reason, stuck = open_and_close(world, joints, back, laid.left)
+    return [replace(kept, reason=reason or (f"'{stuck}' is jammed by it" if stuck else ""))]
 
 
 def enclosing_joints(world: ContentWorld, body: int, places: Array) -> list[JointPhysics]:
     """The joints that a hand operates to get into an interior of this body: those of the parts that are above, below
-    and beside these places in it, hinges first, and its own."""
-    model, known = world.model, {joint.name: joint for joint in world.overlay.joints if not no_task(joint)}
+    and beside these places in it, and on the way on which it slides open, hinges first, and its own."""
+    model, known = world.model, world.operated
     own = joints_to_root(world, model.body(body).name.removeprefix(world.prefix))
+    slides = [known[name] for name in own if name in known and known[name].type == "prismatic"]
+    looks = [(way, math.inf, -1) for way in np.vstack([np.eye(3), -np.eye(3)])]
+    for joint in slides:
+        axis, length = world.data.xaxis[world.joint(joint.name)], joint.open - joint.closed
+        way = math.copysign(1.0, length) * axis
+        looks.append((way, front_m(world, body, way) + abs(length), body))
     met = list[str]()
     for at in places[np.linspace(0, len(places) - 1, SEEN_FROM).astype(int)]:
-        for way in np.vstack([np.eye(3), -np.eye(3)]):
-            distance, geom = world.first_met(at, way)
-            if distance < math.inf and world.object_geoms[geom]:
+        for way, until, but in looks:
+            distance, geom = world.first_met(at, way, but)
+            if distance < until - float(at @ way) and world.object_geoms[geom]:
                 name = model.body(int(model.geom_bodyid[geom])).name
                 met += joints_to_root(world, name.removeprefix(world.prefix))
     found = [known[name] for name in dict.fromkeys((*met, *own)) if name in known]
-    found = [joint for joint in found if joint.lower is not None and joint.upper is not None]
-    if any(known[name].type == "prismatic" for name in own if name in known):  # the drawer beside it stays shut
+    if slides:  # the drawer beside it stays shut
         found = [joint for joint in found if joint.name in own or joint.type != "prismatic"]
     return sorted(found, key=lambda joint: joint.type == "prismatic")
 
 
-def on_floor(world: ContentWorld, name: str, at: Array, radius: float) -> Array:
-    """Where a body rests that is put down at a place that is clear of all faces: on the collision shape that is below
-    it or, by at most its radius, above; there where none is."""
-    source = at + np.array([0.0, 0.0, radius])
-    gap, _ = world.first_met(source, np.array([0.0, 0.0, -1.0]))
-    if gap > 3.0 * radius:
-        return at
-    found: Array = source + np.array([0.0, 0.0, HALF_HIGH[name] * radius + world.settings.gap_m - gap])
-    return found
-
-
-def put_down(world: ContentWorld, name: str, at: Array, radius: float) -> float:
-    """Put a body down at a place, so high that it touches a floor that leans below it and is not in it: how deep it is
-    in what it meets there, m."""
-    model, data = world.model, world.data
-    geom, place = int(model.geom(CONTENT + name).id), on_floor(world, name, at, radius)
-    for raised in (True, False):
-        world.put(name, place)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        met = (data.contact.geom[: data.ncon] == geom).any(axis=1)
-        depth = -data.contact.dist[: data.ncon][met]
-        upward = np.abs(data.contact.frame[: data.ncon][met, 2])
-        if raised:
-            low = (upward > LEANS) & (depth < radius / 2.0)  # more is no floor that leans, but a body that fills it
-            place = place + np.array([0.0, 0.0, float((depth[low] / upward[low]).max(initial=0.0))])
-    return float(depth.max(initial=0.0))
-
-
-def is_free(world: ContentWorld, at: Array, radius: float) -> bool:
-    """Whether the ball that is put down there is no deeper in a collision shape than is allowed. It is away again
-    afterwards."""
-    ball = next(iter(BODIES))
-    free = put_down(world, ball, at, radius) <= world.settings.deep_share * radius
-    world.put(ball, np.array([PARKED_M, 0.0, radius]))
-    mujoco.mj_kinematics(world.model, world.data)
-    return free
+def front_m(world: ContentWorld, body: int, way: Array) -> float:
+    """How far along a way, (3,) unit, a body's collision shapes reach, m, world."""
+    model, data, front = world.model, world.data, -math.inf
+    for geom in shapes_of(model, frozenset({body})):
+        corners = triangles_of(model, geom).reshape(-1, 3) @ data.geom_xmat[geom].reshape(3, 3).T
+        front = max(front, float(((corners + data.geom_xpos[geom]) @ way).max()))
+    return front
 
 
 def free_share(world: ContentWorld, points: Array) -> float:
     """Share of these places, world, that lie in no collision shape of the object."""
     points = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
     taken = np.zeros(len(points), dtype=bool)
-    model, bodies = world.model, body_subtree(world.model, world.root)
-    for geom in range(model.ngeom):
-        if int(model.geom_bodyid[geom]) in bodies and model.geom_contype[geom]:
-            turn = world.data.geom_xmat[geom].reshape(3, 3)
-            try:
-                planes = ConvexHull(triangles_of(model, geom).reshape(-1, 3)).equations
-            except QhullError:  # flat
-                continue
-            near = (points - world.data.geom_xpos[geom]) @ turn
-            taken |= (near @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1)
+    for geom in shapes_of(world.model, body_subtree(world.model, world.root)):
+        try:
+            planes = ConvexHull(triangles_of(world.model, geom).reshape(-1, 3)).equations
+        except QhullError:  # flat
+            continue
+        near = (points - world.data.geom_xpos[geom]) @ world.data.geom_xmat[geom].reshape(3, 3)
+        taken |= (near @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1)
     return float(1.0 - taken.mean())
