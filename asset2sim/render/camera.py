@@ -64,11 +64,13 @@ class Camera:
             for axis, count in enumerate((self.width, self.height))
         )
         start, along = -self._inverse @ self.matrix[:, 3], self._inverse[:, 2]
+        row = pixel // self.width
+        column = pixel - row * self.width
         if self.flat:
-            plane = columns[pixel % self.width] + rows[pixel // self.width] + start
+            plane = columns[column] + rows[row] + start
             return plane, np.broadcast_to(along.astype(np.float32), plane.shape)
-        found = columns.astype(np.float32).take(pixel % self.width, axis=0)
-        found += (rows + along).astype(np.float32).take(pixel // self.width, axis=0)
+        found = columns.astype(np.float32).take(column, axis=0)
+        found += (rows + along).astype(np.float32).take(row, axis=0)
         return start, found
 
     def behind(self, points: Floats, normals: Floats) -> Bools:

@@ -57,16 +57,17 @@ def over_background(
     """The camera's picture over the background, averaged down to ``width`` by ``height`` pixels; over empty background
     glass keeps its colour. ``outlines``: (h, w), 0 to 1, how strongly each pixel is drawn as an edge: darker, and
     lighter where it is dark itself."""
-    shape = (camera.height, camera.width, 1)
-    rows = np.linspace(0.0, 1.0, camera.height, dtype=np.float32)[:, None, None]
+    rows = np.linspace(0.0, 1.0, camera.height, dtype=np.float32)[:, None]
     top, bottom = np.array(BACKGROUND_TOP, dtype=np.float32), np.array(BACKGROUND_BOTTOM, dtype=np.float32)
-    opacity = sight.opacity.reshape(shape)
-    own = sight.color.reshape(camera.height, camera.width, 3) / np.maximum(opacity, np.float32(1e-6))
-    color = np.where(opacity > 0.0, own, top + rows * (bottom - top))
+    color = np.repeat(top + rows * (bottom - top), camera.width, axis=0)
+    drawn = np.flatnonzero(sight.opacity)
+    color[drawn] = sight.color[drawn] / np.maximum(sight.opacity[drawn, None], np.float32(1e-6))
+    color = color.reshape(camera.height, camera.width, 3)
     if outlines is not None:
         dark = (color.mean(axis=2) < DARK)[..., None]
         color = color + outlines[..., None] * np.where(dark, LIGHTER, -DARKER * color)
-    image = Image.fromarray(np.clip(color + 0.5, 0.0, 255.0).astype(np.uint8), "RGB")
+    color += np.float32(0.5)
+    image = Image.fromarray(np.clip(color, 0.0, 255.0, out=color).astype(np.uint8), "RGB")
     if image.size != (width, height):
         image = image.resize((width, height), Image.Resampling.BOX)
     return image

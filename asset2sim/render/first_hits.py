@@ -49,7 +49,7 @@ class Triangles:
 
     def first_hits(self, camera: Camera, pixel: Ints, beyond: Singles) -> Hits:
         """Of each of these (n,) pixels of a camera, the number of the triangle that is met first ``beyond`` a depth, -1
-        for none, the (3,) weights of its corners there, and the depth."""
+        for none, the (3, n) weights of its corners there, and the depth."""
         if self.scene is None:
             return rasterized(self.corners, camera, pixel, beyond)
         origins, directions = camera.rays(pixel)
@@ -59,7 +59,7 @@ class Triangles:
         if beyond.any():
             starts += beyond[:, None] * directions
         found = self.scene.run(starts, directions, output=1)
-        weights = np.stack([1.0 - found["u"] - found["v"], found["u"], found["v"]], axis=1)
+        weights = np.stack([1.0 - found["u"] - found["v"], found["u"], found["v"]])
         return found["primID"], weights, found["tfar"] + beyond
 
 
@@ -100,4 +100,4 @@ def rasterized(corners: Floats, camera: Camera, pixel: Ints, beyond: Singles) ->
         won = np.flatnonzero(far == buffer[at])[::-1]  # of equals the first stays
         number[at[won]], weights[at[won]] = face[won], share[won]
         first = last
-    return number, weights, buffer.astype(np.float32)
+    return number, weights.T, buffer.astype(np.float32)

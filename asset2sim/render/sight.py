@@ -97,14 +97,15 @@ def fragments_of(faces: Faces, links: tuple[int, ...], motion: Floats, camera: C
         pixel, beyond = around, np.zeros(len(around), np.float32)
         for _ in range(LAYERS if len(numbers) else 0):
             number, weights, depth = triangles.first_hits(view, pixel, beyond)
-            met = number >= 0
+            met = np.flatnonzero(number >= 0)
             pixel, depth, number = pixel[met], depth[met], number[met]
             face = numbers[number]
-            color, normal = faces.looks(face, weights[met])
+            color, normal = faces.looks(face, weights[:, met])
             light = np.maximum((normal @ lamp) * side[number], np.float32(0.0))
             color[:, :3] *= (np.float32(255.0) * (AMBIENT + np.float32(DIFFUSE) * light))[:, None]
             drawn, through = color[:, 3] >= INVISIBLE, color[:, 3] < OPAQUE
-            parts.append(Fragments(pixel, depth, face, color).pick(drawn))
+            part = Fragments(pixel, depth, face, color)
+            parts.append(part if drawn.all() else part.pick(drawn))
             pixel, beyond = pixel[through], depth[through] + step
             if not len(pixel):
                 break
