@@ -154,3 +154,11 @@ def test_a_clock_with_a_pendulum_hangs_and_is_no_alarm_clock() -> None:
     assert identify(ObjectInfo.from_json(without), ())[0] == "AlarmClock"
     assert identify(ObjectInfo.from_json(with_it), ())[0] == "Clock"
     assert known.ask(with_it, "")["support"]["mount"] == "wall"
+
+
+def test_a_laptops_lid_is_its_screen() -> None:
+    lid, screen = (tables.mechanism(part, "Laptop", "hinge") for part in ("lid", "screen"))
+    assert (lid.kind, lid.usual_rad) == (screen.kind, screen.usual_rad)
+    assert tables.part_effort("lid", "Laptop", "hinge").anywhere, "it stays at any angle"
+    assert tables.part_material("Laptop", "lid") == tables.part_material("Laptop", "screen")
+    assert [item.mass_kg for item in tables.part_contents("Laptop", "lid")] == [0.22]
