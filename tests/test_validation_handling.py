@@ -10,7 +10,7 @@ import pytest
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.dynamics import joint_terms
 from asset2sim.physics.kinematics import TreeJoint
-from asset2sim.physics.mass_matrix import Body, Pull
+from asset2sim.physics.mass_matrix import Body, PosedObject, Pull
 from asset2sim.physics.terms import JointLoad, JointTerms
 from asset2sim.validation.handling import Handling, as_asked, bounded_press, felt_press, handlings
 from schemas.finding import Notes
@@ -36,7 +36,8 @@ def handled(points: Array, joint: TreeJoint, mass: float = 2.0, proposal: JointP
     features = base.model_copy(update={"root": "box", "links": links, "joints": (own,)})
     bodies = {"box": Body(mass, np.array([0.0, 0.0, 0.2]), np.eye(3)), "part": Body(0.0, np.zeros(3), np.eye(3))}
     clouds: Mapping[str, Array] = {"box": BOX, "part": points}
-    return handlings(features, clouds, (joint,), bodies, {"part": 0.0}, {"part": proposal}, 0.5, SETTINGS)["part"]
+    item = PosedObject((joint,), "box", bodies, clouds, {"part": 0.0})
+    return handlings(features, item, {"part": proposal}, 0.5, SETTINGS)["part"]
 
 
 PEDAL = tree_joint("part", "revolute", "box", "part", axis=(0.0, 1.0, 0.0))
@@ -118,21 +119,20 @@ def test_a_wheel_rolls_by_what_it_bears_and_not_by_its_own_weight() -> None:
     features = base.model_copy(update={"root": "box", "links": links, "joints": (own,)})
     clouds = {"box": body, "part": np.vstack(rims) - [0.2, 0.0, 0.0]}
     free = {"part": JointProposal(name="part", holds=False)}
-    made = handlings(features, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
+    item = PosedObject((axle,), "box", bodies, clouds, {"part": 0.0})
+    made = handlings(features, item, free, 0.5, SETTINGS)["part"]
     # Feet at x = -0.205 and the wheel at 0.2 share 2 kg almost evenly.
     assert made.range.kind == "wheel"
     assert made.range.least_n == pytest.approx(0.02 * 2.0 * G * 0.205 / 0.405, rel=1e-6)
     assert made.least_effort == pytest.approx(1.25 * 0.1 * made.range.least_n)
-    held = handlings(
-        features, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS, carried=SupportKind.HANDHELD
-    )["part"]
+    held = handlings(features, item, free, 0.5, SETTINGS, carried=SupportKind.HANDHELD)["part"]
     assert held.range.least_n == 0.0, "in a hand it bears nothing"
     limited = own.model_copy(update={"type": "revolute", "lower": 0.0, "upper": 1.0})
     door = features.model_copy(update={"joints": (limited,)})
-    hung = handlings(door, clouds, (axle,), bodies, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
+    hung = handlings(door, item, free, 0.5, SETTINGS)["part"]
     assert hung.range.least_n == 0.0, "what touches the floor, and does not roll, is not borne by it"
     heavy = bodies | {"box": Body(2000.0, np.array([0.0, 0.0, 0.2]), np.eye(3))}
-    car = handlings(features, clouds, (axle,), heavy, {"part": 0.0}, free, 0.5, SETTINGS)["part"]
+    car = handlings(features, replace(item, bodies=heavy), free, 0.5, SETTINGS)["part"]
     assert car.range.least_n == pytest.approx(1000.0 * made.range.least_n)
     assert car.least_effort == pytest.approx(car.most_upward), "no hand turns the wheel of a car that stands on it"
 

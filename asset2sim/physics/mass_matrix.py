@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, rigid_links
+from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links
 
 GRAVITY_M_S2 = 9.81
 """Along -z of the root frame, and of every engine's world."""
@@ -140,3 +140,46 @@ def cross_matrix(vector: Array) -> Array:
     """(3, 3) matrix of v ×."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+@dataclass(frozen=True)
+class PosedObject:
+    """An object with joints at ``positions`` (rad or m): its joint tree, the bodies of its links, and each link's
+    (n, 3) points in its own frame, m."""
+
+    tree: Sequence[TreeJoint]
+    root: str
+    bodies: Mapping[str, Body]
+    points: Mapping[str, Array]
+    positions: Mapping[str, float]
+
+    @cached_property
+    def poses(self) -> dict[str, Array]:
+        """Link → (4, 4) link-to-root transform."""
+        return link_to_root(self.tree, self.root, self.positions)
+
+    @cached_property
+    def clouds(self) -> dict[str, Array]:
+        """Link → its points in the root's frame, m, of links that have any."""
+        return {name: apply(self.poses[name], cloud) for name, cloud in self.points.items() if len(cloud)}
+
+    @property
+    def cloud(self) -> Array:
+        """(n, 3) points of all links in the root's frame, m; the origin where there are none."""
+        return np.vstack(list(self.clouds.values())) if self.clouds else np.zeros((1, 3))
+
+    @property
+    def mass(self) -> float:
+        """Mass of the object, kg."""
+        return sum(body.mass for body in self.bodies.values())
+
+    @property
+    def center(self) -> Array:
+        """(3,) centre of mass in the root's frame, m."""
+        poses = self.poses
+        moment = sum(item.mass * (poses[n][:3, :3] @ item.com + poses[n][:3, 3]) for n, item in self.bodies.items())
+        return np.asarray(moment / self.mass)
+
+    def at(self, positions: Mapping[str, float]) -> "PosedObject":
+        """The same object with joints at other positions."""
+        return replace(self, positions=positions)

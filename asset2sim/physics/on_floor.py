@@ -1,14 +1,13 @@
 """Parts of a standing object at its floor: those that drag over it, and where it ends the motion of others."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links
-from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.kinematics import apply, rigid_links
+from asset2sim.physics.mass_matrix import PosedObject
 from asset2sim.physics.support_polygon import STANDING_M, standing_on
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -21,35 +20,17 @@ PLACES = 9
 """Positions over a joint's range at which its part must be on the floor, most of them, for it to drag over it."""
 
 
-@dataclass(frozen=True)
-class StandingParts:
-    """An object as it stands upright: its joint tree, the bodies of its links, and each link's (n, 3) collision points
-    in its own frame, m, with joints at ``positions`` (rad or m)."""
-
-    tree: Sequence[TreeJoint]
-    root: str
-    bodies: Mapping[str, Body]
-    clouds: Mapping[str, Array]
-    positions: Mapping[str, float]
-
-    @cached_property
-    def poses(self) -> dict[str, Array]:
-        """Link → (4, 4) link-to-root transform."""
-        return link_to_root(self.tree, self.root, self.positions)
+class StandingParts(PosedObject):
+    """An object as it stands upright; its points are those that collide."""
 
     @cached_property
     def lowest(self) -> dict[str, float]:
         """Link → height of its lowest point in the root's frame, m."""
         return {
             link: float((points @ self.poses[link][2, :3]).min() + self.poses[link][2, 3])
-            for link, points in self.clouds.items()
+            for link, points in self.points.items()
             if len(points) and link in self.poses
         }
-
-    @property
-    def mass(self) -> float:
-        """Mass of the object, kg."""
-        return sum(body.mass for body in self.bodies.values())
 
     @property
     def floor(self) -> float:
@@ -64,7 +45,7 @@ class StandingParts:
         """(k,) height over the floor of the lowest point that the joint moves as one, m, at its k ``positions``;
         infinite where that does not collide."""
         hinge = next(item for item in self.tree if item.name == joint)
-        parts = [apply(self.poses[link], self.clouds[link]) for link in self.moved(joint) if link in self.lowest]
+        parts = [apply(self.poses[link], self.points[link]) for link in self.moved(joint) if link in self.lowest]
         if not parts:
             return np.full(len(positions), np.inf)
         points, frame = np.vstack(parts), self.poses[hinge.parent] @ hinge.child_to_parent
@@ -80,7 +61,7 @@ class StandingParts:
     def floor_without(self, links: Collection[str]) -> float | None:
         """Height over the floor of the lowest point of all other links, m; None where the object does not stand on
         these, or hangs more than ``BEARS_M`` over it."""
-        rest = [apply(self.poses[link], self.clouds[link]) for link in self.lowest if link not in links]
+        rest = [apply(self.poses[link], self.points[link]) for link in self.lowest if link not in links]
         mass = self.mass
         if not rest or mass <= 0.0:
             return None

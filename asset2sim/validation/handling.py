@@ -2,7 +2,7 @@
 tips."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,8 +12,8 @@ from asset2sim.guidance.tables import mechanism, part_effort, turns_as_its_kind
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
 from asset2sim.physics.grip import Grip, grip_on, round_about
-from asset2sim.physics.kinematics import TreeJoint, in_chains, link_to_root, moved_links, rigid_links
-from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
+from asset2sim.physics.kinematics import in_chains, moved_links, rigid_links
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, PosedObject
 from asset2sim.physics.support_polygon import DOWNWARD, SupportPolygon, floor_pushes, leaning_on
 from asset2sim.physics.terms import JointLoad, JointTerms
 from schemas.features import Features, JointFeatures
@@ -193,35 +193,29 @@ def carried_label(features: Features, joint: JointFeatures) -> str:
 
 def handlings(
     features: Features,
-    points: Mapping[str, Array],
-    tree: Sequence[TreeJoint],
-    bodies: Mapping[str, Body],
-    positions: Mapping[str, float],
+    item: PosedObject,
     proposals: Mapping[str, JointProposal],
     contact_friction: float,
     settings: PhysicsSettings,
     *,
     carried: SupportKind = SupportKind.FREESTANDING,
 ) -> dict[str, Handling]:
-    """Joint → its handling as the object stands with joints at ``positions``; ``points`` maps links to (n, 3) points in
-    their frame, all at the final scale. Nothing tips over or slides that is fixed, or that a hand holds."""
-    poses = link_to_root(tree, features.root, positions)
-    clouds = {name: cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)}
-    mass = sum(body.mass for body in bodies.values())
-    center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
-    support = leaning_on(np.vstack(list(clouds.values())), np.asarray(center), mass, UP)
+    """Joint → its handling as the object stands, at the final scale. Nothing tips over or slides that is fixed, or that
+    a hand holds."""
+    tree, poses, clouds, mass = item.tree, item.poses, item.clouds, item.mass
+    support = leaning_on(item.cloud, item.center, mass, UP)
     pushes = floor_pushes(clouds, support) if carried is SupportKind.FREESTANDING else {}
     joints = {joint.name: joint for joint in tree}
     chained = in_chains(tree)
     found: dict[str, Handling] = {}
-    for name in positions:
+    for name in item.positions:
         joint, hinge = features.joint(name), joints[name]
         frame = poses[hinge.parent] @ hinge.child_to_parent
         links = rigid_links(tree, name)
         cloud = np.vstack([np.zeros((0, 3)), *(clouds[link] for link in links if link in clouds)])
         axis, origin = frame[:3, :3] @ hinge.axis, frame[:3, 3]
         length = float(np.ptp(cloud, axis=0).max()) if len(cloud) else 0.0
-        weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in links)
+        weight = GRAVITY_M_S2 * sum(item.bodies[link].mass for link in links)
         # What rolls bears the object on its axle; a door or drawer that touches the floor hangs as ever.
         borne = sum(pushes.get(link, 0.0) for link in moved_links(tree, name)) if joint.type == "continuous" else 0.0
         part = MovedPart(length, max(weight, borne))

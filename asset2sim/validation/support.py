@@ -1,6 +1,6 @@
 """Support of an object: forced, else the user's words, the model's answer, what such things are, or the shape."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +12,8 @@ from asset2sim.models.object_facts import object_info
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.convex_hull import hull_volume
 from asset2sim.physics.inertia import tensor_of
-from asset2sim.physics.kinematics import TreeJoint, link_to_root, tree_of
-from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.kinematics import tree_of
+from asset2sim.physics.mass_matrix import Body, PosedObject
 from asset2sim.physics.support_polygon import SupportPolygon, leaning_on
 from asset2sim.validation.hanging import hangs_on_wall, lifts_up, swings_below
 from schemas.features import Features
@@ -60,7 +60,8 @@ def with_support(
     features, scale = extraction.features, overlay.scale
     bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
-    standing = closed_polygon(features, points, tree_of(features.joints, scale), bodies, scale)
+    item = PosedObject(tree_of(features.joints, scale), features.root, bodies, points, {})
+    standing = closed_polygon(features, item, scale)
     hangs, below = wall_evidence(features, points, scale, guidance.category)
     held = held_by_file(extraction, standing[0])
     support = support_of(features, proposal, source, guidance, *standing, held=held, hangs=hangs, below=below)
@@ -103,33 +104,14 @@ def is_lone_part(features: Features) -> bool:
     return on_a_frame(features) and len(features.movable_joints) == 1
 
 
-def closed_polygon(
-    features: Features, points: Mapping[str, Array], tree: Sequence[TreeJoint], bodies: Mapping[str, Body], scale: float
-) -> tuple[SupportPolygon, Array]:
+def closed_polygon(features: Features, item: PosedObject, scale: float) -> tuple[SupportPolygon, Array]:
     """The support polygon with every joint closed, leaning by no more than checks pass where that has it stand on more
-    of its feet, and its (n, 3) points there in the root's frame; ``points`` maps links to points in their frame, all
-    at the final scale."""
+    of its feet, and its (n, 3) points there in the root's frame, all at the final scale."""
     ends = {
         joint.name: (joint.closed or 0.0) * (scale if joint.prismatic else 1.0) for joint in features.movable_joints
     }
-    whole, center, mass = placed_cloud(features, points, tree, bodies, ends)
-    return leaning_on(whole, center, mass, UP), whole
-
-
-def placed_cloud(
-    features: Features,
-    points: Mapping[str, Array],
-    tree: Sequence[TreeJoint],
-    bodies: Mapping[str, Body],
-    positions: Mapping[str, float],
-) -> tuple[Array, Array, float]:
-    """(n, 3) points and (3,) centre of mass in the root's frame, joints at ``positions`` (rad or m), and the mass, kg;
-    ``points`` and ``bodies`` are in their links' frames, all at the final scale."""
-    poses = link_to_root(tree, features.root, positions)
-    clouds = [cloud @ poses[name][:3, :3].T + poses[name][:3, 3] for name, cloud in points.items() if len(cloud)]
-    mass = sum(body.mass for body in bodies.values())
-    center = sum(body.mass * (poses[n][:3, :3] @ body.com + poses[n][:3, 3]) for n, body in bodies.items()) / mass
-    return np.vstack(clouds) if clouds else np.zeros((1, 3)), np.asarray(center), mass
+    closed = item.at(ends)
+    return leaning_on(closed.cloud, closed.center, closed.mass, UP), closed.cloud
 
 
 def support_of(

@@ -3,15 +3,14 @@
 What they take is judged by what they carry.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from asset2sim.guidance.tables import part_effort
-from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links
-from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
+from asset2sim.physics.kinematics import apply, rigid_links
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, PosedObject
 from asset2sim.validation.handling import STANDING_PART_N, Handling, standing_part
 from schemas.overlay import JointPhysics
 
@@ -29,57 +28,44 @@ UNKNOWN_KINDS = frozenset(
 
 
 def with_suspensions(
-    handled: Mapping[str, Handling],
-    springs: Collection[str],
-    tree: Sequence[TreeJoint],
-    root: str,
-    bodies: Mapping[str, Body],
-    points: Mapping[str, Array],
-    positions: Mapping[str, float],
+    handled: Mapping[str, Handling], springs: Collection[str], item: PosedObject
 ) -> dict[str, Handling]:
     """The handling of joints, where those of its suspension carry the object: each its share of the weight, alike.
 
-    An object is carried so where all that touches the ground is beyond joints that have ``springs``. ``points`` maps
-    links to (n, 3) points in their frame; the object stands as its joints have these ``positions``."""
-    poses = link_to_root(tree, root, positions)
-    clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
+    An object is carried so where all that touches the ground is beyond joints that have ``springs``."""
+    clouds = item.clouds
     lowest = {name: float(cloud[:, 2].min()) for name, cloud in clouds.items()}
     floor = min(lowest.values())
     height = max(float(cloud[:, 2].max()) for cloud in clouds.values()) - floor
     feet = {name for name, low in lowest.items() if low <= floor + TOUCHING * height}
+    tree = item.tree
     carrying = {joint.name: {*rigid_links(tree, joint.name)} for joint in tree if joint.name in springs}
     carrying = {name: links for name, links in carrying.items() if links & feet}
     if not carrying or feet - set().union(*carrying.values()):
         return dict(handled)
-    pushed = GRAVITY_M_S2 * sum(body.mass for body in bodies.values()) / len(carrying)
+    pushed = GRAVITY_M_S2 * item.mass / len(carrying)
     found = dict(handled)
     for name in carrying.keys() & handled.keys():
-        load = pushed * lift_of(name, carrying[name] & feet, tree, poses, clouds)
+        load = pushed * lift_of(name, carrying[name] & feet, item)
         found[name] = replace(standing_part(handled[name]), ground_load=load)
     return found
 
 
 def lifted_by_machines(
-    joints: Iterable[JointPhysics],
-    tree: Sequence[TreeJoint],
-    root: str,
-    bodies: Mapping[str, Body],
-    positions: Mapping[str, float],
-    levers: Mapping[str, float],
-    known: bool,
+    joints: Iterable[JointPhysics], item: PosedObject, levers: Mapping[str, float], known: bool
 ) -> tuple[JointPhysics, ...]:
     """The joints, of which no hand is asked to move a part of no known kind that weighs more than its kind takes of a
     hand, as a stage, a lift or a robot's arm does: what drives it bears it, which here is its friction.
 
     A slider weighs along its axis, and a hinge of an object of no ``known`` category wherever it turns, at the edge
     of its part: joint → its lever, m."""
-    poses, found = link_to_root(tree, root, positions), list[JointPhysics]()
-    hinges = {joint.name: joint for joint in tree}
+    poses, bodies, found = item.poses, item.bodies, list[JointPhysics]()
+    hinges = {joint.name: joint for joint in item.tree}
     for joint in joints:
         hinge, asked = hinges[joint.name], joint.effort_range
         if asked is not None and asked.kind in UNKNOWN_KINDS and (joint.type == "prismatic" or not known):
             frame = poses[hinge.parent] @ hinge.child_to_parent
-            axis, moved = frame[:3, :3] @ hinge.axis, [*rigid_links(tree, joint.name)]
+            axis, moved = frame[:3, :3] @ hinge.axis, [*rigid_links(item.tree, joint.name)]
             weight = GRAVITY_M_S2 * sum(bodies[link].mass for link in moved)
             share = abs(float(axis[2]))
             if joint.type != "prismatic":
@@ -93,15 +79,13 @@ def lifted_by_machines(
     return tuple(found)
 
 
-def lift_of(
-    name: str, feet: Collection[str], tree: Sequence[TreeJoint], poses: Mapping[str, Array], clouds: Mapping[str, Array]
-) -> float:
+def lift_of(name: str, feet: Collection[str], item: PosedObject) -> float:
     """How far a joint lifts the middle of its feet per unit of its position, m/m or m/rad: what a push of the ground of
     1 N exerts on it, N or N·m."""
-    joint = next(item for item in tree if item.name == name)
-    frame = poses[joint.parent] @ joint.child_to_parent
+    joint = next(joint for joint in item.tree if joint.name == name)
+    frame = item.poses[joint.parent] @ joint.child_to_parent
     axis = frame[:3, :3] @ joint.axis
     if joint.type == "prismatic":
         return float(axis[2])
-    middle = np.vstack([clouds[foot] for foot in feet]).mean(axis=0)
+    middle = np.vstack([item.clouds[foot] for foot in feet]).mean(axis=0)
     return float(np.cross(axis, middle - frame[:3, 3])[2])

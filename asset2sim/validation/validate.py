@@ -14,8 +14,8 @@ from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
 from asset2sim.guidance.category import row_of
 from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import floats_of, inertia_terms
-from asset2sim.physics.kinematics import TreeJoint, locked_joint, tree_of
-from asset2sim.physics.mass_matrix import Body, Pull, joint_space
+from asset2sim.physics.kinematics import locked_joint, tree_of
+from asset2sim.physics.mass_matrix import Body, PosedObject, Pull, joint_space
 from asset2sim.validation.build import as_thick_as_their_kind
 from asset2sim.validation.disputes import Disputes
 from asset2sim.validation.handling import Handling, handlings, is_pressed
@@ -157,18 +157,15 @@ class Completion:
 
 @dataclass(frozen=True)
 class Completed:
-    """A complete overlay, how people handle each part, and the tree, bodies and positions of which it was made."""
+    """A complete overlay, how people handle each part, and the object at its start of which it was made."""
 
     physics: PhysicsOverlay
     handled: Mapping[str, Handling]
-    root: str
-    tree: tuple[TreeJoint, ...]
-    bodies: Mapping[str, Body]
-    positions: Mapping[str, float]
+    item: PosedObject
 
     def pulls(self) -> dict[str, Pull]:
         """Joint → gravity's pull on it, the others where they start."""
-        space = joint_space(self.tree, self.root, self.bodies, self.positions)
+        space = joint_space(self.item.tree, self.item.root, self.item.bodies, self.item.positions)
         return dict(zip(space.names, space.pulls, strict=True))
 
 
@@ -202,22 +199,20 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked_joint(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}
-    positions = {name: start.position for name, start in starts.items()}
+    item = PosedObject(tree, features.root, bodies, points, {name: start.position for name, start in starts.items()})
     if support is None:
-        standing = closed_polygon(features, points, tree, bodies, scale)
+        standing = closed_polygon(features, item, scale)
         hangs, below = wall_evidence(features, points, scale, given.guidance.category)
         held, said = held_by_file(extraction, standing[0]), given.guidance
         support = support_of(features, overlay, source, said, *standing, held=held, hangs=hangs, below=below)
     if support.fixed:
         starts = hanging_starts(starts, tree, features.root, bodies)
-        positions = {name: start.position for name, start in starts.items()}
-    handled = handlings(
-        known, points, tree, bodies, positions, proposals, given.contact[0], settings, carried=support.kind
-    )
+        item = item.at({name: start.position for name, start in starts.items()})
+    handled = handlings(known, item, proposals, given.contact[0], settings, carried=support.kind)
     if support.kind is SupportKind.FREESTANDING:
         springs = [joint.name for joint in features.joints if joint.stiffness]
-        handled = with_suspensions(handled, springs, tree, features.root, bodies, points, positions)
-        note_tips_when_open(features, points, tree, bodies, starts, handled, given.limits, notes)
+        handled = with_suspensions(handled, springs, item)
+        note_tips_when_open(item, starts, handled, given.limits, notes)
     exact = {name for name in starts if f"initial_joint_positions.{name}" in asked}
     starts = at_their_ends(starts, handled, exact | given.placed.keys())
     sprung = frozenset(name for name in starts if Quantity.SPRINGS in given.opinion.kept(name))
@@ -226,7 +221,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     )
     joints = joint_physics(inputs, settings, notes)
     levers = {name: item.lever for name, item in handled.items()}
-    joints = lifted_by_machines(joints, tree, features.root, bodies, positions, levers, bool(known.category))
+    joints = lifted_by_machines(joints, item, levers, bool(known.category))
     done = PhysicsOverlay(
         asset_id=features.asset_id,
         scale=scale,
@@ -241,7 +236,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
         followers=tuple(joint for joint in joints if joint.mimic is not None),
         notes=overlay.notes,
     )
-    return Completed(done, handled, features.root, tuple(tree), bodies, positions)
+    return Completed(done, handled, item)
 
 
 def bounded_scale(
