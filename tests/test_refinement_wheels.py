@@ -12,10 +12,10 @@ import sapien
 import trimesh
 from sapien import physx
 
+from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import Hulls
 from asset2sim.assets.meshes.cylinder import SIDES, Cylinder, cylinder_of
-from asset2sim.catalog.index import OVERLAY_NAME
 from asset2sim.engines.pybullet_object import FLAGS, empty_client
 from asset2sim.engines.registry import open_world
 from asset2sim.engines.sapien_world import SapienWorld
@@ -141,7 +141,7 @@ def refined(folder: Path) -> Path:
     overlay, _ = validate(item, Overlay(scale=1.0, links=links, joints=joints), Source.MODEL, 0.8, settings)
     hulls, _ = collision_shapes(item, 1.0, SETTINGS)
     urdf = write_folder(item, overlay, hulls, folder / "out", settings).urdf
-    (urdf.parent / OVERLAY_NAME).write_text(overlay.model_dump_json())
+    (urdf.parent / REFINED_NAME).write_text(overlay.model_dump_json())
     return urdf
 
 

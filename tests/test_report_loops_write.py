@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.checksums import write_checksums
 from asset2sim.assets.surfaces import scene
 from asset2sim.assets.surfaces.load import load_surfaces
@@ -26,7 +27,6 @@ from asset2sim.report.loops.make import SWEEP_FRAMES, Before, draw_before, make_
 from asset2sim.report.loops.record import DROP_TIMES_S, RELEASE_TIMES_S, as_hulls, let_fall, points_of
 from asset2sim.report.loops.stills import HEIGHT, WIDTH
 from asset2sim.report.pictures import is_current, loops_key, write_loops
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, Settings, ViewSettings
 from schemas.vocabulary import Engine
 from tasks.pipeline import refine_asset
@@ -105,7 +105,7 @@ def test_raw_and_refined_are_in_step(refined: Path, tmp_path: Path, monkeypatch:
 
 @pytest.mark.system
 def test_a_fall_begins_as_high_as_it_says(refined: Path) -> None:
-    overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text())
+    overlay = read_overlay(refined)
     figure = read_figure(refined / "mobility.urdf", overlay.initial_positions, {})
     settings = EngineSettings()
     seen = let_fall(refined / "mobility.urdf", overlay.initial_positions, 0.5, settings)

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.render import VIEW_NAMES
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport
-from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAnswer
 from schemas.settings import Settings, ViewSettings
 from schemas.vocabulary import FailureMode, Severity, Source, Stage, Status
@@ -84,7 +84,7 @@ def test_the_folder_holds_what_the_record_says(tmp_path: Path) -> None:
     record = refined("laptop_silver", tmp_path, SEEN)
     folder = tmp_path / "assets" / "laptop_silver"
     assert record.status is Status.OK
-    assert PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes()) == record.overlay
+    assert read_overlay(folder) == record.overlay
     seen = json.loads((folder / "measurement.json").read_bytes())
     timeless = tuple(report.model_copy(update={"seconds": 0.0}) for report in record.reports)
     assert tuple(EngineReport.model_validate(report) for report in seen) == timeless

@@ -1,4 +1,7 @@
-"""The authored asset as an overlay: the values of its URDF, and PyBullet's defaults where it states none."""
+"""The authored asset as an overlay: the values of its URDF, and PyBullet's defaults where it states none; and the
+overlay that lies beside a refined one."""
+
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +25,11 @@ OF_THE_STATE = ("initial_position", "asked_position", "position_source", "holds"
 """Of a joint in it, what no URDF says."""
 LEAST = 1e-9
 """Least mass that is recorded, kg: a record may not hold a mass of zero."""
+
+
+def read_overlay(folder: Path) -> PhysicsOverlay:
+    """The overlay of a refined folder. Raises OSError where it has none, ValueError for one that is damaged."""
+    return PhysicsOverlay.model_validate_json((folder / REFINED_NAME).read_bytes())
 
 
 def authored_overlay(extraction: Extraction, settings: PhysicsSettings, *, asked: bool = False) -> PhysicsOverlay:

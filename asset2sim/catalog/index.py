@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from asset2sim.assets.authored import REFINED_NAME
 from asset2sim.assets.exports.refined_object import MJCF_NAME, SDF_NAME, USD_NAME
 from asset2sim.assets.folder import INDEX_NAME, LOADER_NAME, URDF_NAME
 from asset2sim.catalog.stored_tables import stored_columns
@@ -21,7 +22,6 @@ from schemas.vocabulary import Status
 
 ASSETS_FOLDER = "assets"
 _IMPORT = re.compile(r"^from asset2sim\.load\.(\w+) import (?:\([^)]*\)|[^(\n]*)\n", re.MULTILINE)
-OVERLAY_NAME = "overlay.json"
 VERSION = 1
 """Of the index's layout."""
 COLUMNS = (
@@ -117,7 +117,7 @@ def entry(row: Mapping[str, Any], names: Collection[str], folder: Path) -> dict[
     """One asset of the index. ``path`` and ``formats`` are relative to the index; ``path`` is None where nothing was
     written that could be loaded. Mass in kg, size in m, along the root link's axes at rest."""
     asset_id = row["asset_id"]
-    loadable = URDF_NAME in names and OVERLAY_NAME in names
+    loadable = URDF_NAME in names and REFINED_NAME in names
     sizes = [row[f"size_{axis}_m"] for axis in "xyz"]
     return {
         "asset_id": asset_id,
@@ -138,7 +138,7 @@ def support_of(folder: Path) -> str | None:
     """The support of a refined object, from its overlay: freestanding, fixed or handheld; None where that is not
     here."""
     try:
-        overlay = json.loads((folder / OVERLAY_NAME).read_text(encoding="utf-8"))
+        overlay = json.loads((folder / REFINED_NAME).read_text(encoding="utf-8"))
     except OSError:
         return None
     return str(overlay.get("support", {}).get("kind", "freestanding"))
@@ -146,7 +146,7 @@ def support_of(folder: Path) -> str | None:
 
 def local_files(folder: Path) -> tuple[str, ...]:
     """Those of the files that the index names which a refined folder has."""
-    return tuple(name for name in (*FORMATS.values(), OVERLAY_NAME) if (folder / name).is_file())
+    return tuple(name for name in (*FORMATS.values(), REFINED_NAME) if (folder / name).is_file())
 
 
 def stored_files(url: str) -> dict[str, set[str]]:

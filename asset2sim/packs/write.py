@@ -11,7 +11,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from asset2sim.assets.authored import REFINED_NAME
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.checksums import write_checksums
 from asset2sim.assets.exports import require_exports, write_exports
 from asset2sim.assets.folder import LOADER_NAME, URDF_NAME
@@ -74,7 +74,7 @@ def pack_object(source: Path, target: Path, name: str, row: Mapping[str, Any], p
     """Copy one refined object into the pack, with its exports, preview, provenance and receipt."""
     folder = target / OBJECTS / name
     shutil.copytree(source, folder, ignore=shutil.ignore_patterns("SHA256SUMS", RECIPE_NAME))
-    overlay = PhysicsOverlay.model_validate_json((folder / REFINED_NAME).read_bytes())
+    overlay = read_overlay(folder)
     write_exports(folder, overlay, pack.exports, EngineSettings().timestep_s)
     write_preview(folder, overlay)
     recipe = source / RECIPE_NAME

@@ -7,7 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.physics.arrays import Array
+from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, rigid_links
+from schemas.overlay import PhysicsOverlay
 
 GRAVITY_M_S2 = 9.81
 """Along -z of the root frame, and of every engine's world."""
@@ -39,6 +41,11 @@ class Body:
     mass: float
     com: Array
     inertia: Array
+
+
+def bodies_of(overlay: PhysicsOverlay) -> dict[str, Body]:
+    """Link → its body, as an overlay has them."""
+    return {link.name: Body(link.mass_kg, np.asarray(link.com), tensor_of(link.inertia)) for link in overlay.links}
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.catalog.switch import find_catalog, no_catalog_error
 from asset2sim.experiments.isolation import Ending
@@ -13,7 +14,6 @@ from asset2sim.render import write_views
 from asset2sim.storage.lock import lock_output
 from schemas.errors import UsageError
 from schemas.location import Location
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import Settings, ViewSettings
 
 
@@ -48,5 +48,5 @@ def draw(out: Path, settings: Settings, folder: Path) -> str:
 
 def write_views_of(folder: Path, settings: ViewSettings) -> None:
     """Write the views of one refined asset's initial state into its folder. Raises AssetError as ``write_views``."""
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = read_overlay(folder)
     write_views(folder / URDF_NAME, overlay.initial_positions, folder / "views", settings)

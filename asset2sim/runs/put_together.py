@@ -7,7 +7,7 @@ from typing import cast
 
 from lxml import etree
 
-from asset2sim.assets.authored import authored_overlay
+from asset2sim.assets.authored import authored_overlay, read_overlay
 from asset2sim.assets.exports.whole import PARTS, PlacedPart, write_urdf, write_whole
 from asset2sim.assets.extract import read_asset
 from asset2sim.assets.folder import URDF_NAME, staged_folder, write_folder
@@ -112,7 +112,7 @@ def copied_part(source: Path, place: Path, part: Part) -> PhysicsOverlay:
     shutil.copytree(source, place, ignore=shutil.ignore_patterns("views", "SHA256SUMS"))
     urdf = place / URDF_NAME
     urdf.write_bytes(taken_from_world(urdf.read_bytes(), part.root))
-    return PhysicsOverlay.model_validate_json((place / "overlay.json").read_text(encoding="utf-8"))
+    return read_overlay(place)
 
 
 def authored_part(ref: AssetRef, place: Path, up: UpAxis, settings: Settings) -> PhysicsOverlay:

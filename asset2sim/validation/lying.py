@@ -9,9 +9,8 @@ from asset2sim.guidance.parts import part_name
 from asset2sim.guidance.tables import sizes
 from asset2sim.intake.up_axis import AXES
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import apply, link_to_root, rigid_links, tree_of
-from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body
+from asset2sim.physics.mass_matrix import GRAVITY_M_S2, Body, bodies_of
 from asset2sim.physics.support_polygon import LEANING_RAD, STANDING_M, SupportPolygon, leaning_on
 from asset2sim.validation.support import FIRM_RAD
 from schemas.features import Features
@@ -64,7 +63,7 @@ def lying_side(extraction: Extraction, overlay: PhysicsOverlay, limits: Threshol
     if overlay.support.fixed or not is_laid_down(features, overlay):
         return UpAxis.Z, None
     tree, scale = tree_of(features.joints, overlay.scale), overlay.scale
-    bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
+    bodies = bodies_of(overlay)
     poses = link_to_root(tree, features.root, overlay.initial_positions)
     clouds = [apply(poses[n], item.points * scale) for n, item in extraction.geometry.items() if len(item.points)]
     if not clouds:

@@ -11,9 +11,8 @@ from asset2sim.guidance.supports import STANDS_CONFIDENCE, usual_support
 from asset2sim.models.object_facts import object_info
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.convex_hull import hull_volume
-from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import tree_of
-from asset2sim.physics.mass_matrix import Body, PosedObject
+from asset2sim.physics.mass_matrix import PosedObject, bodies_of
 from asset2sim.physics.support_polygon import SupportPolygon, leaning_on
 from asset2sim.validation.hanging import hangs_on_wall, lifts_up, swings_below
 from schemas.features import Features
@@ -58,7 +57,7 @@ def with_support(
 ) -> PhysicsOverlay:
     """The overlay of a method without our rules, with what carries its object: all methods are tested alike."""
     features, scale = extraction.features, overlay.scale
-    bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
+    bodies = bodies_of(overlay)
     points = {name: geometry.points * scale for name, geometry in extraction.geometry.items()}
     item = PosedObject(tree_of(features.joints, scale), features.root, bodies, points, {})
     standing = closed_polygon(features, item, scale)

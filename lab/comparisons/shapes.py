@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from asset2sim.assets.authored import REFINED_NAME, read_overlay
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.baselines.declared_method import known_methods
 from asset2sim.catalog.read import latest_rows
@@ -51,10 +52,10 @@ def phi_on_shapes(runs: Sequence[MethodRun], settings: EngineSettings) -> list[S
     found = []
     for run in runs if kept and cut else ():
         by_ours = cut.get(run.label, next(iter(cut.values())))
-        for file in sorted((run.folder / "assets").glob("*/overlay.json")):
-            own = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+        for file in sorted((run.folder / "assets").glob(f"*/{REFINED_NAME}")):
+            own = read_overlay(file.parent)
             name = file.parent.name
-            authored = next((folder for folder in kept if (folder / name / "overlay.json").is_file()), kept[0])
+            authored = next((folder for folder in kept if (folder / name / REFINED_NAME).is_file()), kept[0])
             phi = (phi_mm(own, folder / name, settings) for folder in (authored, by_ours))
             found.append(ShapesRow(run.method, run.label, name, *phi))
     return found
@@ -63,10 +64,9 @@ def phi_on_shapes(runs: Sequence[MethodRun], settings: EngineSettings) -> list[S
 def phi_mm(own: PhysicsOverlay, shapes: Path, settings: EngineSettings) -> float:
     """Φ, mm, of an object's size and state with the collision shapes of another folder, which is as large as its own
     overlay says; NaN where that has none, or they cannot be loaded."""
-    file = shapes / "overlay.json"
-    if not file.is_file():
+    if not (shapes / REFINED_NAME).is_file():
         return float("nan")
-    other = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+    other = read_overlay(shapes)
     larger = own.scale / other.scale
     slides = {joint.name for joint in other.all_joints if joint.type == "prismatic"}
     positions = {name: at / larger if name in slides else at for name, at in own.initial_positions.items()}

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from lxml.etree import _Element as Element
 
+from asset2sim.assets.authored import read_overlay
 from lab.defects.planting import Plant, PlantedChange, Target, above, changed, edited, named, numbers, part, write
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings
 
 LIMIT_KEYS = ("lower", "upper")
@@ -29,7 +30,7 @@ def dynamics(**terms: Callable[[JointPhysics], float]) -> Plant:
     """Terms of a joint's dynamics, each from the joint in the overlay beside the URDF."""
 
     def plant(folder: Path, at: Target) -> PlantedChange:
-        overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes())
+        overlay = read_overlay(folder)
         joint = next(joint for joint in overlay.joints if joint.name == at.joint)
         values = {key: value_of(joint) for key, value_of in terms.items()}
 

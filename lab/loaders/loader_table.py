@@ -1,7 +1,6 @@
 """The table of what a URDF cannot say: what every engine's own loader honours, measured, and the remedy.
 ``make loaders`` writes it from a refined sample dataset."""
 
-import json
 import math
 import shutil
 import tempfile
@@ -14,6 +13,7 @@ from importlib.util import find_spec
 from operator import attrgetter
 from pathlib import Path
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.exports.mjcf import export_mjcf
 from asset2sim.assets.exports.refined_object import ExportJoint, ExportObject, read_object
 from asset2sim.catalog.text import markdown_table
@@ -21,7 +21,6 @@ from asset2sim.engines.registry import engine_version, installed, known_engines
 from lab.loaders import probes
 from lab.loaders.loaded import Loader
 from schemas.errors import UsageError
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings
 
 BLOCK = "loaders"
@@ -215,7 +214,7 @@ def prepared(refined: Path, copy: Path) -> ExportObject:
     if not (refined / "overlay.json").is_file():
         raise UsageError(f"no refined '{refined.name}' in {refined.parent}; run make flow")
     shutil.copytree(refined, copy)
-    overlay = PhysicsOverlay.model_validate(json.loads((copy / "overlay.json").read_text(encoding="utf-8")))
+    overlay = read_overlay(copy)
     export_mjcf(copy, overlay, EngineSettings().timestep_s)
     return read_object(copy, overlay)
 

@@ -10,8 +10,8 @@ from time import perf_counter
 
 import pandas as pd
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.folder import URDF_NAME
-from asset2sim.catalog.index import OVERLAY_NAME
 from asset2sim.catalog.read import latest_rows
 from asset2sim.catalog.text import markdown_table, output
 from asset2sim.checks.rig import CauseOf
@@ -105,7 +105,7 @@ def touch_all(out: Path, rows: Path, limit: int | None, seed: int, only: Sequenc
     settings = Settings()
     for _, asset in written.iterrows():
         folder = out / str(asset.refined_path)
-        overlay = PhysicsOverlay.model_validate_json((folder / OVERLAY_NAME).read_text(encoding="utf-8"))
+        overlay = read_overlay(folder)
         cause = None
         for route in routes():
             if (str(asset.asset_id), route.name) in done or not (folder / route.needs).is_file():

@@ -1,20 +1,19 @@
 """The README's before-and-after picture: raw and refined objects after the rest check in PyBullet.
 ``python -m lab.pages.picture DATA OUT PICTURE ID [ID …]`` draws it from a dataset and its refinement."""
 
-import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.checks.rest import observe
 from asset2sim.engines.pybullet_object import loaded
 from asset2sim.intake.dataset import load_dataset
 from asset2sim.intake.locate import find_source
 from asset2sim.render import render_views
 from schemas.asset import AssetRef
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import EngineSettings, ViewSettings
 from schemas.vocabulary import Engine
 
@@ -65,7 +64,7 @@ def panel(urdf: Path, positions: Mapping[str, float], friction: float, words: st
 def column(ref: AssetRef, out: Path) -> tuple[Image.Image, Image.Image]:
     """Pictures of one object before (raw, every joint at zero) and after (refined, in its initial state)."""
     folder = out / "assets" / ref.asset_id
-    overlay = PhysicsOverlay.model_validate(json.loads((folder / "overlay.json").read_text(encoding="utf-8")))
+    overlay = read_overlay(folder)
     before = panel(find_source(Path(ref.path)), {}, PYBULLET_FRICTION, "as it came, left alone")
     after = panel(folder / "mobility.urdf", overlay.initial_positions, overlay.contact_friction, "refined, left alone")
     return before, after

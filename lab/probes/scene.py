@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.gym.arm.franka import franka_spec
 from asset2sim.gym.arm.gripper import Gripper, gripper_of
 from asset2sim.gym.arm.paths import vertices
@@ -45,7 +46,7 @@ def build_scene(folder: Path, task: ProbeTask, seed: int) -> DroidScene:
     """The world of a trial with the refined object in ``folder``. The seed decides where exactly the object stands, the
     same for every method. Raises UsageError for an object without the task's joint, LoadError and ValueError as
     ``build_trial`` does."""
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = read_overlay(folder)
     joint = next((item for item in overlay.joints if item.name == task.joint), None)
     if task.joint and joint is None:
         names = ", ".join(item.name for item in overlay.joints) or "none"

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from asset2sim.assets.authored import read_overlay
 from lab.comparisons.method_runs import NO_MODEL, MethodRun
 from lab.comparisons.shapes import ShapesRow, done_sentence, phi_mm, phi_on_shapes, shapes_table
 from schemas.model_names import described
@@ -20,7 +21,7 @@ NOISY = described("prior/noisy")
 
 
 def overlay_in(folder: Path) -> PhysicsOverlay:
-    return PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    return read_overlay(folder)
 
 
 @pytest.mark.system

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.prior.answer import prior_overlay
 from asset2sim.models.prompts import overlay_request
 from asset2sim.physics.paper_ranges import HINGE
 from asset2sim.render import VIEW_NAMES
 from lab.methods.final_numbers import BARE_KG, final_overlay
-from schemas.overlay import Overlay, PhysicsOverlay
+from schemas.overlay import Overlay
 from schemas.request import ModelAnswer, ModelRequest
 from schemas.vocabulary import FailureMode, Method, Severity, Source, Stage, Status
 from tests.assets import RAW, fingerprint, near, prior, sample, saying
@@ -44,7 +45,7 @@ def test_one_call_and_its_numbers_are_what_is_written(tmp_path: Path) -> None:
     terms = {joint.name: (joint.damping, joint.friction, joint.stiffness) for joint in answer.joints}
     assert {j.name: (j.damping, j.friction, j.stiffness) for j in record.overlay.joints} == terms
     folder = tmp_path / "assets" / "laptop_silver"
-    assert PhysicsOverlay.model_validate_json((folder / "overlay.json").read_bytes()) == record.overlay
+    assert read_overlay(folder) == record.overlay
     assert json.loads((folder / "measurement.json").read_bytes()) and not (folder / "collision").exists()
     assert set(record.seconds) == {stage.value for stage in Stage if stage is not Stage.REFINE} and record.trace == ()
     assert fingerprint(RAW / "Laptop" / "laptop_silver") == before

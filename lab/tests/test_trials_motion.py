@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.assets.authored import read_overlay
 from asset2sim.gym.arm.franka import HOME, Arm, franka_spec, waiting
 from asset2sim.gym.arm.planning import SETTLE_S, ToolPlan
 from asset2sim.gym.arm.scene import base_at, build_stage
@@ -23,7 +24,6 @@ from lab.trials.record import record
 from lab.trials.scene import pushed_stage
 from lab.trials.study import STUDY, TrialJob
 from lab.trials.trial import FILM, TRACK, missing, planned, run_trial
-from schemas.overlay import PhysicsOverlay
 from tests.assets import joint, link, robot, shape
 from tests.factories import make_joint
 from tests.refined_things import DAMPING, FRICTION_N, OPEN_M, block, inertial, refined
@@ -54,7 +54,7 @@ def test_the_servos_hold_the_arm_up_where_they_are_told(drawer: Path) -> None:
 
 
 def test_a_drawer_is_pushed_shut_with_the_work_that_its_friction_and_damping_take(drawer: Path) -> None:
-    overlay = PhysicsOverlay.model_validate_json((drawer / "overlay.json").read_text())
+    overlay = read_overlay(drawer)
     assert tasks_of(overlay) == (CLOSE,)
     attempt, _ = planned(drawer, CLOSE, overlay.joints[0])
     assert attempt is not None and attempt.tool == "arm"
@@ -113,7 +113,7 @@ def test_a_film_shows_the_action_and_not_the_waiting(drawer: Path) -> None:
 
 def test_the_guards_of_learning_hold_for_what_is_recorded(drawer: Path) -> None:
     """The recorded push is the arm's; the same with the cabinet shoved, tipped, or the drawer untouched is not."""
-    overlay = PhysicsOverlay.model_validate_json((drawer / "overlay.json").read_text(encoding="utf-8"))
+    overlay = read_overlay(drawer)
     joint = joint_of(CLOSE, overlay)
     assert joint is not None
     attempt, _ = planned(drawer, CLOSE, joint)

@@ -4,6 +4,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation.supervise import Work
 from asset2sim.gym.arm.tasks import Task, tasks_of
@@ -12,7 +13,6 @@ from lab.schemas.settings import TrialSettings
 from lab.schemas.tables import TRIALS
 from lab.trials.trial import run_trial
 from schemas.errors import UnknownChoiceError, UsageError
-from schemas.overlay import PhysicsOverlay
 from schemas.table import Row
 
 MOTIONS = "motions"
@@ -66,7 +66,7 @@ def jobs_of(out: Path, asset_ids: Collection[str], filmed: bool, gripper: str = 
         folder = out / "assets" / asset_id
         if (asset_ids and asset_id not in asset_ids) or not (folder / "overlay.json").is_file():
             continue
-        overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+        overlay = read_overlay(folder)
         who = str(row["method"]), str(row["model"]), str(row["run_id"])
         found.extend(TrialJob(out, folder, task, *who, filmed, gripper) for task in tasks_of(overlay))
     if not found:

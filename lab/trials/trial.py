@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.gym.arm.franka import Arm, franka_spec, waiting
 from asset2sim.gym.arm.gripper import PANDA, Gripper, gripper_of
 from asset2sim.gym.arm.paths import ToolPath, push_paths, vertices
@@ -28,7 +29,7 @@ from lab.trials.physical_judge import judge, score
 from lab.trials.record import Track, record
 from lab.trials.scene import Bowl, TrialScene, bowl_for, build_trial, pushed_stage
 from schemas.learning_settings import GuardSettings
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import JointPhysics
 from schemas.table import Row
 
 FILM, TRACK = "motion.mp4", "motion.parquet"
@@ -43,7 +44,7 @@ def run_trial(folder: Path, task: Task, to: Path, filmed: bool, settings: TrialS
     to.mkdir(parents=True, exist_ok=True)
     for name in (FILM, TRACK):
         (to / name).unlink(missing_ok=True)
-    overlay = PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
+    overlay = read_overlay(folder)
     joint = joint_of(task, overlay)
     row: Row = {"task": task.name, "asset_id": overlay.asset_id, "verb": task.verb.value}
     if joint is None and task.verb is not Verb.GRASP:

@@ -9,9 +9,8 @@ import numpy as np
 from asset2sim.assets.authored_overlap import AuthoredShapes, authored_depth, authored_shapes, intersect
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, tree_of, written_joints
-from asset2sim.physics.mass_matrix import Body
+from asset2sim.physics.mass_matrix import bodies_of
 from asset2sim.physics.on_floor import StandingParts
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.jams import LARGEST_AUTHORED_M
@@ -142,7 +141,7 @@ def take_off_floor(loop: RefinementContext, overlay: PhysicsOverlay, hulls: Hull
         return hulls, []
     tree = tree_of(written_joints(loop.extraction.features, overlay), overlay.scale)
     root, start = loop.extraction.features.root, overlay.initial_positions
-    bodies = {item.name: Body(item.mass_kg, np.asarray(item.com), tensor_of(item.inertia)) for item in overlay.links}
+    bodies = bodies_of(overlay)
     clouds = {link: geometry.points * overlay.scale for link, geometry in loop.extraction.geometry.items()}
     clouds |= {link: np.vstack(pieces) for link, pieces in hulls.items() if pieces}
     standing = StandingParts(tree, root, bodies, clouds, start)

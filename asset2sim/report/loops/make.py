@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from PIL import Image
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.references import AllowedFolders
@@ -77,7 +78,7 @@ def make_loops(
     """Write the loops, if it is to be shown ``moving``, the size picture and that of the joints of one refined object
     into a folder, each whole or not at all; the names written. Then the picture of it ``before``, of the meshes that
     are read by then, if it can be drawn. Raises AssetError where the refined object cannot be read or loaded."""
-    overlay = PhysicsOverlay.model_validate_json((refined / "overlay.json").read_text(encoding="utf-8"))
+    overlay = read_overlay(refined)
     urdf, settings, loaded = refined / URDF_NAME, EngineSettings(), dict[Path, tuple[Surface, ...]]()
     start = overlay.initial_positions
     figure = read_figure(urdf, start, loaded)
