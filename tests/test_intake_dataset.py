@@ -67,6 +67,14 @@ def test_a_row_may_state_the_axis_that_points_up(tmp_path: Path) -> None:
         load_dataset(tmp_path)
 
 
+def test_a_row_may_name_a_file_beside_others_of_its_folder(tmp_path: Path) -> None:
+    folder = write_urdf(tmp_path / "Side Table", "Side Table.urdf")
+    (folder / "other.urdf").write_text("<robot name='other'><link name='base'/></robot>", encoding="utf-8")
+    rows = "asset_id,path\ntable,Side Table/Side Table.urdf\nother,Side Table/other.urdf\n"
+    found = [find_source(Path(ref.path)).name for ref in load_dataset(write_manifest(tmp_path, rows))]
+    assert found == ["Side Table.urdf", "other.urdf"]
+
+
 def test_a_manifest_is_read_as_other_systems_write_it(tmp_path: Path) -> None:
     """With a byte order mark, their line ends, blank lines, and blanks around names."""
     (tmp_path / "manifest.csv").write_bytes(b"\xef\xbb\xbfasset_id, path\r\n\r\na, Box/a\r\n\r\nc,d")
