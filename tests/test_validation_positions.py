@@ -6,10 +6,16 @@ from pathlib import Path
 import pytest
 
 from asset2sim.catalog.rows import GUESSES
+from asset2sim.guidance.object_info import ObjectInfo
+from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.read import read_guidance
+from asset2sim.validation.asked_state import mirrored_if_wrong_end, requested_state
 from asset2sim.validation.validate import validate
+from schemas.finding import Notes
 from schemas.overlay import Overlay
 from schemas.vocabulary import Severity, Source
 from tests.assets import NO_VIEWS, joint, link, read, robot, shape, written
+from tests.prior_objects import hinged, thing
 
 
 def leaf(low: float, high: float, name: str = "door") -> str:
@@ -67,3 +73,11 @@ def test_what_one_sets_starts_as_drawn_and_what_opens_starts_shut(
     (hinge,) = overlay.joints
     assert hinge.closed == pytest.approx(1.5708, abs=1e-3)
     assert hinge.initial_position == pytest.approx(0.0 if drawn else 1.5708, abs=1e-3)
+
+
+def test_a_folding_chair_that_is_asked_unfolded_is_not_turned_to_its_other_end() -> None:
+    """Its drawn end looks closed, and was counted from the other: the chair lay folded, and fell."""
+    info = ObjectInfo.from_json(thing("FoldingChair", hinged("legs", "leg")))
+    (part,) = parts_of(info, "FoldingChair")
+    wish = read_guidance("A folding chair, unfolded.", info).of_joints["legs"]
+    assert mirrored_if_wrong_end(requested_state(part, wish, 1.0, True), 0.0, Notes()) == 0.0

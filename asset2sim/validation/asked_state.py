@@ -118,7 +118,7 @@ def requested_state(part: MovablePart, wish: AskedState, scale: float, by_name: 
     position = asked_position(part, wish, scale)
     share = share_of(part.joint, position)
     state, travel = wish.state, useful_travel(part)
-    return RequestedState(part.joint, share, position, by_name, state.describe(), travel, state.in_use)
+    return RequestedState(part.joint, share, position, by_name, state.describe(), travel, state.in_use and share > 0.0)
 
 
 def missing_position(want: RequestedState, stray: tuple[JointInfo, float] | None, notes: Notes) -> float:
