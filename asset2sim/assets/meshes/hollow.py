@@ -235,18 +235,20 @@ def sampled(
     height = norms(cross(b - a, c - a)) / np.maximum(length, 1e-30)
     along = np.maximum(np.ceil(length / spacing), 1.0).astype(np.int64) + 1
     across = np.maximum(np.ceil(height / spacing), 1.0).astype(np.int64) + 1
+    # A row an axis from here on: NumPy takes three times as long for rows of three.
+    a, b, c = (np.ascontiguousarray(corner.T) for corner in (a, b, c))
     of = np.repeat(each, across)
-    v = (ranges_of_counts(across) / (across[of] - 1))[:, None]
+    v = ranges_of_counts(across) / (across[of] - 1)
     if wanted is not None:
-        first, last = (end[of] + v * (c - end)[of] for end in (a, b))
-        rows = wanted(np.minimum(first, last), np.maximum(first, last))
+        first, last = (end.take(of, axis=1) + v * (c - end).take(of, axis=1) for end in (a, b))
+        rows = wanted(np.minimum(first, last).T, np.maximum(first, last).T)
         of, v = of[rows], v[rows]
     count = along[of]
-    u = (ranges_of_counts(count) / np.repeat(count - 1, count))[:, None]
-    of, v = np.repeat(of, count), np.repeat(v, count, axis=0)
-    base = a[of] + u * (b - a)[of]
-    points = base + v * (c[of] - base)
-    return np.vstack([known, points]), np.concatenate([known_of, kept[of]])
+    u = ranges_of_counts(count) / np.repeat(count - 1, count)
+    of, v = np.repeat(of, count), np.repeat(v, count)
+    base = a.take(of, axis=1) + u * (b - a).take(of, axis=1)
+    points = base + v * (c.take(of, axis=1) - base)
+    return np.concatenate([known.T, points], axis=1).T, np.concatenate([known_of, kept[of]])
 
 
 def ranges_of_counts(counts: Cells) -> Cells:
