@@ -109,8 +109,8 @@ def open_origin(
     scene = part is None and bool(converted.free)
     held, stood = (converted.held, converted.stood) if part is None else ("", "")
     metric = form.name if form.metric and converted.metric else "a scene" if part is not None else ""
-    told, sized = tuple(findings), converted.sized
-    return DescriptionFile(file, urdf, files, told, confined.refused, work, metric, scene, up, held, stood, sized)
+    made, sized = tuple(findings), converted.sized
+    return DescriptionFile(file, urdf, files, made, confined.refused, work, metric, scene, up, held, stood, sized)
 
 
 def one_object(file: Path, converted: Converted, part: str | None) -> "etree._Element":
