@@ -25,10 +25,11 @@ from schemas.hand_settings import HandSettings
 from schemas.mechanism import EffortRange
 from schemas.overlay import JointPhysics
 from schemas.settings import Settings
+from schemas.support import Support, SupportKind
 from tasks.by_hand import measure_used, overlay_of
 from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, robot, shape
-from tests.factories import make_joint
+from tests.factories import make_joint, make_link
 from tests.refined_things import BODY, Solid, drawer, inertial, refined, two
 
 pytestmark = pytest.mark.system
@@ -330,6 +331,28 @@ def test_what_moved_along_once_is_held_from_then_on(tmp_path: Path, monkeypatch:
     worlds = HandWorlds(folder, HandSettings())
     assert all(use_joint(worlds, overlay.joints[0], overlay).done for _ in range(2))
     assert tools == ["gripper", "gripper and the other hand", "gripper and the other hand"]
+
+
+def test_what_moved_along_is_held_and_tried_once_more_with_other_parts_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A carton is shoved by a hand at a flap that lies under others, further than the flap goes once it is held."""
+    folder, tools = doors(tmp_path / "carton"), list[str]()
+    fixed = overlay_of(folder)
+    light = {"support": Support(kind=SupportKind.FREESTANDING), "links": (make_link("body", 0.5),)}
+    overlay = fixed.model_copy(update=light)
+    guards = Guards(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False, False, False, False)
+    shoved = replace(guards, travelled_m=0.09, displaced=True)
+
+    def pried(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
+        tools.append(by)
+        held = "other hand" in by
+        led = Led(0.1 if held else 0.3, 0.0, "press", 0.1, 1, guards if held else shoved, 9, False)
+        return UsedJoint(joint.name, "other parts open" in by, by, "hand" if held else "object", "", (led,))
+
+    monkeypatch.setattr("asset2sim.gym.hand.used.both_ways", pried)
+    assert use_joint(HandWorlds(folder, HandSettings()), overlay.joints[0], overlay).done
+    assert tools[-1] == "gripper and the other hand, other parts open"
 
 
 @pytest.mark.parametrize("counterbalance", [0.0, 0.1])

@@ -46,8 +46,8 @@ class UsedJoint:
 
 @dataclass(eq=False)
 class HandWorlds:
-    """HandWorlds of one object, opened as they are needed: by the hand's scale, and whether the other hand holds it;
-    and whether it ``moved`` along, tipped, lifted or shoved, in any try."""
+    """HandWorlds of one object, opened as needed, by the hand's scale and whether the other hand holds it; and whether
+    it ``moved`` along, tipped, lifted or shoved, in any try."""
 
     folder: Path
     settings: HandSettings
@@ -96,9 +96,8 @@ def use_records(folder: Path, overlay: PhysicsOverlay, settings: HandSettings) -
             sprung = [one for one in tried if one.stiffness > 0.0 and found[one.name].done]
             kept = use_kept_open(worlds, joint, overlay, sprung)
             found[joint.name] = kept or use_end(worlds, joint, overlay, before.get(joint.name, ())) or found[joint.name]
-    return [*found.values()] + [
-        UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason
-    ]
+    not_asked = [UsedJoint(name, False, "", "task", reason) for name, reason in reasons.items() if reason]
+    return [*found.values(), *not_asked]
 
 
 def use_joint(worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay) -> UsedJoint:
@@ -112,7 +111,8 @@ def use_joint(worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay) 
     tries += [(braced or steadied, scale, opened) for scale in (1.0, settings.tip_scale) if opened]
     best: UsedJoint | None = None
     for number, (held, scale, others) in enumerate(tries):
-        if others and best is not None and best.fault == "object" and not is_out_of_reach(best):
+        shoved = steadied and best is not None and moves_along(best)  # held, it may go with what lies over it open
+        if others and best is not None and best.fault == "object" and not (shoved or is_out_of_reach(best)):
             break
         last = best.ways[-1] if number > 1 and best is not None and best.ways else None
         if last is not None and (last.deeper_m > 0.0 or (joint.stiffness > 0.0 and last.in_the_way)):
@@ -126,8 +126,8 @@ def use_joint(worlds: HandWorlds, joint: JointPhysics, overlay: PhysicsOverlay) 
         worlds.moved = worlds.moved or moves_along(found)
         if found.done:
             return found
-        better = best is None or (share_done(found), found_holds(found)) > (share_done(best), found_holds(best))
-        best = found if better else best
+        if best is None or (share_done(found), found_holds(found)) > (share_done(best), found_holds(best)):
+            best = found
     assert best is not None, "a hand has at least one way to try"
     return best
 
