@@ -1,5 +1,6 @@
 """SDF and MJCF files in habits of robot benchmarks: what stands for the world, hands, gears, outlines, free bodies."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -262,7 +263,12 @@ def test_what_a_file_draws_upright_by_its_root_stands_upright(tmp_path: Path) ->
     on = sdf_link("lid").replace("<visual", '<pose relative_to="case">0 0.3 0 0 0 0</pose><visual', 1) + hinge
     up = "<pose>0 0 0 1.5707963 0 0</pose>"
     of_link = sdf_link("case").replace("<visual", f"{up}<visual", 1)
-    for number, (write, text) in enumerate(((mjcf, own), (sdf, up + sdf_link("case") + on), (sdf, of_link + on))):
+    ways: tuple[tuple[Callable[[Path, str], Path], str], ...] = (
+        (mjcf, own),
+        (sdf, up + sdf_link("case") + on),
+        (sdf, of_link + on),
+    )
+    for number, (write, text) in enumerate(ways):
         folder = tmp_path / str(number)
         folder.mkdir()
         write(folder, text)

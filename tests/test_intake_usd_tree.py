@@ -110,7 +110,8 @@ def test_a_capsule_weighs_what_its_formula_says(tmp_path: Path) -> None:
 def test_boards_of_one_mesh_that_meet_at_their_corners_weigh_what_each_does(tmp_path: Path) -> None:
     edges = [((0.4, 0.2, 0.01), (0.0, 0.0, 0.005)), ((0.01, 0.2, 0.19), (-0.195, 0.0, 0.105)),
              ((0.01, 0.2, 0.19), (0.195, 0.0, 0.105))]  # fmt: skip
-    boards = trimesh.util.concatenate([trimesh.creation.box(size).apply_translation(place) for size, place in edges])
+    boxes = [trimesh.creation.box(size).apply_translation(place) for size, place in edges]
+    boards: Any = trimesh.util.concatenate(boxes)
     points = ", ".join(f"({x}, {y}, {z})" for x, y, z in boards.vertices.tolist())
     corners = ", ".join(map(str, boards.faces.flatten().tolist()))
     shape = prim("Mesh", "boards", f"point3f[] points = [{points}]", f"int[] faceVertexIndices = [{corners}]",
