@@ -61,7 +61,9 @@ def let_go(rig: Rig, springs: Mapping[str, tuple[float, float]]) -> list[PlainSp
     with empty_client() as client:
         client.setTimeStep(TIMESTEP_S)
         client.setGravity(0.0, 0.0, GRAVITY_M_S2)
-        body = client.loadURDF(str(rig.urdf), useFixedBase=True, flags=pybullet.URDF_USE_INERTIA_FROM_FILE)
+        # Its looks weigh nothing, and to read them takes fifty times as long as all else.
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_IGNORE_VISUAL_SHAPES
+        body = client.loadURDF(str(rig.urdf), useFixedBase=True, flags=flags)
         places = {client.getJointInfo(body, index)[1].decode(): index for index in range(client.getNumJoints(body))}
         starts = dict(rig.item.start)
         spans = {joint.name: span_of(joint) for joint in rig.item.joints if joint.name in springs}
