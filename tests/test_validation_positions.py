@@ -8,6 +8,7 @@ import pytest
 from asset2sim.catalog.rows import GUESSES
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import parts_of
+from asset2sim.guidance.placing import asked_position
 from asset2sim.guidance.read import read_guidance
 from asset2sim.validation.asked_state import mirrored_if_wrong_end, requested_state
 from asset2sim.validation.validate import validate
@@ -81,3 +82,16 @@ def test_a_folding_chair_that_is_asked_unfolded_is_not_turned_to_its_other_end()
     (part,) = parts_of(info, "FoldingChair")
     wish = read_guidance("A folding chair, unfolded.", info).of_joints["legs"]
     assert mirrored_if_wrong_end(requested_state(part, wish, 1.0, True), 0.0, Notes()) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "unfolded"), [(0.0, 1.0, 0.0), (-0.02, 0.98, 0.0), (-0.97, 0.03, 0.0), (-0.6, 0.4, 0.4)]
+)
+def test_a_folding_chair_is_unfolded_as_drawn_and_by_its_looks_where_it_is_drawn_at_no_end(
+    lower: float, upper: float, unfolded: float
+) -> None:
+    ends = {"lower": lower, "upper": upper, "closed": lower}
+    info = ObjectInfo.from_json(thing("FoldingChair", hinged("legs", "leg", **ends)))
+    (part,) = parts_of(info, "FoldingChair")
+    wish = read_guidance("A folding chair, unfolded.", info).of_joints["legs"]
+    assert asked_position(part, wish, 1.0) == pytest.approx(unfolded, abs=1e-3)

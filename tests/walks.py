@@ -12,7 +12,7 @@ from tests.doc_blocks import PAGES, Block, blocks, checkout, run_block
 from tests.processes import free_port
 
 LIMIT_S = 400.0
-INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 8 "
+INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 3 "
 """When nightly.md interrupts a run, s: of these few samples, it would be over by then on a quick machine."""
 UNHURRIED = "--force"
 """Option by which the command that nightly.md interrupts is told from others."""

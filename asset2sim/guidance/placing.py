@@ -16,6 +16,8 @@ _BAIL_RAD = 1.02 * math.pi
 """Travel, rad, more than half a turn, from which a handle swings from rim to rim and is upright in the middle."""
 DRAWN_IN_USE = ("leg", "seat")
 """Parts of folding chairs, which are drawn unfolded: their other end is folded, whichever looks closed."""
+AT_AN_END = 0.05
+"""Share of its range by which a part is drawn off an end that it is drawn at."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
 _SLIGHTLY = 0.2
@@ -44,9 +46,11 @@ def position_in_state(part: MovablePart, state: State, scale: float, whole_objec
         if state.measure.kind == "length" and joint.motion != "slider":
             return joint.opened_by(0.5 * joint.range)
         return joint.opened_by(state.measure.amount / (scale if joint.motion == "slider" else 1.0))
-    if part.name in DRAWN_IN_USE and part.mechanism.role == "control" and (state.in_use or state.share in (0.0, 1.0)):
-        folded = max(joint.closed, joint.open, key=lambda end: abs(end - joint.zero))
-        return folded if state.share == 0.0 else joint.zero
+    unfolds = part.name in DRAWN_IN_USE and part.mechanism.role == "control"
+    if unfolds and (state.in_use or state.share in (0.0, 1.0)):
+        drawn, folded = sorted((joint.closed, joint.open), key=lambda end: abs(end - joint.zero))
+        if abs(drawn - joint.zero) <= AT_AN_END * joint.range:
+            return folded if state.share == 0.0 else joint.zero
     if state.kind == "open":
         used = useful_travel(part)
         if state.slightly:
