@@ -90,8 +90,8 @@ def test_a_folding_chair_that_is_asked_unfolded_is_not_turned_to_its_other_end()
 def test_a_folding_chair_is_unfolded_as_drawn_and_by_its_looks_where_it_is_drawn_at_no_end(
     lower: float, upper: float, unfolded: float
 ) -> None:
-    ends = {"lower": lower, "upper": upper, "closed": lower}
-    info = ObjectInfo.from_json(thing("FoldingChair", hinged("legs", "leg", **ends)))
+    legs = hinged("legs", "leg", lower=lower, upper=upper, closed=lower)
+    info = ObjectInfo.from_json(thing("FoldingChair", legs))
     (part,) = parts_of(info, "FoldingChair")
     wish = read_guidance("A folding chair, unfolded.", info).of_joints["legs"]
     assert asked_position(part, wish, 1.0) == pytest.approx(unfolded, abs=1e-3)
