@@ -5,10 +5,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from asset2sim.assets.authored import read_overlay
 from asset2sim.engines.child import in_child
 from schemas.finding import Finding, warning
 from schemas.hand_settings import ContentSettings, HandSettings, LiftSettings
-from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Engine, Stage
 from tasks.progress import AssetJob, StageResult
 
@@ -42,16 +42,11 @@ def measure_lifted(job: AssetJob, folder: Path | None) -> StageResult:
     return measure_in_child(job, folder, lifted_columns, "not_lifted")
 
 
-def overlay_of(folder: Path) -> PhysicsOverlay:
-    """The overlay of a refined folder."""
-    return PhysicsOverlay.model_validate_json((folder / "overlay.json").read_text(encoding="utf-8"))
-
-
 def contents_columns(folder: Path) -> StageResult:
     """The columns of ``contents``, and a warning for each interior in which not all stayed."""
     from asset2sim.gym.hand.contents import content_records  # loads MuJoCo
 
-    found = content_records(folder, overlay_of(folder), HandSettings(), ContentSettings())
+    found = content_records(folder, read_overlay(folder), HandSettings(), ContentSettings())
     tried = [item for item in found if not item.shut]
     room_m3 = sum(item.room_m3 for item in found)
     columns: dict[str, int | float | str | None] = {
@@ -73,7 +68,7 @@ def lifted_columns(folder: Path) -> StageResult:
     """The columns of ``lifted``, and a warning where what a hand carries was not lifted at every yaw."""
     from asset2sim.gym.hand.lifted import lift  # loads MuJoCo
 
-    found = lift(folder, overlay_of(folder), HandSettings(), LiftSettings())
+    found = lift(folder, read_overlay(folder), HandSettings(), LiftSettings())
     columns: dict[str, int | float | str | None] = {
         "lifted": found.share, "lifted_by": found.by or None, "lifted_reason": found.reason or None
     }  # fmt: skip
@@ -85,7 +80,7 @@ def used_columns(folder: Path) -> StageResult:
     """The columns of ``used``, and a warning for each joint that a hand did not open and close."""
     from asset2sim.gym.hand.used import UsedJoint, share_done, use_records  # loads MuJoCo
 
-    overlay = overlay_of(folder)
+    overlay = read_overlay(folder)
     found = use_records(folder, overlay, HandSettings())
     failed = [item for item in found if not item.done]
     told = [item for item in found if item.reason]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from asset2sim.assets.authored import REFINED_NAME, authored_overlay, with_refined_state
+from asset2sim.assets.authored import REFINED_NAME, authored_overlay, read_overlay, with_refined_state
 from asset2sim.assets.checksums import changed_files
 from asset2sim.assets.extract import Extraction, folder_of
 from asset2sim.validation.support import forced_support, with_support
@@ -81,7 +81,7 @@ def read_refined(folder: Path) -> tuple[PhysicsOverlay | None, str]:
     if not file.is_file():
         return None, ""
     try:
-        return PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8")), ""
+        return read_overlay(folder), ""
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).splitlines()[0]
         return None, f"{REFINED_NAME} cannot be read ({first}): joints start at zero or their nearest limit"

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 from time import perf_counter
 
-from asset2sim.assets.authored import REFINED_NAME
+from asset2sim.assets.authored import read_overlay
 from asset2sim.assets.checksums import FILE, changed_files, file_digest
 from asset2sim.assets.extract import INPUTS, Extraction, folder_of
 from asset2sim.assets.folder import URDF_NAME, Folder, staged_folder, write_folder
@@ -137,7 +137,7 @@ def write_again(ref: AssetRef, recipe: Recipe, brought: Path, target: Path, inpu
     extraction = extract(ref, up=recipe.up, inputs=inputs)
     if recipe.corrected:
         extraction, _ = find_blocked_joints(extraction)
-    overlay = recipe.overlay or PhysicsOverlay.model_validate_json((brought / REFINED_NAME).read_bytes())
+    overlay = recipe.overlay or read_overlay(brought)
     whole, _ = collision_shapes(extraction, overlay.scale, settings.collision)
     mode = settings.collision.mode
     hulls = whole if mode is CollisionMode.KEEP else cut_again(whole, recipe.cuts)

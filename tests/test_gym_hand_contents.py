@@ -7,13 +7,14 @@ import pytest
 from pydantic import TypeAdapter
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.assets.authored import read_overlay
 from asset2sim.gym.hand.content_world import ContentWorld, orders_of_use
 from asset2sim.gym.hand.contents import Kept, content_records
 from schemas.asset import AssetRecord, AssetRef
 from schemas.hand_settings import ContentSettings, HandSettings
 from schemas.overlay import JointPhysics
 from schemas.settings import Settings
-from tasks.by_hand import contents_columns, measure_contents, overlay_of
+from tasks.by_hand import contents_columns, measure_contents
 from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, robot, shape
 from tests.factories import make_joint
@@ -48,7 +49,7 @@ def box(folder: Path, below: str = "", sides: str = "") -> Path:
 
 
 def kept(folder: Path) -> list[Kept]:
-    return content_records(folder, overlay_of(folder), HandSettings(), ContentSettings())
+    return content_records(folder, read_overlay(folder), HandSettings(), ContentSettings())
 
 
 def test_what_lies_in_a_drawer_and_in_a_box_stays(tmp_path: Path) -> None:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.assets.authored import read_overlay
 from asset2sim.gym.hand.gripper import open_world
 from asset2sim.gym.hand.lifted import Lifted, lift
 from asset2sim.gym.hand.surfaces import meets_first
 from schemas.asset import AssetRef
 from schemas.hand_settings import HandSettings, LiftSettings
 from schemas.settings import Settings
-from tasks.by_hand import measure_lifted, overlay_of
+from tasks.by_hand import measure_lifted
 from tasks.progress import AssetJob
 from tests.assets import link, prior, robot, shape
 from tests.refined_things import Solid, block, inertial, refined, two
@@ -31,7 +32,7 @@ def told(folder: Path, **terms: Any) -> Path:
 
 
 def lifted(folder: Path) -> Lifted:
-    return lift(folder, overlay_of(folder), HandSettings(), LiftSettings())
+    return lift(folder, read_overlay(folder), HandSettings(), LiftSettings())
 
 
 def trap(folder: Path, friction: float) -> Path:
@@ -113,7 +114,7 @@ def test_what_is_too_heavy_too_slippery_or_too_wide_is_not_lifted(tmp_path: Path
 def test_an_object_that_is_pressed_harder_than_a_hand_presses_is_not_lifted(tmp_path: Path) -> None:
     folder = block(tmp_path / "block", 0.06, 0.5)
     weak = HandSettings(most_n=0.01)  # of 70 N and this, and what they hold weighs 5 N
-    miss = lift(folder, overlay_of(folder), weak, LiftSettings()).miss
+    miss = lift(folder, read_overlay(folder), weak, LiftSettings()).miss
     assert miss is not None and miss.fault == "hand" and "presses with" in miss.text
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed here")
+from asset2sim.assets.authored import read_overlay
 from asset2sim.gym.contacts import pressures
 from asset2sim.gym.guards import Guards
 from asset2sim.gym.hand.gripper import HandWorld, open_world
@@ -26,7 +27,7 @@ from schemas.mechanism import EffortRange
 from schemas.overlay import JointPhysics
 from schemas.settings import Settings
 from schemas.support import Support, SupportKind
-from tasks.by_hand import measure_used, overlay_of
+from tasks.by_hand import measure_used
 from tasks.progress import AssetJob
 from tests.assets import joint, link, prior, robot, shape
 from tests.factories import make_joint, make_link
@@ -47,7 +48,7 @@ def chest(folder: Path, *, kg: float = 20.0, base: str = "0.3 0.3 0.3", fixed: b
 
 
 def used(folder: Path) -> UsedJoint:
-    (found,) = use_records(folder, overlay_of(folder), HandSettings())
+    (found,) = use_records(folder, read_overlay(folder), HandSettings())
     return found
 
 
@@ -142,7 +143,7 @@ def doors(folder: Path) -> Path:
 
 def test_a_finger_rubs_only_what_lies_beside_it_and_not_the_seam_of_two_doors(tmp_path: Path) -> None:
     folder = doors(tmp_path / "doors")
-    for found in use_records(folder, overlay_of(folder), HandSettings()):
+    for found in use_records(folder, read_overlay(folder), HandSettings()):
         assert found.done and found.by == "gripper", found
         assert (found.ways[0].kind, found.ways[0].holds) == ("rub", 1)
     world = opened(folder)
@@ -225,7 +226,7 @@ def test_a_blow_that_is_over_within_a_step_is_a_touch(tmp_path: Path) -> None:
 
 def test_a_joint_that_takes_less_than_a_hand_has_is_not_at_fault_where_a_finger_slips(tmp_path: Path) -> None:
     folder = plate(tmp_path / "plate", proud_m=0.018, friction=30.0)
-    (found,) = use_records(folder, overlay_of(folder), HandSettings(pad_friction=0.1))
+    (found,) = use_records(folder, read_overlay(folder), HandSettings(pad_friction=0.1))
     assert (found.done, found.fault) == (False, "hand") and "slipped" in found.reason, found
     assert found.ways[0].takes == pytest.approx(30.0 / 45.0, abs=0.01)
 
@@ -276,7 +277,7 @@ def test_another_joint_that_moves_meanwhile_is_told(tmp_path: Path) -> None:
     )
     falls = make_joint("falls", "prismatic", 0.1).model_copy(update={"upper": 0.1, "open": 0.1})
     folder = refined(tmp_path / "two", urdf, [slide, falls], {"body": 20.0, "front": 0.5, "weight": 0.2}, fixed=True)
-    found = use_joint(HandWorlds(folder, HandSettings()), slide, overlay_of(folder))
+    found = use_joint(HandWorlds(folder, HandSettings()), slide, read_overlay(folder))
     assert found.done and found.reason == "meanwhile 'falls' goes 100% of its range", found
 
 
@@ -304,7 +305,7 @@ def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, tools = chest(tmp_path / "chest"), list[str]()
-    overlay = overlay_of(folder)
+    overlay = read_overlay(folder)
     deep = Led(0.75, 0.0, "press", 0.1, 1, None, 20.0, False, in_the_way=True, deeper_m=0.001)
 
     def pressed(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
@@ -318,7 +319,7 @@ def test_a_key_too_deep_for_the_hand_is_tried_with_the_finger_tips_too(
 
 def test_what_moved_along_once_is_held_from_then_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, tools = chest(tmp_path / "chest", kg=2.0), list[str]()
-    overlay = overlay_of(folder)
+    overlay = read_overlay(folder)
     shoved = Guards(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.06, False, False, False, False, displaced=True)
 
     def moved(world: HandWorld, joint: JointPhysics, by: str) -> UsedJoint:
@@ -338,7 +339,7 @@ def test_what_moved_along_is_held_and_tried_once_more_with_other_parts_open(
 ) -> None:
     """A carton is shoved by a hand at a flap that lies under others, further than the flap goes once it is held."""
     folder, tools = doors(tmp_path / "carton"), list[str]()
-    fixed = overlay_of(folder)
+    fixed = read_overlay(folder)
     light = {"support": Support(kind=SupportKind.FREESTANDING), "links": (make_link("body", 0.5),)}
     overlay = fixed.model_copy(update=light)
     guards = Guards(False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, False, False, False, False)
@@ -376,7 +377,7 @@ def test_what_lies_behind_a_door_is_used_once_that_is_open(tmp_path: Path, count
     hinge = make_joint("hinge", "revolute", 0.0).model_copy(update=stays)
     slide = make_joint("slide", "prismatic", 0.0).model_copy(update={"upper": 0.15, "open": 0.15, **known})
     folder = refined(tmp_path / "cupboard", urdf, [hinge, slide], {"body": 20.0, "door": 1.0, "shelf": 0.5}, fixed=True)
-    overlay = overlay_of(folder)
+    overlay = read_overlay(folder)
     found = use_joint(HandWorlds(folder, HandSettings()), overlay.joints[1], overlay)
     assert found.done and found.by.endswith("other parts open"), found
 
@@ -403,7 +404,7 @@ def stapler(folder: Path) -> Path:
 
 def test_what_hangs_on_a_sprung_part_is_used_while_the_other_hand_keeps_that_open(tmp_path: Path) -> None:
     folder = stapler(tmp_path / "stapler")
-    overlay = overlay_of(folder)
+    overlay = read_overlay(folder)
     body, lid = use_records(folder, overlay, HandSettings())
     assert lid.done and body.done and body.by.endswith("'lid' kept open"), (body, lid)
     assert not use_joint(HandWorlds(folder, HandSettings()), overlay.joints[0], overlay).done
@@ -453,7 +454,7 @@ def test_wheels_pedals_and_what_cannot_move_are_no_hands_task(tmp_path: Path) ->
         "it rolls or swings freely", "no hand works a foot pedal", "it is open where it is closed", "",
     ]  # fmt: skip
     assert no_task(kind_of("wheel", lower=None, upper=None)) == "it rolls or swings freely"
-    none = use_records(folder, overlay_of(folder).model_copy(update={"joints": joints[:3]}), HandSettings())
+    none = use_records(folder, read_overlay(folder).model_copy(update={"joints": joints[:3]}), HandSettings())
     assert [(item.done, item.fault) for item in none] == [(False, "task")] * 3
     many = [make_joint(f"key_{number}") for number in range(50)]
     assert [item.name for item in joints_to_try(many, 3)] == ["key_0", "key_24", "key_49"]
@@ -484,7 +485,7 @@ def test_a_hose_is_bent_at_its_end_and_not_joint_by_joint(tmp_path: Path) -> Non
     joints = [make_joint(f"hinge{number}", "revolute").model_copy(update=terms) for number in range(9)]
     masses = {"body": 5.0} | dict.fromkeys(names, 0.1)
     found = use_records(folder := refined(tmp_path / "hose", robot(*links, *hinges), joints, masses),
-                        overlay_of(folder), HandSettings())  # fmt: skip
+                        read_overlay(folder), HandSettings())  # fmt: skip
     assert [(one.joint, one.done, one.fault) for one in found if one.fault != "task"] == [("hinge8", True, "")]
     assert {one.reason for one in found if one.fault == "task"} == {"it bends along with its chain, up to 'hinge8'"}
 
@@ -501,5 +502,5 @@ def test_a_lid_that_leans_back_stays_there_and_falls_from_elsewhere(
     middle = inertial(0.1, 0.1).replace("<inertial>", '<inertial><origin xyz="0.1 0 0"/>')
     urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertial(0.1, 0.1), middle), encoding="utf-8")
     assert bears(open_world(folder, HandSettings()), "hinge", (0.0, 1.6)) is stays
-    used = use_records(folder, overlay_of(folder), HandSettings())
+    used = use_records(folder, read_overlay(folder), HandSettings())
     assert [one.done for one in used] == [True], used[0].reason

@@ -8,14 +8,14 @@ import numpy as np
 import yourdfpy
 from pydantic import ValidationError
 
-from asset2sim.assets.authored import REFINED_NAME
+from asset2sim.assets.authored import REFINED_NAME, read_overlay
 from asset2sim.assets.extract import DescriptionFile
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics, read_urdf, root_of, tree_joint
 from asset2sim.intake.origin import open_origin
 from asset2sim.physics.kinematics import TreeJoint, parents_first, rigid_links
 from schemas.errors import AssetError
-from schemas.overlay import JointPhysics, PhysicsOverlay
+from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings
 from schemas.support import SupportKind
 from schemas.vocabulary import FailureMode
@@ -105,7 +105,7 @@ def refined_subject(folder: Path) -> ViewedObject:
     read."""
     file = folder / REFINED_NAME
     try:
-        overlay = PhysicsOverlay.model_validate_json(file.read_text(encoding="utf-8"))
+        overlay = read_overlay(folder)
     except (OSError, ValidationError) as error:
         reason = str(error).splitlines()[0]
         raise AssetError(

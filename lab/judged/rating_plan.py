@@ -58,7 +58,7 @@ TOUCHED = RatingStage(
 )
 STAGES = (BEFORE, UNTOUCHED, TOUCHED)
 SCORES = tuple(range(11))
-"""What may be given: 0 is broken, 10 is like the real thing."""
+"""Scores that a rater may give: 0 is broken, 10 is like the real thing."""
 
 
 @dataclass(frozen=True)

@@ -183,7 +183,9 @@ def orders_of_use(
     shut = {joint.name: world.position(joint.name) for joint in joints}
     opened, left = open_joints(world, joints)
     closing = opened[::-1]
-    for _ in () if left else opened:
+    if left:
+        return opened, closing, left[0].name
+    for _ in opened:
         closed, left = lead_joints(world, closing, shut, world.hand.closed_share)
         if not left:
             return opened, closed, ""
