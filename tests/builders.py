@@ -86,6 +86,10 @@ def mesh(filename: str) -> str:
     return f'<mesh filename="{filename}"/>'
 
 
+CUBE = ((box(0.1, 0.1, 0.1), ORIGIN),)
+"""The shapes of a link that is a cube of 0.1 m."""
+
+
 def write_urdf(folder: Path, links: Sequence[UrdfLink], joints: Sequence[UrdfJoint] = ()) -> Path:
     """Write ``object.urdf`` into the folder."""
     path = folder / "object.urdf"
@@ -133,6 +137,16 @@ def swing(folder: Path, link: UrdfLink, **joint: object) -> Path:
     base = UrdfLink("base", mass=10.0, inertia=ball_inertia(1.0))
     fields: dict[str, object] = {"name": "j", "type": "revolute", "parent": "base", "child": link.name}
     return write_urdf(folder, [base, link], [UrdfJoint(**(fields | joint))])  # type: ignore[arg-type]
+
+
+def siblings(folder: Path, reach: float) -> Path:
+    """Two boxes of 0.1 m on one root that overlap by ``reach`` along x with ``slide`` at zero."""
+    links = [UrdfLink("root"), UrdfLink("left", shapes=CUBE), UrdfLink("right", shapes=CUBE)]
+    joints = [
+        UrdfJoint("other", "revolute", "root", "left", friction=1.0),
+        UrdfJoint("slide", "prismatic", "root", "right", axis=(1.0, 0.0, 0.0), xyz=(0.1 - reach, 0.0, 0.0)),
+    ]
+    return write_urdf(folder, links, joints)
 
 
 def block_urdf(folder: Path, size: Vector3 = (0.1, 0.1, 0.1), mass: float = 1.0, com: Vector3 = ORIGIN) -> Path:

@@ -15,7 +15,7 @@ from schemas.interaction import Measurement
 from schemas.settings import EngineSettings, Thresholds
 from schemas.verdict import Verdict
 from schemas.vocabulary import Engine, FailureMode
-from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, box, sphere, write_urdf
+from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, box, siblings, sphere, write_urdf
 from tests.engine_worlds import every_engine, held
 
 pytestmark = pytest.mark.system
@@ -179,17 +179,6 @@ def test_what_no_table_can_hold_is_capped(value: float) -> None:
 
 def test_what_a_table_can_hold_is_kept() -> None:
     assert capped_reading(-0.25) == -0.25
-
-
-def siblings(folder: Path, reach: float) -> Path:
-    """Two boxes of 0.1 m on one root that overlap by ``reach`` along x with ``slide`` at zero."""
-    shape = ((box(0.1, 0.1, 0.1), ORIGIN),)
-    links = [UrdfLink("root"), UrdfLink("left", shapes=shape), UrdfLink("right", shapes=shape)]
-    joints = [
-        UrdfJoint("other", "revolute", "root", "left", friction=1.0),
-        UrdfJoint("slide", "prismatic", "root", "right", axis=(1.0, 0.0, 0.0), xyz=(0.1 - reach, 0.0, 0.0)),
-    ]
-    return write_urdf(folder, links, joints)
 
 
 @every_engine

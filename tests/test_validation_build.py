@@ -4,15 +4,27 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from asset2sim.assets.meshes.volume import shape_of
+from asset2sim.assets.solids import PlacedShape, shapes_with_mass
 from asset2sim.models.prompts import SYNTHESIS, overlay_request
+from asset2sim.physics.arrays import Array, floats_of
+from asset2sim.physics.inertia import box_inertia
 from asset2sim.validation.build import Built, built_link
+from asset2sim.validation.mass_bounds import bounded_inertia
+from asset2sim.validation.sanity import convert_link_units
 from asset2sim.validation.validate import validate
 from schemas.features import LinkFeatures
+from schemas.finding import Notes
 from schemas.overlay import Content, LinkProposal, MassChange, Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import MassRule, Severity, Source
 from tests.assets import joint, link, prior, read, robot, shape, written
+from tests.builders import corners, is_physical
+from tests.factories import make_features
 from tests.test_assets_surface import shell_moments
 
 SETTINGS = PhysicsSettings()
@@ -151,3 +163,81 @@ def test_a_door_drawn_as_a_sheet_is_as_heavy_as_its_kind(
         theirs, _ = validate(extraction, by_user, Source.MODEL, 0.5, SETTINGS)
         volume = drawn_m * width * height * theirs.scale**3
         assert theirs.links[1].mass_kg == pytest.approx(volume * density * hollow, rel=0.01), "the user's own stays"
+
+
+def converted(scale: float = 0.25, **fields: float) -> tuple[LinkProposal, list[str]]:
+    notes = Notes()
+    proposal = Overlay(scale=scale, links=(LinkProposal(name="body", **fields),))
+    (link,) = convert_link_units(make_features("7"), proposal, notes).links
+    return link, [finding.code for finding in notes.findings]
+
+
+@pytest.mark.parametrize(("said", "meant"), [(0.7, 700.0), (2.7, 2700.0), (7.85, 7850.0)])
+def test_a_density_that_no_solid_has_is_in_g_cm3(said: float, meant: float) -> None:
+    link, codes = converted(density_kg_m3=said)
+    assert link.density_kg_m3 == pytest.approx(meant) and codes == ["density_in_g_cm3"]
+
+
+@pytest.mark.parametrize(("said", "meant"), [(2.0, 0.002), (16.0, 0.016), (0.8, 0.0008)])
+def test_a_wall_thicker_than_its_link_is_in_millimetres(said: float, meant: float) -> None:
+    link, codes = converted(wall_m=said)
+    assert link.wall_m == pytest.approx(meant) and codes == ["wall_in_millimetres"]
+
+
+@pytest.mark.parametrize("fields", [{"density_kg_m3": 15.0}, {"density_kg_m3": 900.0}, {"wall_m": 0.016}, {}])
+def test_what_may_be_meant_stays(fields: dict[str, float]) -> None:
+    link, codes = converted(**fields)
+    assert link == LinkProposal(name="body", **fields) and codes == []
+
+
+def test_a_thick_wall_of_a_large_thing_stays() -> None:
+    assert converted(scale=3.0, wall_m=0.2) == (LinkProposal(name="body", wall_m=0.2), [])
+
+
+edges = st.floats(1e-3, 1.0)
+
+
+def cube_points(size: Array) -> Array:
+    """The eight corners of a box of edge lengths ``size`` about the origin."""
+    return corners(floats_of(-size / 2.0), floats_of(size / 2.0))
+
+
+def test_a_solid_box_is_left_as_it_is_and_a_placeholder_is_lowered_to_the_faces() -> None:
+    size = np.array([0.2, 0.1, 0.05])
+    assert bounded_inertia(box_inertia(2.0, size), 2.0, cube_points(size), 1e-4) is None
+    lowered = bounded_inertia(np.eye(3), 2.0, cube_points(size), 1e-4)
+    assert lowered is not None
+    moments = 2.0 * (size / 2.0) ** 2
+    np.testing.assert_allclose(lowered, np.diag(moments.sum() - moments), rtol=1e-9)
+
+
+def test_a_sheet_keeps_the_thickness_that_it_is_given() -> None:
+    flat = cube_points(np.array([0.2, 0.2, 0.0]))
+    lowered = bounded_inertia(np.eye(3), 1.0, flat, 1e-3)
+    assert lowered is not None
+    assert lowered[0, 0] == pytest.approx(0.1**2 + 1e-3**2) and is_physical(lowered)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.tuples(edges, edges, edges), st.floats(0.1, 50.0))
+def test_whatever_comes_out_is_an_inertia_that_a_body_can_have(size: tuple[float, ...], factor: float) -> None:
+    box = np.array(size)
+    bounded = bounded_inertia(factor * box_inertia(1.0, box), 1.0, cube_points(box), 1e-4)
+    if bounded is None:
+        assert factor <= 3.0 * (1.0 + 1e-5), "a shell has three times the second moments of a solid box"
+    else:
+        assert is_physical(bounded)
+
+
+def placed(size: tuple[float, float, float], at: tuple[float, float, float]) -> PlacedShape:
+    """A box, flat where an edge is zero, at a place."""
+    mesh = trimesh.creation.box(extents=size)
+    mesh.apply_translation(at)
+    return PlacedShape(shape_of(mesh), np.eye(3), np.zeros(3), None)
+
+
+def test_a_pane_beside_its_handle_has_a_mass_and_a_sticker_has_none() -> None:
+    handle, pane = placed((0.02, 0.1, 0.02), (0.0, 0.0, 0.0)), placed((0.5, 0.4, 0.0), (0.25, 0.0, 0.0))
+    sticker = placed((0.01, 0.05, 0.0), (0.0, 0.0, 0.01))
+    assert shapes_with_mass([handle, pane, sticker]) == [handle, pane]
+    assert shapes_with_mass([pane]) == [pane]

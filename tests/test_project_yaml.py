@@ -1,17 +1,27 @@
 """``catalog.yaml`` opens with intake: every table, as ``read_table`` gives it, from a folder or its address."""
 
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
+import yaml
+from prefect.cli.deploy._models import PrefectYamlModel
+from prefect.client.schemas.objects import ConcurrencyLimitStrategy
+from prefect.flows import Flow, load_flow_from_entrypoint
 
 from asset2sim.catalog.failures import Review
 from asset2sim.catalog.own_files import OwnFile
 from asset2sim.catalog.read import read_table
 from asset2sim.catalog.write import write_run
+from flows.schedule import nightly_schedule
+from flows.server.client import ONE_AT_A_TIME
+from schemas.settings import Settings
 from schemas.tables import PUBLISHED, REVIEWS
 from schemas.vocabulary import FailureMode
+from tests.assets import ROOT
 from tests.factories import MODEL, make_expected, make_failure, make_record
 from tests.test_catalog_history import night
 
@@ -64,3 +74,38 @@ def test_without_out_it_is_the_folder_of_make_flow(out: Path, monkeypatch: pytes
     (tmp_path / "data" / "refined").symlink_to(out)
     monkeypatch.chdir(tmp_path)
     assert len(intake.open_catalog(str(FILE))["assets"].read()) == 2
+
+
+@pytest.fixture(scope="module")
+def content() -> dict[str, Any]:
+    found: dict[str, Any] = yaml.safe_load((ROOT / "prefect.yaml").read_text(encoding="utf-8"))
+    return found
+
+
+def test_prefect_takes_the_file(content: dict[str, Any]) -> None:
+    model = PrefectYamlModel.model_validate(content)
+    assert [deployment.name for deployment in model.deployments] == ["nightly"]
+
+
+def test_the_entrypoint_is_a_flow_that_takes_the_parameters(
+    content: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    # Prefect puts the file's folder on the path and the file among the modules, and leaves them there.
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setitem(sys.modules, "nightly", sys)
+    (deployment,) = content["deployments"]
+    found: Flow[..., Any] = load_flow_from_entrypoint(deployment["entrypoint"])
+    assert found.name == "nightly"
+    parameters = found.validate_parameters(deployment["parameters"])
+    assert isinstance(parameters["settings"], Settings) and parameters["settings"].run.workers == 2
+    assert (ROOT / parameters["data"] / "manifest.csv").is_file()
+
+
+def test_the_schedule_and_the_limit_are_those_of_make_nightly(content: dict[str, Any]) -> None:
+    (deployment,) = content["deployments"]
+    (schedule,) = deployment["schedules"]
+    assert (schedule["cron"], schedule["timezone"]) == nightly_schedule(ROOT / "catalog.yaml")
+    limit = deployment["concurrency_limit"]
+    assert limit["limit"] == ONE_AT_A_TIME.limit == 1
+    assert ConcurrencyLimitStrategy(limit["collision_strategy"]) is ONE_AT_A_TIME.collision_strategy
