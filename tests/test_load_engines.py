@@ -269,6 +269,31 @@ def test_a_free_object_stands_on_its_lowest_point(engine: str, tmp_path: Path) -
     assert load(folder, engine, fixed=True).about.height_m == pytest.approx(0.15)
 
 
+@every_engine
+@pytest.mark.parametrize("support", ["freestanding", "fixed"])
+def test_an_object_without_joints_is_loaded_and_lies_on_the_floor_or_is_held(
+    tmp_path: Path, engine: str, support: str
+) -> None:
+    item = load(written(tmp_path, body("base", 10.0, "0 0 0", 1.0, box("0.4 0.4 0.1")), {}, support), engine)
+    for _ in range(240):
+        item.step()
+    assert not item.joint_names and item.positions() == {}
+    height = 0.05 + (0.01 if support == "fixed" else 0.0)
+    assert item.link_poses()["base"][2, 3] == pytest.approx(height, abs=1e-3)
+
+
+def test_the_pull_of_what_is_round_about_its_axis_is_on_its_rim(tmp_path: Path) -> None:
+    wheel = body("wheel", MASS, "0 0 0", 0.01, '<collision><origin rpy="1.5707963 0 0"/><geometry>'
+                 '<cylinder radius="0.3" length="0.1"/></geometry></collision>')  # fmt: skip
+    knob = body("knob", MASS, "0 0 0", 0.01, '<visual name="knob-1"><geometry><box size="0.2 0.1 0.2"/></geometry>'
+                "</visual>" + box("0.2 0.1 0.2"))  # fmt: skip
+    about = describe(written(tmp_path, BASE + wheel + knob, {"roll": {"child": "wheel"}, "turn": {"child": "knob"}}))
+    for joint, reach in zip(about.joints, (0.3, 0.1 * math.sqrt(2.0)), strict=True):
+        assert joint.pull is not None
+        assert joint.pull[1] == pytest.approx(0.0), "midway along its axis"
+        assert math.hypot(joint.pull[0], joint.pull[2]) == pytest.approx(reach, rel=0.02)
+
+
 def test_a_description_says_what_a_user_must_know(tmp_path: Path) -> None:
     handle = '<visual name="handle-3"><origin xyz="0.1 0 0"/><geometry><box size="0.02 0.02 0.02"/></geometry></visual>'
     drawer = body("drawer", MASS, "0 0 0", 0.01, box("0.4 0.2 0.1") + handle)

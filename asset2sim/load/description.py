@@ -26,13 +26,15 @@ Values = Mapping[str, float] | Sequence[float] | np.ndarray | float
 """Numbers of joints by name, or one for each in the order of ``joint_names``."""
 State = str | Mapping[str, float] | None
 DRAWN = 16  # states drawn at random before joints are drawn one after another, and of each then
+ROUND = 0.25  # share of a part's reach from its axis below which its middle lies on the axis
 HANDLES = ("handle", "knob", "pull", "grip", "lever", "latch", "strap")  # names of visuals that hands take begin so
 
 
 @dataclass(frozen=True)
 class Joint:
     """One movable joint; ``unit`` is rad or m, ``lower`` and ``upper`` are None where it turns for ever. ``pull`` is a
-    point to take hold of, m in the frame of ``link``: the middle of a handle, else of the edge that moves furthest.
+    point to take hold of, m in the frame of ``link``: the middle of a handle, else of the edge that moves furthest;
+    of what is round about its axis, a point on its rim.
     ``mimic``: the joint that it follows, multiplier, offset. Effective inertia and load are of the initial state."""
 
     name: str
@@ -285,16 +287,29 @@ def verdict_of(folder: Path) -> tuple[str, str]:
         return "unknown", ""
 
 
+def pull_point(points: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
+    """The middle of a part's points; of a part that is round about its axis (a knob, a wheel), where no pull at the
+    middle turns it, a point on the rim beside it."""
+    middle: np.ndarray = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    if axis is None:
+        return middle
+    arms = np.linalg.norm(np.cross(points, axis), axis=1)
+    if np.linalg.norm(np.cross(middle, axis)) >= ROUND * arms.max():
+        return middle
+    across = points[arms >= 0.98 * arms.max()][0] - middle
+    return np.asarray(middle + across - axis * (across @ axis))
+
+
 def joint_of(link: ET.Element, element: ET.Element, terms: dict[str, Any], cloud: np.ndarray) -> Joint:
     """One joint from the link that it moves, its URDF element, its entry in the overlay, and the link's points."""
     lead, points, mimic = element.find("mimic"), points_of(link, "visual", HANDLES), None
+    axis, slides = vector_of(element.find("axis"), "xyz", "1 0 0"), terms["type"] == "prismatic"
+    axis = axis / np.linalg.norm(axis) * (-1.0 if terms["open"] < terms["closed"] else 1.0)
     if not len(points) and len(cloud):
-        axis = vector_of(element.find("axis"), "xyz", "1 0 0")
-        axis = axis / np.linalg.norm(axis) * (-1.0 if terms["open"] < terms["closed"] else 1.0)
-        reach = cloud @ axis if terms["type"] == "prismatic" else np.linalg.norm(np.cross(cloud, axis), axis=1)
+        reach = cloud @ axis if slides else np.linalg.norm(np.cross(cloud, axis), axis=1)
         points = cloud[reach >= reach.max() - 0.02 * np.ptp(cloud, axis=0).max()]
     if lead is not None:
         mimic = str(lead.get("joint")), float(lead.get("multiplier", 1.0)), float(lead.get("offset", 0.0))
-    pull = tuple(((points.min(axis=0) + points.max(axis=0)) / 2.0).tolist()) if len(points) else None
+    pull = tuple(pull_point(points, None if slides else axis).tolist()) if len(points) else None
     unit, known = "m" if terms["type"] == "prismatic" else "rad", {*terms} & {*Joint.__dataclass_fields__} - {"mimic"}
     return Joint(**{key: terms[key] for key in known}, unit=unit, link=str(link.get("name")), mimic=mimic, pull=pull)

@@ -73,6 +73,18 @@ def let_pass(about: Description, links: Any) -> None:
             shape.set_collision_groups([*shape.collision_groups[:2], bits, (8 * serial + block) % 0x10000])
 
 
+def articulation_of(scene: Any, loader: Any, path: str) -> Any:
+    """The articulation that SAPIEN's loader makes of a URDF; of a URDF without joints, from which ``loader.load`` makes
+    none, an articulation of its one link."""
+    articulations, actors, _ = loader.parse(path)
+    if articulations:
+        return articulations[0].build()
+    builder = scene.create_articulation_builder()
+    link = builder.create_link_builder()
+    vars(link).update({key: told for key, told in vars(actors[0]).items() if key != "physx_body_type"})
+    return builder.build(fix_root_link=loader.fix_root_link)
+
+
 class SapienObject(Loaded):
     """SAPIEN's own loader, with looks where the scene can render. A joint's drive, at rest and of bounded force, is its
     dry friction; a second drive between the same links is damper and spring. That pulls a hinge by 2 k sin(e / 2), the
@@ -98,7 +110,7 @@ class SapienObject(Loaded):
         with suppress(RuntimeError):  # SAPIEN's answer where there is none
             renders = scene.get_render_system() is not None
         with copied_urdf(about.urdf, visuals=renders) as path:
-            body = loader.load(path)
+            body = articulation_of(scene, loader, path)
         body.sleep_threshold, body.solver_position_iterations = 0.0, 50  # with SAPIEN's 10, held lids creep
         for link in body.links:
             link.linear_damping = link.angular_damping = 0.0
