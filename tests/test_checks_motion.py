@@ -11,7 +11,7 @@ from asset2sim.checks.hold import hold_records, hold_verdict
 from asset2sim.checks.mechanism import span_of
 from asset2sim.checks.nudge import nudge_records, nudge_verdict
 from asset2sim.checks.release import release_records, release_verdict
-from asset2sim.checks.reset import perturbed_starts, reset_from, reset_verdict
+from asset2sim.checks.reset import perturbed_starts, reset_from, reset_verdict, slip_given
 from asset2sim.checks.set_down import point_clouds, set_down
 from asset2sim.engines.world import World
 from schemas.interaction import Interaction
@@ -221,6 +221,20 @@ def test_a_reset_sees_a_door_that_must_stay_and_does_not(tmp_path: Path) -> None
     firm = record.model_copy(update={"slip_given": 0.02})
     failed = reset_verdict(firm, 0, Interaction(engine=Engine.PYBULLET), LIMITS)
     assert not failed.passed and "which must hold, moves over" in failed.reason
+    further = record.model_copy(update={"slip_given": record.joint_motion / (1.01 * LIMITS.reset_slip_margin)})
+    assert further.slip_given > LIMITS.reset_joint_share
+    failed = reset_verdict(further, 0, Interaction(engine=Engine.PYBULLET), LIMITS)
+    assert not failed.passed, "no fall takes it further than its energy does"
+
+
+def test_what_rests_on_its_stop_is_braked_by_its_load_too(tmp_path: Path) -> None:
+    given = {}
+    for start in (0.0, 0.75):
+        item = lid(tmp_path, friction=0.9, start=start, hold=True)
+        with opened(item, plane=True) as world:
+            _, _, support = set_down(world, item.item, point_clouds(item.urdf), SETTINGS)
+        given[start] = slip_given(item.item, item.item.joints[0].name, *perturbed_starts(SETTINGS)[0], support)
+    assert given[0.0] < 0.4 * given[0.75], "shut, its weight holds it down"
 
 
 def test_starts_are_the_corners_and_the_same_every_time() -> None:
