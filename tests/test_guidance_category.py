@@ -40,6 +40,7 @@ def test_a_category_whose_rows_are_left_out_is_unknown_and_no_error(
         ("bar_stool", "Stool"),
         ("tool_chest", "Toolbox"),
         ("FlatIron", "HairStraightener"),
+        ("door_handle", "DoorHandle"),
     ],
 )
 def test_what_other_datasets_call_their_objects_is_known_by_its_last_noun(name: str, category: str) -> None:
