@@ -197,6 +197,11 @@ def corners(low: Vector3, high: Vector3) -> Array:
     return np.array([(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
 
 
+def standing_block(x: float, y: float, z: float) -> Array:
+    """(8, 3) corners of a block of these edges that stands on the plane, centred over the origin."""
+    return corners((-x / 2, -y / 2, 0.0), (x / 2, y / 2, z))
+
+
 def shifted(points: Array, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:
     """(n, 3) points moved."""
     moved: Array = points + np.array([x, y, z])

@@ -1,7 +1,9 @@
 """Asset records for tests: complete ones with stated numbers, and failed ones that stopped early."""
 
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
+from asset2sim.catalog.run import RunRow
 from asset2sim.checks.alignment.align import align
 from asset2sim.checks.alignment.expectations import expectations_met, misfits
 from asset2sim.guidance.read import read_guidance
@@ -37,6 +39,13 @@ def make_call(**changes: object) -> ModelCall:
         "cost_usd": 0.01, "latency_s": 0.5, "cached": False, "outcome": "ok", "prompt_hash": "abc",
     }  # fmt: skip
     return ModelCall.model_validate(fields | changes)
+
+
+def make_run(run_id: str = "20260101T000000-1", **changes: object) -> RunRow:
+    """A run that began and ended at one moment of 2026-01-02."""
+    now = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+    fields: dict[str, object] = {"run_id": run_id, "started_at": now, "finished_at": now, "dataset": "data/raw"}
+    return RunRow.model_validate(fields | changes)
 
 
 def make_measurement(**changes: object) -> Measurement:

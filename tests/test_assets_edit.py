@@ -19,6 +19,7 @@ from schemas.overlay import JointProposal, LinkProposal, Overlay, PhysicsOverlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import CollisionMode, Source
 from tests.assets import box_obj, fingerprint, joint, link, mesh, near, read, robot, shape, written
+from tests.test_assets_surface import shell_moments
 
 PHYSICS = PhysicsSettings()
 S = 0.5
@@ -178,23 +179,11 @@ def solid_box(mass: float, x: float, y: float, z: float) -> np.ndarray:
     return np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) * mass / 12.0
 
 
-def shell_box(mass: float, x: float, y: float, z: float) -> np.ndarray:
-    """Inertia of six plates of even thickness."""
-    edges, area, found = (x, y, z), 2.0 * (x * y + y * z + x * z), np.zeros(3)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        a, b, c = edges[i], edges[j], edges[k]
-        pair = mass * 2.0 * a * b / area  # the two plates of a by b, at c/2 from the middle
-        found[i] += pair * (b * b / 12.0 + c * c / 4.0)
-        found[j] += pair * (a * a / 12.0 + c * c / 4.0)
-        found[k] += pair * (a * a + b * b) / 12.0
-    return np.diag(found)
-
-
 def test_inertials_are_worked_out_by_hand(golden: Refined) -> None:
     mass, com, inertia = inertial(golden, "body")
     turned = rotation(0, 0, 1.5)
     assert near9(mass, 2.0 * S**3 * 800.0 * 0.5) and near9(com, (0, 0, 0.25))
-    half_full = (solid_box(100.0, 1.0, 0.5, 0.5) + shell_box(100.0, 1.0, 0.5, 0.5)) / 2.0
+    half_full = (solid_box(100.0, 1.0, 0.5, 0.5) + 100.0 * np.diag(shell_moments(1.0, 0.5, 0.5))) / 2.0
     assert near9(inertia, turned @ half_full @ turned.T)
     mass, com, inertia = inertial(golden, "door")
     assert near9(mass, 0.05 * S**3 * 500.0) and near9(com, (0.125, 0.025, 0.25))

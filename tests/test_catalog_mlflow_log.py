@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from mlflow import MlflowClient
+from mlflow.entities import Run
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
@@ -61,6 +62,14 @@ def test_figures(records: list[AssetRecord]) -> None:
     assert {name: figures[name] for name in expected} == pytest.approx(expected)
 
 
+def runs_in(folder: Path) -> tuple[MlflowClient, list[Run]]:
+    """The client of a folder's MLflow, and the runs of our experiment in it."""
+    client = MlflowClient(tracking_uri=f"sqlite:///{folder / 'mlflow.db'}")
+    experiment = client.get_experiment_by_name(EXPERIMENT)
+    assert experiment is not None
+    return client, list(client.search_runs([experiment.experiment_id]))
+
+
 def test_figures_of_nothing_are_left_out() -> None:
     assert run_figures([], LIMITS)["assets"] == 0
     assert "success_rate" not in run_figures([], LIMITS)
@@ -73,10 +82,7 @@ def test_a_run_is_in_mlflow_with_settings_figures_tables_and_chart(
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     run = start_run(Settings(), "data/raw", "paper9")
     assert logged_with_parts(tmp_path, run, records, Previous({"4": "none", "9": "none"})) is None
-    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
-    experiment = client.get_experiment_by_name(EXPERIMENT)
-    assert experiment is not None
-    (logged,) = client.search_runs([experiment.experiment_id])
+    client, (logged,) = runs_in(tmp_path)
     table = json.loads(Path(client.download_artifacts(logged.info.run_id, "failed.json")).read_text())
     (row,) = table["data"]
     assert dict(zip(table["columns"], row, strict=True)).items() >= {"asset_id": "4", "was": "none"}.items()
@@ -114,10 +120,7 @@ def test_what_a_night_costs_in_mlflow_does_not_grow_with_the_dataset(
     run = start_run(Settings(), "data/raw")
     was = {"bad0": "drift", "bad1": "drift", "bad2": "drift"}
     assert logged_with_parts(tmp_path, run, records, Previous(was)) is None
-    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
-    experiment = client.get_experiment_by_name(EXPERIMENT)
-    assert experiment is not None
-    (parent,) = client.search_runs([experiment.experiment_id])
+    client, (parent,) = runs_in(tmp_path)
     table = json.loads(Path(client.download_artifacts(parent.info.run_id, "failed.json")).read_text())
     assert [row[0] for row in table["data"]] == ["bad3", "bad0"]  # what is new comes first
     assert parent.data.metrics["failed"] == 4 and parent.data.tags["catalog"] == str(tmp_path / "catalog")
@@ -137,10 +140,7 @@ def test_the_file_is_made_beside_the_work_and_no_run_is_lost(tmp_path: Path, mon
     assert log_run(tmp_path, run, [], find_changes([], Previous())) is None
     for thread in beside:
         thread.join()
-    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
-    experiment = client.get_experiment_by_name(EXPERIMENT)
-    assert experiment is not None
-    (logged,) = client.search_runs([experiment.experiment_id])
+    client, (logged,) = runs_in(tmp_path)
     assert logged.info.run_name == run.run_id and not list(tmp_path.glob(f"{PART}*"))
     assert [file.path for file in client.list_artifacts(logged.info.run_id)] == ["summary.json"]
 
@@ -171,10 +171,8 @@ def test_artifacts_of_old_runs_are_removed_and_their_figures_and_the_newest_stay
         runs[name] = run
     said = remove_old_artifacts(tmp_path, runs["now"], 30)
     assert said == "MLflow: removed the artifacts of 1 runs from before 2026-01-30"
-    client = MlflowClient(tracking_uri=f"sqlite:///{tmp_path / 'mlflow.db'}")
-    experiment = client.get_experiment_by_name(EXPERIMENT)
-    assert experiment is not None
-    logged = {found.info.run_name: found for found in client.search_runs([experiment.experiment_id])}
+    client, found = runs_in(tmp_path)
+    logged = {item.info.run_name: item for item in found}
     left = {name: bool(client.list_artifacts(logged[name].info.run_id)) for name in runs}
     assert left == {"elsewhere": True, "old": False, "late": True, "now": True}
     assert logged["old"].data.metrics["assets"] == 2 and "now" in logged["old"].data.tags["artifacts_removed"]

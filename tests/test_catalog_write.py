@@ -26,7 +26,7 @@ from asset2sim.catalog.enforce import CatalogError, to_arrow
 from asset2sim.catalog.failures import compare_runs, failure_breakdown, failures_by
 from asset2sim.catalog.read import latest_rows, query, read_table
 from asset2sim.catalog.rows import asset_row, asset_rows, joint_rows, run_row, trace_rows
-from asset2sim.catalog.run import RunRow, finish_run, start_run, without_credentials
+from asset2sim.catalog.run import finish_run, start_run, without_credentials
 from asset2sim.catalog.show import describe_asset
 from asset2sim.catalog.stored_tables import check_catalog
 from asset2sim.catalog.summarize import summarize_all
@@ -38,16 +38,19 @@ from schemas.settings import ModelSettings, Settings, Thresholds
 from schemas.table import Table
 from schemas.tables import HISTORY, PUBLISHED, REVIEWS, TABLES
 from schemas.vocabulary import FailureMode, Grouping
-from tests.factories import make_expected, make_failure, make_measurement, make_motion, make_record, make_run_records
+from tests.factories import (
+    make_expected,
+    make_failure,
+    make_measurement,
+    make_motion,
+    make_record,
+    make_run,
+    make_run_records,
+)
 from tests.killing import killed_at
 
 CATALOG_FILE = Path(__file__).resolve().parents[1] / "catalog.yaml"
 SWITCH_AND_STORE = {switch.__file__, store.__file__}
-
-
-def make_run(run_id: str) -> RunRow:
-    now = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
-    return RunRow(run_id=run_id, started_at=now, finished_at=now, dataset="data/raw")
 
 
 def columns(out: Path, name: str, *wanted: str) -> list[tuple[Any, ...]]:

@@ -11,15 +11,10 @@ from asset2sim.physics.support_polygon import standing_on
 from schemas.interaction import Interaction, Reset
 from schemas.vocabulary import Engine, FailureMode
 from tests.assets import near
-from tests.builders import UrdfLink
+from tests.builders import UrdfLink, standing_block
 from tests.interaction_objects import LIMITS, SETTINGS, interaction, solid, subject
 
 UP = np.array([0.0, 0.0, 1.0])
-
-
-def corners(x: float, y: float, z: float) -> np.ndarray:
-    """The corners of a box that stands on z = 0."""
-    return np.array([(a * x / 2, b * y / 2, c * z) for a in (-1, 1) for b in (-1, 1) for c in (0, 1)])
 
 
 def rise(points: np.ndarray, center: np.ndarray, up: np.ndarray) -> tuple[float, float]:
@@ -37,7 +32,7 @@ def rise(points: np.ndarray, center: np.ndarray, up: np.ndarray) -> tuple[float,
     ids=["over its nearest edge", "leaning over an edge", "on an edge", "on another side"],
 )  # fmt: skip
 def test_a_box_tips_over_its_nearest_edge(center: tuple[float, ...], up: tuple[float, ...], tips: float) -> None:
-    found, support = rise(corners(0.2, 0.4, 0.6), np.array(center), np.array(up))
+    found, support = rise(standing_block(0.2, 0.4, 0.6), np.array(center), np.array(up))
     assert found == pytest.approx(tips, abs=1e-12)
     assert center[0] != 0.02 or near(support, 0.2)
 

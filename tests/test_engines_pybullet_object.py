@@ -22,6 +22,7 @@ from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 from schemas.vocabulary import FailureMode
 from tests.builders import ORIGIN, UrdfJoint, UrdfLink, ball_inertia, block_urdf, joint_track, mesh, swing, write_urdf
+from tests.engine_worlds import period
 
 pytestmark = pytest.mark.system
 
@@ -37,14 +38,6 @@ def track(urdf: Path, start: float, seconds: float, velocity: float = 0.0) -> Ar
         item.place({"j": start})
         item.client.resetJointState(item.body, item.joint_index["j"], start, velocity)
         return joint_track(item, seconds)
-
-
-def period(positions: Array) -> float:
-    """Mean time between falls through zero, s."""
-    before, after = positions[:-1], positions[1:]
-    falls = np.flatnonzero((before > 0.0) & (after <= 0.0))
-    moments = falls + before[falls] / (before[falls] - after[falls])
-    return float(np.diff(moments).mean()) * STEP
 
 
 def test_a_damped_hinge_loses_speed_as_its_damping_says(tmp_path: Path) -> None:

@@ -35,15 +35,19 @@ def lifted(folder: Path) -> Lifted:
     return lift(folder, read_overlay(folder), HandSettings(), LiftSettings())
 
 
+def with_middle(folder: Path, inertia: str, xyz: str) -> Path:
+    """The same object with the centre of the part of this inertial elsewhere."""
+    urdf, moved = folder / "mobility.urdf", inertia.replace("<inertial>", f'<inertial><origin xyz="{xyz}"/>')
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertia, moved), encoding="utf-8")
+    return folder
+
+
 def trap(folder: Path, friction: float) -> Path:
     """A block on a flap that hangs on a hinge at its lower edge, and falls open once nothing is below."""
-    middle = inertial(0.05, 0.05).replace("<inertial>", '<inertial><origin xyz="0.03 0 0"/>')
     made = two(folder, Solid(shape("0.06 0.06 0.08", xyz="0 0 0.046"), 0.5, 0.07),
                Solid(shape("0.06 0.06 0.004", xyz="0.03 0 0"), 0.05, 0.05), "revolute", "-0.03 0 0.003", "0 1 0", 1.5,
                names=("flap", "hinge"), friction=friction, damping=0.001, holds=True)  # fmt: skip
-    urdf = made / "mobility.urdf"
-    urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertial(0.05, 0.05), middle), encoding="utf-8")
-    return made
+    return with_middle(made, inertial(0.05, 0.05), "0.03 0 0")
 
 
 def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(tmp_path: Path) -> None:
@@ -54,13 +58,10 @@ def test_a_block_is_lifted_and_set_down_at_every_yaw_and_a_cupboard_is_no_load(t
 
 def laptop(folder: Path) -> Path:
     """A base with a screen as wide that leans back."""
-    screen = inertial(0.4, 0.2).replace("<inertial>", '<inertial><origin xyz="0 0 0.12"/>')
     made = two(folder, Solid(shape("0.24 0.34 0.02", xyz="0 0 0.01"), 2.4, 0.2),
                Solid(shape("0.008 0.34 0.22", xyz="0 0 0.115"), 0.4, 0.2), "revolute", "-0.115 0 0.022", "0 -1 0", 1.9,
                names=("screen", "hinge"), start=0.3, friction=0.6, damping=0.01, holds=True)  # fmt: skip
-    urdf = made / "mobility.urdf"
-    urdf.write_text(urdf.read_text(encoding="utf-8").replace(inertial(0.4, 0.2), screen), encoding="utf-8")
-    return made
+    return with_middle(made, inertial(0.4, 0.2), "0 0 0.12")
 
 
 def test_both_hands_lift_what_one_does_not_get_about_or_hold(tmp_path: Path) -> None:

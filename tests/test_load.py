@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -17,7 +16,6 @@ import trimesh
 
 import asset2sim.load
 from asset2sim.catalog.index import loader_source, write_index
-from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.load import LoadError, describe
 from asset2sim.load.shapes import TOUCH_M, overlap_depth, pieces_of
@@ -25,11 +23,10 @@ from lab.loaders.held_table import BLOCK, ENGINES, WAYS, held_block, sample_fold
 from lab.pages.blocks import markers
 from schemas.asset import AssetRef
 from schemas.errors import UsageError
-from schemas.settings import Settings
 from schemas.vocabulary import Engine, Export, FailureMode, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, ROOT, SHARED, prior, sample
-from tests.factories import make_failure, make_record
+from tests.factories import make_failure, make_record, make_run
 from tests.marks import needs_shared
 from tests.test_load_engines import BALL, BASE, NEEDS, body, box, written
 
@@ -112,11 +109,6 @@ def test_how_deep_pieces_are_is_what_mujoco_measures(tmp_path: Path) -> None:
         if away < -1e-3:
             assert -away - 2e-3 <= deep <= 1.5 * -away + 5e-3
     assert 10 < met < 55
-
-
-def make_run(run_id: str) -> RunRow:
-    now = datetime(2026, 1, 1, tzinfo=UTC)
-    return RunRow(run_id=run_id, started_at=now, finished_at=now, dataset="data", settings=Settings())
 
 
 def index_of(out: Path) -> dict[str, dict[str, object]]:

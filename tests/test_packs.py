@@ -8,7 +8,6 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -21,7 +20,6 @@ from lxml import etree
 from PIL import Image
 
 from asset2sim.assets.checksums import changed_files
-from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.intake.origin import extract
 from asset2sim.load import load
@@ -36,6 +34,7 @@ from schemas.vocabulary import Engine
 from tasks.pipeline import refine_asset
 from tests.assets import ROOT, prior, sample
 from tests.consumers import python_with, served_as_hub
+from tests.factories import make_run
 
 FREE, FIXED = "laptop_silver", "storage_sideboard"
 """A freestanding object and one that is fixed to a wall."""
@@ -51,9 +50,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     still = settings.engine.model_copy(update={"interact": False})
     fixed = settings.model_copy(update={"support": SupportKind.FIXED, "engine": still})
     records = [refine_asset(sample(FREE), place, settings, prior), refine_asset(sample(FIXED), place, fixed, prior)]
-    now = datetime(2026, 1, 1, tzinfo=UTC)
-    run = RunRow(run_id="20260101T000000-1", started_at=now, finished_at=now, dataset="data", settings=settings)
-    write_run(place, run, records)
+    write_run(place, make_run(settings=settings), records)
     return place
 
 

@@ -21,6 +21,7 @@ from schemas.settings import SearchSettings
 from schemas.vocabulary import FailureMode, Source
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, near, prior, sample
+from tests.builders import joint_features
 from tests.factories import make_joint
 
 SEARCH = SearchSettings()
@@ -91,11 +92,8 @@ def test_two_searches_are_the_same(flaps: tuple[AssetRecord, Path], tmp_path: Pa
 
 
 def hinged(name: str, parent: str, child: str) -> JointFeatures:
-    return JointFeatures(
-        name=name, type="revolute", parent=parent, child=child, origin_xyz=(0, 0, 0), origin_rpy=(0, 0, 0),
-        axis=(0, 0, 1), axis_in_root=(0, 0, 1), lower=0.0, upper=1.0, effort=None, velocity=None, damping=None,
-        friction=None, mimic=None, closed=0.0, open=1.0, openness_confidence=1.0,
-    )  # fmt: skip
+    ends = {"lower": 0.0, "upper": 1.0, "closed": 0.0, "open": 1.0, "openness_confidence": 1.0}
+    return joint_features(name, "revolute", parent, child).model_copy(update=ends)
 
 
 TWO = (hinged("a", "body", "left"), hinged("b", "body", "right"))

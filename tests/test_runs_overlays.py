@@ -5,7 +5,6 @@ import json
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from asset2sim.catalog.run import RunRow
 from asset2sim.catalog.write import write_run
 from asset2sim.runs.overlays import BROUGHT, INDEX, apply_overlays, export_overlays
 from flows.command import main
@@ -28,7 +26,7 @@ from schemas.vocabulary import BaseMode, Engine, Export, FailureMode, StateMode
 from tasks.pipeline import refine_asset
 from tasks.remake import remake_asset
 from tests.assets import NO_VIEWS, RAW, fingerprint, prior, sample
-from tests.factories import make_failure
+from tests.factories import make_failure, make_run
 
 IDS = ("stapler_desk", "box_wooden")
 """An object whose hulls are cut, and one that is hung from a world with its state baked and exported as MJCF."""
@@ -51,9 +49,7 @@ def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
     other = quick.model_copy(update={"state": StateMode.BAKE, "base": BaseMode.WORLD, "exports": (Export.MJCF,)})
     records = [refine_asset(sample(name), place / "out", settings, prior) for name, settings in
                zip(IDS, (quick, other), strict=True)]  # fmt: skip
-    now = datetime(2026, 1, 1, tzinfo=UTC)
-    run = RunRow(run_id="20260101T000000-1", started_at=now, finished_at=now, dataset="data", settings=quick)
-    write_run(place / "out", run, [*records, make_failure("broken", FailureMode.MISSING_MESH)])
+    write_run(place / "out", make_run(settings=quick), [*records, make_failure("broken", FailureMode.MISSING_MESH)])
     written, left_out = export_overlays(place / "out", place / "overlays")
     assert (written, left_out) == (sorted(IDS), [])
     return Published(place / "out", place / "overlays")
@@ -193,9 +189,7 @@ def test_an_object_whose_meshes_lie_in_a_package_is_made_again_wherever_that_is(
     })  # fmt: skip
     ref = AssetRef(asset_id="box_wooden", path=str(data / "box_wooden"), root=str(data))
     record = refine_asset(ref, tmp_path / "out", quick, prior)
-    now = datetime(2026, 1, 1, tzinfo=UTC)
-    run = RunRow(run_id="20260101T000000-1", started_at=now, finished_at=now, dataset="data", settings=quick)
-    write_run(tmp_path / "out", run, [record])
+    write_run(tmp_path / "out", make_run(settings=quick), [record])
     assert export_overlays(tmp_path / "out", tmp_path / "overlays") == (["box_wooden"], [])
     recipe = (tmp_path / "overlays" / "box_wooden" / RECIPE_NAME).read_text(encoding="utf-8")
     assert '"package://shapes/' in recipe and str(tmp_path) not in recipe

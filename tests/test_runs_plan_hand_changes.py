@@ -47,6 +47,13 @@ class Refine:
         return make_record(ref.asset_id, ref=ref)
 
 
+@pytest.fixture
+def out(data: Path, tmp_path: Path) -> Path:
+    """The output of a run over the dataset."""
+    run(data, tmp_path / "out", make=Refine(tmp_path / "out"))
+    return tmp_path / "out"
+
+
 def ids(unchanged: Iterable[Unchanged]) -> str:
     return "".join(item.asset_id for item in unchanged)
 
@@ -59,10 +66,8 @@ def test_the_list_is_one_that_sha256sum_checks(tmp_path: Path) -> None:
     assert changed_files(folder) == () and changed_files(tmp_path) is None
 
 
-def test_an_edit_is_kept_said_and_gone_with_force(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
+def test_an_edit_is_kept_said_and_gone_with_force(data: Path, out: Path) -> None:
     refine = Refine(out)
-    run(data, out, make=refine)
     edited = out / "assets" / "b" / "mobility.urdf"
     edited.write_text("by hand")
     plan = run(data, out, make=refine)
@@ -78,9 +83,7 @@ def test_an_edit_is_kept_said_and_gone_with_force(data: Path, tmp_path: Path) ->
     assert (done(after), dict(after.by_hand)) == ("", {})
 
 
-def test_files_that_are_cut_or_gone_are_named(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(data, out, make=Refine(out))
+def test_files_that_are_cut_or_gone_are_named(data: Path, out: Path) -> None:
     (out / "assets" / "a" / "overlay.json").write_text("")
     (out / "assets" / "b" / "hulls" / "a.obj").unlink()
     (out / "assets" / "c" / FILE).unlink()
@@ -90,10 +93,8 @@ def test_files_that_are_cut_or_gone_are_named(data: Path, tmp_path: Path) -> Non
                      "d": (f"{FILE} damaged",)}  # fmt: skip
 
 
-def test_a_changed_input_does_not_overwrite_an_edit(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
+def test_a_changed_input_does_not_overwrite_an_edit(data: Path, out: Path) -> None:
     refine = Refine(out)
-    run(data, out, make=refine)
     (out / "assets" / "b" / "mobility.urdf").write_text("by hand")
     manifest(data, {"a": "open", "b": "open", "c": "", "d": ""})
     plan = run(data, out, make=refine)
@@ -104,26 +105,20 @@ def test_a_changed_input_does_not_overwrite_an_edit(data: Path, tmp_path: Path) 
     assert len(read_table(out, "assets").query("asset_id == 'b'")) == 1
 
 
-def test_an_edit_outlives_the_state_file(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(data, out, make=Refine(out))
+def test_an_edit_outlives_the_state_file(data: Path, out: Path) -> None:
     (out / "assets" / "b" / "mobility.urdf").write_text("by hand")
     (out / state.FILE).unlink()
     plan = run(data, out, make=Refine(out))
     assert (done(plan), tuple(plan.by_hand)) == ("acd", ("b",))
 
 
-def test_a_folder_that_is_gone_is_refined_anew(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(data, out, make=Refine(out))
+def test_a_folder_that_is_gone_is_refined_anew(data: Path, out: Path) -> None:
     shutil.rmtree(out / "assets" / "b")
     plan = run(data, out, make=Refine(out))
     assert (done(plan), dict(plan.by_hand)) == ("b", {})
 
 
-def test_what_is_added_is_no_change_nor_is_a_new_date(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(data, out, make=Refine(out))
+def test_what_is_added_is_no_change_nor_is_a_new_date(data: Path, out: Path) -> None:
     (out / "assets" / "a" / "views").mkdir()
     (out / "assets" / "a" / "views" / "front.png").write_text("later")
     os.utime(out / "assets" / "b" / "mobility.urdf")
@@ -131,17 +126,13 @@ def test_what_is_added_is_no_change_nor_is_a_new_date(data: Path, tmp_path: Path
     assert (done(plan), ids(plan.unchanged), dict(plan.by_hand)) == ("", "abcd", {})
 
 
-def test_signing_an_edit_accepts_it(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(data, out, make=Refine(out))
+def test_signing_an_edit_accepts_it(data: Path, out: Path) -> None:
     (out / "assets" / "b" / "mobility.urdf").write_text("by hand")
     write_checksums(out / "assets" / "b")
     assert dict(run(data, out, make=Refine(out)).by_hand) == {}
 
 
-def test_an_unchanged_night_reads_no_file(data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    out = tmp_path / "out"
-    run(data, out, make=Refine(out))
+def test_an_unchanged_night_reads_no_file(data: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
 
     def watched(folder: Path) -> tuple[str, ...] | None:

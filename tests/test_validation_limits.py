@@ -17,6 +17,7 @@ from schemas.overlay import JointPhysics, JointProposal, Overlay
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Severity, Source
 from tests.assets import joint, link, near, robot, shape, written
+from tests.builders import joint_features
 
 PHYSICS = PhysicsSettings()
 
@@ -24,12 +25,9 @@ PHYSICS = PhysicsSettings()
 def authored(
     kind: str, lower: float | None, upper: float | None, *, closed: float = 0.0, opened: float = 0.0, sure: float = 1.0
 ) -> JointFeatures:
-    return JointFeatures(
-        name="part", type=kind, parent="a", child="b", origin_xyz=(0, 0, 0), origin_rpy=(0, 0, 0), axis=(0, 0, 1),
-        axis_in_root=(0, 0, 1), lower=lower, upper=upper, effort=None, velocity=None, damping=None, friction=None,
-        mimic=None, closed=None if kind == "fixed" else closed, open=None if kind == "fixed" else opened,
-        openness_confidence=sure,
-    )  # fmt: skip
+    ends = {"closed": None, "open": None} if kind == "fixed" else {"closed": closed, "open": opened}
+    stated = {"lower": lower, "upper": upper, "openness_confidence": sure, **ends}
+    return joint_features("part", kind, "a", "b").model_copy(update=stated)
 
 
 def ranged(joint: JointFeatures, scale: float = 1.0) -> tuple[Range | None, Notes]:
