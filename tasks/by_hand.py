@@ -86,7 +86,7 @@ def used_columns(folder: Path) -> StageResult:
     told = [item for item in found if item.reason]
     asked = [item for item in found if item.fault != "task"]
 
-    def said(item: UsedJoint) -> Finding:
+    def finding_of(item: UsedJoint) -> Finding:
         message = f"a hand and '{item.joint}': {item.fault}: {item.reason}"
         return warning(Stage.MEASURE, "not_used", message, joint=item.joint, value=share_done(item) / 2.0)
 
@@ -97,4 +97,4 @@ def used_columns(folder: Path) -> StageResult:
         "used_reason": "; ".join(": ".join(filter(None, (item.joint, item.fault, item.reason))) for item in told)
         or None,
     }
-    return StageResult(further=columns, findings=tuple(said(item) for item in failed if item.fault != "task"))
+    return StageResult(further=columns, findings=tuple(finding_of(item) for item in failed if item.fault != "task"))

@@ -68,14 +68,14 @@ def kept_columns(overlay: PhysicsOverlay | None) -> Row:
     counts = kept_counts(overlay)
     by_quantity = [
         {"quantity": quantity.value, **{how: counts[quantity, how] for how in WAYS}}
-        | {"said": [item.model_dump(mode="json", exclude={"quantity"}) for item in said_of(overlay, quantity)]}
+        | {"said": [item.model_dump(mode="json", exclude={"quantity"}) for item in beliefs_on(overlay, quantity)]}
         for quantity in Quantity
     ]
     every = dict(zip(WAYS, totals(counts), strict=True))
     return every | {"authored_json": json.dumps(by_quantity, ensure_ascii=False) if overlay.authored else None}
 
 
-def said_of(overlay: PhysicsOverlay, quantity: Quantity) -> Sequence[Authored]:
+def beliefs_on(overlay: PhysicsOverlay, quantity: Quantity) -> Sequence[Authored]:
     """The beliefs about one quantity."""
     return [item for item in overlay.authored if item.quantity is quantity]
 

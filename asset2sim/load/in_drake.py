@@ -23,8 +23,8 @@ from asset2sim.load.shapes import LoadError
 
 
 class DrakeObject(Loaded):
-    """Drake's URDF parser. It has no joint friction: a drive at rest whose effort is bounded, solved implicitly by a
-    discrete plant, is one. Springs are force elements, armature is the drive's rotor inertia.
+    """The object from Drake's URDF parser. It has no joint friction: a drive at rest whose effort is bounded, solved
+    implicitly by a discrete plant, is one. Springs are force elements, armature is the drive's rotor inertia.
     ``plant``, ``instance``, ``diagram``, ``simulator`` are Drake's; in a world of yours call ``finish()`` after
     ``Finalize()``, and give it the ``simulator`` that you made: ``item.simulator = …``."""
 

@@ -14,8 +14,9 @@ from asset2sim.load.loaded import GRAVITY, Contact, Loaded, Root, engine_module,
 
 
 class GenesisObject(Loaded):
-    """Genesis' MJCF reader: its poses add to the file's; its springs pull to zero, so drives pull to the reference.
-    ``scene`` and ``entity`` are Genesis'; in a scene of yours call ``finish()`` after ``scene.build()``."""
+    """The object from Genesis' MJCF reader: its poses add to the file's; its springs pull to zero, so drives pull to
+    the reference. ``scene`` and ``entity`` are Genesis'; in a scene of yours call ``finish()`` after
+    ``scene.build()``."""
 
     engine = "genesis"
     takes = "a Scene", "add_entity"

@@ -12,8 +12,8 @@ from asset2sim.load.shapes import LoadError
 
 
 class NewtonObject(Loaded):
-    """Newton's MJCF importer and its MuJoCo solver, which takes all terms; on the CPU that is MuJoCo itself.
-    ``builder``, ``model``, ``solver``, ``states`` and ``control`` are Newton's; in a builder of yours use
+    """The object from Newton's MJCF importer, and its MuJoCo solver, which takes all terms; on the CPU that is MuJoCo
+    itself. ``builder``, ``model``, ``solver``, ``states`` and ``control`` are Newton's; in a builder of yours use
     ``SolverMuJoCo``, and call ``finish(model, solver, states, control)``."""
 
     engine = "newton"

@@ -23,9 +23,9 @@ from asset2sim.load.shapes import carried_inertia
 
 
 class PyBulletObject(Loaded):
-    """``loadURDF``; PyBullet's own motors and damping are off. Dry friction is a motor at rest whose force is bounded,
-    ``drive`` sets the forces of springs for one step. Friction coefficients multiply: give a floor of yours 1.
-    ``client`` and ``body`` are what PyBullet's functions take, ``joints`` is name → index."""
+    """The object from ``loadURDF``; PyBullet's own motors and damping are off. Dry friction is a motor at rest whose
+    force is bounded, ``drive`` sets the forces of springs for one step. Friction coefficients multiply: give a floor of
+    yours 1. ``client`` and ``body`` are what PyBullet's functions take, ``joints`` is name → index."""
 
     engine = "pybullet"
     takes = "a client's id", "__index__"

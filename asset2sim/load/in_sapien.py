@@ -86,9 +86,10 @@ def articulation_of(scene: Any, loader: Any, path: str) -> Any:
 
 
 class SapienObject(Loaded):
-    """SAPIEN's own loader, with looks where the scene can render. A joint's drive, at rest and of bounded force, is its
-    dry friction; a second drive between the same links is damper and spring. That pulls a hinge by 2 k sin(e / 2), the
-    shorter way round, so ``drive`` adds what it lacks of k e. ``scene`` and ``articulation`` are SAPIEN's."""
+    """The object from SAPIEN's own loader, with looks where the scene can render. A joint's drive, at rest and of
+    bounded force, is its dry friction; a second drive between the same links is damper and spring. That pulls a hinge
+    by 2 k sin(e / 2), the shorter way round, so ``drive`` adds what it lacks of k e. ``scene`` and ``articulation`` are
+    SAPIEN's."""
 
     engine = "sapien"
     takes = "a Scene", "create_urdf_loader"

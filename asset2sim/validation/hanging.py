@@ -95,7 +95,7 @@ def lifts_up(features: Features, points: Mapping[str, Array], scale: float, cate
             continue
         front = np.vstack([np.zeros((0, 3)), *(clouds[link] for link in rigid_links(tree, joint.name) & clouds.keys())])
         hinge = float((poses[joint.parent] @ joint.child_to_parent)[2, 3])
-        if not len(front) or hinge < front[:, 2].max() - HINGE_SHARE * np.ptp(front[:, 2]) or lies(front):
+        if not len(front) or hinge < front[:, 2].max() - HINGE_SHARE * np.ptp(front[:, 2]) or is_level(front):
             return ""
     whole = np.vstack(list(clouds.values()))
     low, size = whole.min(axis=0), np.ptp(whole, axis=0)
@@ -105,7 +105,7 @@ def lifts_up(features: Features, points: Mapping[str, Array], scale: float, cate
     return "its fronts are lifted on hinges along their upper edges, over a flat bottom without feet" if flat else ""
 
 
-def lies(front: Array) -> bool:
+def is_level(front: Array) -> bool:
     """Whether (n, 3) points are of a leaf that lies level, as a lid does."""
     return int(np.argmin(np.ptp(front, axis=0))) == 2
 

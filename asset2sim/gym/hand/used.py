@@ -46,8 +46,8 @@ class UsedJoint:
 
 @dataclass(eq=False)
 class HandWorlds:
-    """HandWorlds of one object, opened as needed, by the hand's scale and whether the other hand holds it; and whether
-    it ``moved`` along, tipped, lifted or shoved, in any try."""
+    """The worlds in which a hand uses one object, opened as needed, by the hand's scale and whether the other hand
+    holds the object; and whether that ``moved`` along, tipped, lifted or shoved, in any try."""
 
     folder: Path
     settings: HandSettings
