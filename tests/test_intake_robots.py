@@ -28,9 +28,24 @@ def chain(count: int, limit: str, name: str = "part") -> str:
     return links + joint(f"{name}_stands", "fixed", "world", f"{name}_0") + joints
 
 
+def floating_hand(axes: str, kind: str = "prismatic") -> str:
+    """A ball below ``world`` that moves along or about these axes, one after the other."""
+    names = ["world", *(f"part_{n}" for n in range(len(axes)))]
+    vectors = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
+    return "".join(
+        link(names[n + 1], shape("0.03 0.03 0.03") if n == len(axes) - 1 else "")
+        + joint(f"part_joint_{n}", kind, names[n], names[n + 1], axis=vectors[axis], limit="-0.2 0.2")
+        for n, axis in enumerate(axes)
+    )
+
+
 @pytest.mark.parametrize(
     ("beside", "driven", "leaves"),
     [
+        (floating_hand("xyz"), 3, True),
+        (floating_hand("xyz"), 0, False),
+        (floating_hand("xz"), 2, False),
+        (floating_hand("xyz", "revolute"), 3, False),
         (chain(7, "-2.8 2.8"), 0, True),
         (chain(4, "-0.5 0.5", "panda"), 0, True),
         (chain(5, "-0.5 0.5"), 5, True),
@@ -40,7 +55,20 @@ def chain(count: int, limit: str, name: str = "part") -> str:
         (chain(20, "-2.8 2.8"), 0, False),
         (chain(4, "-0.5 0.5", "alarm"), 1, False),
     ],
-    ids=["arm", "small arm", "motors", "lamp", "blinds", "short", "hose", "one motor"],
+    ids=[
+        "floating hand",
+        "without motors",
+        "two slides",
+        "turning",
+        "arm",
+        "small arm",
+        "motors",
+        "lamp",
+        "blinds",
+        "short",
+        "hose",
+        "one motor",
+    ],
 )
 def test_a_robot_is_told_from_furniture(beside: str, driven: int, leaves: bool) -> None:
     text = robot(link("world"), CABINET, HUNG, beside)

@@ -258,6 +258,12 @@ def test_alike_parts_may_weigh_alike_where_their_inertia_is_their_own(tmp_path: 
     assert set(stack(tmp_path / "b", written_for_all, written_for_all).values()) == {Trust.DOUBTFUL}
 
 
+def test_the_mass_and_inertia_that_sdf_gives_by_default_are_not_weighed(tmp_path: Path) -> None:
+    default = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    found = stack(tmp_path, default, default.replace('mass value="1"', 'mass value="1.2"'))
+    assert (found["low"], found["high"]) == (Trust.DOUBTFUL, Trust.PLAUSIBLE)
+
+
 def test_a_part_that_follows_another_may_be_as_light_as_its_author_made_it(tmp_path: Path) -> None:
     def light(mimic: str) -> Trust:
         parts = [link("hood", inertial(5.0, (0.4, 0.5, 0.6)) + shape("0.4 0.5 0.6")),

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from statistics import median
 
+import numpy as np
 from lxml.etree import _Element as Element
 
 from asset2sim.guidance.amounts import LARGEST_M
@@ -147,15 +148,16 @@ def is_plate_of_nothing(link: LinkFeatures) -> bool:
 
 def placeholders(links: Sequence[LinkFeatures], tied: Collection[str] = ()) -> frozenset[str]:
     """The links that have one and the same mass and inertia though all do, or though one is far larger than another, as
-    exporters write where nothing was weighed. Parts that are alike have it, too: theirs is that of their shape; and
-    ``tied`` ones, which follow another's joint, are made light by their authors."""
+    exporters write where nothing was weighed; and those that have SDF's default, 1 kg and 1 kg·m² about each axis.
+    Parts that are alike have it, too: theirs is that of their shape; and ``tied`` ones, which follow another's joint,
+    are made light by their authors."""
     stated = [link for link in links if link.inertial is not None and link.inertial.mass_kg > 0.0 and link.has_geometry]
     groups: dict[tuple[float, ...], list[LinkFeatures]] = {}
     for link in stated:
         if link.inertial is not None:
             numbers = (link.inertial.mass_kg, *link.inertial.inertia)
             groups.setdefault(tuple(round(number, 9) for number in numbers), []).append(link)
-    found = set[str]()
+    found = {link.name for link in stated if has_default_inertial(link)}
     for every in groups.values():
         group = every if len(every) == len(stated) else [link for link in every if link.name not in tied]
         volumes = [link.hull_volume_m3 for link in group]
@@ -163,6 +165,13 @@ def placeholders(links: Sequence[LinkFeatures], tied: Collection[str] = ()) -> f
         if len(group) > 1 and unlike and not all(map(has_own_inertia, group)):
             found.update(link.name for link in group)
     return frozenset(found)
+
+
+def has_default_inertial(link: LinkFeatures) -> bool:
+    """Whether a link's stated mass and inertia are those that SDF gives to a link that states none, and not its own."""
+    own = link.inertial
+    default = own is not None and own.mass_kg == 1.0 and bool((tensor_of(own.inertia) == np.eye(3)).all())
+    return default and not has_own_inertia(link)
 
 
 def has_own_inertia(link: LinkFeatures) -> bool:

@@ -26,6 +26,8 @@ SHORT = 4
 """Joints in a row from which it is one where motors move it, or its names say so: small arms have four."""
 FINGER, HAND = 3, 6
 """Joints in a row, and in all, from which it is a hand of several fingers where motors move it, or its names say so."""
+GANTRY = 3
+"""Slides in a row from which motors move a gantry or a floating hand: one along each axis."""
 WIDE_RAD = math.radians(120.0)
 """Median range of an arm's joints, at least: those of a panda are between 166° and 332°."""
 DRIVEN_SHARE = 0.8
@@ -123,6 +125,9 @@ def is_robot(
     longest = max((sum(joint.child in links for links in below.values()) for joint in moving), default=0)
     with_motor = sum(joint.name in driven for joint in moving) >= DRIVEN_SHARE * len(moving)
     named = any(WORDS.search(text) for text in (*held, *(joint.name for joint in moving)))
+    slides = {joint.child for joint in moving if joint.type == "prismatic"}
+    if with_motor and any(len(slides & {*links}) >= GANTRY for links in below.values()):
+        return True
     if longest < SHORT:
         return (with_motor or named) and longest >= FINGER and len(moving) >= HAND
     hinges = [spans[joint.name] for joint in moving if joint.type in ("revolute", "continuous")]

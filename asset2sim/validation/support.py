@@ -23,9 +23,9 @@ from schemas.support import Mount, Support, SupportKind, SupportProposal
 from schemas.vocabulary import Severity, Source, Stage
 
 UP = np.array([0.0, 0.0, 1.0])
-STANDS_RAD = 0.035
-"""Margin to tip over, closed, from which an object can stand by itself, rad: two degrees, as a start of the reset check
-tilts it. A leaf of a door has 1.1, a clock on its rim none."""
+STANDS_RAD = 0.05
+"""Margin to tip over, closed, from which an object can stand by itself, rad: two degrees about two axes, as a start of
+the reset check tilts it. A leaf of a door has 1.1, a clock on its rim none."""
 FIRM_RAD = 0.2
 """Margin, rad, from which a thing that only its name calls built in is a piece of furniture: a cupboard with doors."""
 HAND_M = 0.25

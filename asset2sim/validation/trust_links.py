@@ -62,7 +62,7 @@ def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings)
 def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: float) -> Belief:
     """Belief in a stated mass, by its density over its hull. ``least`` of that, kg/m³, is 0 for a part that follows
     another's joint, which its author made light for the hand that moves both. Not ``weighed`` is what has the same mass
-    and inertia as unlike links."""
+    and inertia as unlike links, or its format's default."""
     if stated.mass_kg <= 0.0:
         return impossible_belief("no body is without mass")
     density = authored_density(link)
@@ -70,7 +70,8 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: 
         return doubtful_belief("its geometry has no volume that could weigh this")
     if not weighed:
         return doubtful_belief(
-            "unlike links have the same mass and inertia, as exporters write where nothing was weighed"
+            "its mass and inertia are unlike links', too, or a format's default, as exporters write where nothing was "
+            "weighed"
         )
     if not least <= density <= MOST_DENSITY_KG_M3:
         return doubtful_belief(f"not {PLAUSIBLE_MASS.reason}")
