@@ -170,7 +170,7 @@ def placeholders(links: Sequence[LinkFeatures], tied: Collection[str] = ()) -> f
 def has_default_inertial(link: LinkFeatures) -> bool:
     """Whether a link's stated mass and inertia are those that SDF gives to a link that states none, and not its own."""
     own = link.inertial
-    default = own is not None and own.mass_kg == 1.0 and bool((tensor_of(own.inertia) == np.eye(3)).all())
+    default = own is not None and own.mass_kg == 1.0 and np.allclose(tensor_of(own.inertia), np.eye(3))
     return default and not has_own_inertia(link)
 
 
