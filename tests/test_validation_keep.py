@@ -122,12 +122,14 @@ def test_a_kept_size_that_is_none_of_its_kind_is_said(size: float, said: bool) -
 
 
 def test_a_kind_that_is_only_read_from_names_changes_no_size_in_metres() -> None:
-    told = {**thing("", asset_id="door_handle", size=0.22), "lengths": "lengths of SDF are metres"}
+    told = {**thing("", asset_id="bottle_cap", size=0.03), "lengths": "lengths of SDF are metres"}
     info = ObjectInfo.from_json(told)
     guidance = read_guidance("", info)
-    assert guidance.category == "Door" and ask(told, "")["scale"] == 1.0, "a handle of a door is no door of 20 cm"
+    assert guidance.category == "Bottle" and ask(told, "")["scale"] == 1.0, "a cap of a bottle is no bottle of 3 cm"
     assert with_sensible_size(info, guidance, Overlay(scale=1.0), Notes()).scale == 1.0
-    stated = ObjectInfo.from_json({**told, "category": "Door"})
+    handle = {**thing("", asset_id="door_handle", size=0.22), "lengths": told["lengths"]}
+    assert read_guidance("", ObjectInfo.from_json(handle)).category == "DoorHandle", "it has a row of its own"
+    stated = ObjectInfo.from_json({**handle, "category": "Door"})
     assert with_sensible_size(stated, read_guidance("", stated), Overlay(scale=1.0), Notes()).scale > 5.0
 
 

@@ -260,7 +260,7 @@ CHECK = DeclaredCheck(
     done="eight starts off by ±2 cm and ±2°",
     holds="at rest within 20 s, upright unless the start has the energy to topple it, held joints within a tenth of "
     "their range unless their friction cannot brake the fall, whose energy then bounds how far they slip",
-    bounds=("reset_turn_rad", "reset_joint_share", "peak_speed_m_s", "final_speed_m_s"),
+    bounds=("reset_turn_rad", "reset_joint_share", "reset_slip_margin", "peak_speed_m_s", "final_speed_m_s"),
     measure=measure,
     judge=judge,
     place=80,
