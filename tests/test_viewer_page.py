@@ -142,18 +142,24 @@ def test_a_slider_moves_the_joint(viewer: Any, page: Any) -> None:
 def test_a_typed_value_beyond_the_limit_is_refused_with_a_word(viewer: Any, page: Any) -> None:
     field = page.locator(".mantine-NumberInput-input").first
 
-    def is_refused() -> bool:
+    def typed(value: str) -> None:
         """On a busy machine the page may put the joint's own position over what is typed: it is typed anew then."""
-        if field.input_value() != "4000":
-            field.fill("4000")
+        if field.input_value() != value:
+            field.fill(value)
         page.wait_for_timeout(500)
+
+    def is_refused() -> bool:
+        typed("4000")
         return bool(page.get_by_text("4000 is refused").is_visible())
+
+    def is_opened() -> bool:
+        typed("10")
+        return opening(viewer, "joint_0") > 0.09
 
     assert soon(page, is_refused)
     assert opening(viewer, "joint_0") < 0.01
     assert soon(page, lambda: float(field.input_value()) < 1.0)
-    field.fill("10")
-    assert soon(page, lambda: opening(viewer, "joint_0") > 0.09)
+    assert soon(page, is_opened)
     assert soon(page, lambda: not page.get_by_text("is refused").is_visible())
     page.get_by_role("button", name="Reset").click()
     assert soon(page, lambda: opening(viewer, "joint_0") < 0.01)
