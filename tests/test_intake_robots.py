@@ -119,6 +119,7 @@ def test_a_free_cube_beside_the_one_thing_that_moves_is_left_out(
     assert (made.free == ()) is (leaves or not free) and ("'cube' is free" in str(made.notes)) is leaves
 
 
+@pytest.mark.system
 def test_of_an_mjcf_what_is_free_is_left_out_but_no_part_of_it(tmp_path: Path) -> None:
     box = '<geom type="box" size="0.1 0.1 0.1" mass="2"/>'
     door = f'<body name="door" pos="0.3 0 0"><joint name="hinge" axis="0 0 1" range="0 90"/>{box}</body>'
