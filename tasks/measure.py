@@ -10,8 +10,8 @@ from asset2sim.checks.deaths import fatal_parts
 from asset2sim.checks.rig import CauseOf
 from asset2sim.checks.verdict import deciding_reports, disagreements, error, failures_of, overall_verdict, warning
 from asset2sim.checks.verify import cause_for, engines_of, verify
+from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.static_object import contact_points, static_object
-from asset2sim.engines.world import by_pair
 from schemas.errors import AssetError
 from schemas.finding import Finding
 from schemas.interaction import EngineReport, OverlapPair

@@ -20,9 +20,9 @@ from asset2sim.assets.meshes.array_file import read_arrays, write_arrays
 from asset2sim.assets.urdf.bake import bake_file, baked
 from asset2sim.assets.urdf.base import hung_from_world
 from asset2sim.checks.known_reports import sources
+from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import versions_of
 from asset2sim.engines.static_object import contacts_at
-from asset2sim.engines.world import penetration
 from asset2sim.render import VIEW_NAMES, write_views
 from asset2sim.storage.regular_files import write_whole
 from schemas.finding import Finding, warning

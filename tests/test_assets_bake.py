@@ -13,8 +13,8 @@ from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
 from asset2sim.assets.urdf.bake import RECORD_NAME, Bake, bake, bake_file, baked, roll_pitch_yaw, unbake
 from asset2sim.assets.urdf.read import read_urdf
+from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import contacts_at
-from asset2sim.engines.world import penetration
 from asset2sim.validation.validate import validate
 from schemas.errors import UsageError
 from schemas.overlay import JointProposal, Overlay, PhysicsOverlay

@@ -11,8 +11,8 @@ import pytest
 from asset2sim.assets.exports import left_out
 from asset2sim.assets.exports.mjcf import HOME, SCENE_NAME, export_mjcf
 from asset2sim.assets.exports.refined_object import MJCF_NAME
+from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
-from asset2sim.engines.world import penetration
 from asset2sim.load import load
 from schemas.errors import AssetError
 from schemas.overlay import PhysicsOverlay

@@ -11,7 +11,8 @@ from PIL import Image
 from asset2sim.catalog.rows_engines import alignment_rows
 from asset2sim.catalog.summarize import summarize_all
 from asset2sim.catalog.summary import alignment_line
-from asset2sim.checks.alignment.align import Rubric, final_positions
+from asset2sim.checks.alignment.align import final_positions
+from asset2sim.checks.alignment.rubric import Rubric
 from asset2sim.checks.alignment.user_request import read_request
 from asset2sim.checks.alignment.vision_judge import judge, judge_request
 from schemas.alignment import Alignment, Reference, Score

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
 from asset2sim.checks.rest import contacts_at, measure, observe
-from asset2sim.checks.verdict import measurement_verdict, oscillating_joints
 from asset2sim.checks.watch import BEYOND_MEASURE, EVERY_S, TURN_FACTOR, capped_reading, rotation_of, watch
 from asset2sim.physics.arrays import Array
 from schemas.interaction import Measurement

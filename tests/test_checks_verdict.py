@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from asset2sim.checks.at_rest import measurement_verdict, oscillates, oscillating_joints
 from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.rest import STILL, amplitude, drift, sign_changes
 from asset2sim.checks.sweep import hull_loss
-from asset2sim.checks.verdict import measurement_verdict, oscillates, oscillating_joints
-from asset2sim.engines.world import ContactPoint, by_pair, penetration
+from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from schemas.interaction import Drop, Hold, Interaction, Nudge, Obstacle, Opening, Release, Reset, Sweep
 from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds

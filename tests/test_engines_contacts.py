@@ -8,8 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks import rest
+from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.static_object import contact_points, contacts_at, static_object
-from asset2sim.engines.world import ContactPoint, World, penetration
+from asset2sim.engines.world import World
 from schemas.base import Vector3
 from schemas.errors import AssetError
 from schemas.settings import EngineSettings

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.engines.pybullet_world import PyBulletWorld, never_meeting, open_pybullet
+from asset2sim.engines.parallel_sliders import never_meeting
+from asset2sim.engines.pybullet_world import PyBulletWorld, open_pybullet
 from schemas.base import Vector3
 from tests.builders import UrdfJoint, UrdfLink, box, write_urdf
 

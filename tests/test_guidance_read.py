@@ -10,7 +10,7 @@ import pytest
 from asset2sim.baselines.ours import by_rules
 from asset2sim.checks.alignment.align import align
 from asset2sim.guidance import lexicon, read
-from asset2sim.guidance.unread import LANGUAGES, normal_text, phrases
+from asset2sim.guidance.languages import LANGUAGES, normal_text, phrases
 from asset2sim.validation.overrides import prompt_findings
 from schemas.asset import AssetRef
 from schemas.guidance import NOTHING_ASKED

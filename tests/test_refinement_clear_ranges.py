@@ -11,8 +11,8 @@ import trimesh
 from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.hulls import Hulls, collision_hulls, write_hulls
+from asset2sim.engines.contacts import by_pair
 from asset2sim.engines.static_object import MARGIN_M, contacts_at
-from asset2sim.engines.world import by_pair
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.refinement.collision.clear_ranges import Cleared, clear_ranges
 from asset2sim.refinement.collision.travel import range_of, sampled_positions, stance_at, travel

@@ -9,9 +9,10 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import write_folder, write_urdf
 from asset2sim.assets.hulls import link_hulls
 from asset2sim.assets.urdf.read import read_dynamics
+from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
 from asset2sim.checks.declared_check import Case
 from asset2sim.checks.rest import measure
-from asset2sim.checks.verdict import failures_of, measurement_verdict, oscillating_joints, report_verdict
+from asset2sim.checks.verdict import failures_of, report_verdict
 from asset2sim.refinement.dynamics.mend import Mended, concerned_joints, mend_failures
 from asset2sim.refinement.dynamics.remedies import (
     firmer_hold,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.static_object import contacts_at
-from asset2sim.engines.world import ContactPoint, penetration
 from asset2sim.models.prompts import TriedProposal
 from asset2sim.refinement.position_bands import Band, Evaluator, band_of, objective
 from asset2sim.refinement.search_state import Ask, refine_state

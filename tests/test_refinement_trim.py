@@ -17,8 +17,8 @@ from asset2sim.assets.hulls import (
     without_enclosed,
     write_hulls,
 )
+from asset2sim.engines.contacts import penetration
 from asset2sim.engines.static_object import MARGIN_M, contacts_at
-from asset2sim.engines.world import penetration
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, origin_transform
 from asset2sim.refinement.collision.part_links import cut_until_clear

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import asset2sim.catalog.rows_engines as rows_engines
 from asset2sim.catalog.run import UNRECORDED_SETTINGS, RunRow, without_credentials
 from asset2sim.catalog.summarize import kept_columns, summarize, total_seconds
-from asset2sim.checks.verdict import oscillates
+from asset2sim.checks.at_rest import oscillates
 from schemas.asset import AssetRecord, AssetSummary, Unchanged
 from schemas.extensions import further_columns
 from schemas.interaction import Measurement

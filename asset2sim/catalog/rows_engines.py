@@ -3,7 +3,8 @@
 import math
 from dataclasses import asdict
 
-from asset2sim.checks.verdict import check_verdicts, oscillating_joints, report_verdict
+from asset2sim.checks.at_rest import oscillating_joints
+from asset2sim.checks.verdict import check_verdicts, report_verdict
 from schemas.asset import AssetRecord
 from schemas.interaction import EngineReport, Measurement, Stand
 from schemas.settings import Thresholds

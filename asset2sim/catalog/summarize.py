@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from asset2sim.catalog.rows_engines import prismatic_joints
-from asset2sim.checks.verdict import oscillating_joints, report_verdict
+from asset2sim.checks.at_rest import oscillating_joints
+from asset2sim.checks.verdict import report_verdict
 from schemas.asset import AssetRecord, AssetSummary, MotionSummary
 from schemas.authored import Authored
 from schemas.interaction import Measurement

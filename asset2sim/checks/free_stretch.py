@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from asset2sim.checks.mechanism import Mechanism, span_of
-from asset2sim.engines.world import World, by_pair
+from asset2sim.engines.contacts import by_pair
+from asset2sim.engines.world import World
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds
 

@@ -9,7 +9,8 @@ from asset2sim.checks.joint_groups import by_joint, run_in_groups
 from asset2sim.checks.mechanism import Mechanism, poses_at, pull_on, span_of
 from asset2sim.checks.rig import Rig
 from asset2sim.checks.watch import capped_reading, watch
-from asset2sim.engines.world import World, by_pair
+from asset2sim.engines.contacts import by_pair
+from asset2sim.engines.world import World
 from schemas.interaction import Hold, Interaction
 from schemas.overlay import JointPhysics
 from schemas.settings import EngineSettings, Thresholds

@@ -8,9 +8,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.watch import capped_reading, reading_stride, watch
+from asset2sim.engines.contacts import ContactPoint, by_pair, penetration
 from asset2sim.engines.registry import engine_version, open_world
 from asset2sim.engines.static_object import contact_points
-from asset2sim.engines.world import ContactPoint, World, by_pair, penetration
+from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from schemas.interaction import JointMotion, Measurement
 from schemas.settings import EngineSettings

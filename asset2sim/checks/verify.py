@@ -10,12 +10,12 @@ import numpy as np
 from asset2sim.assets.authored_overlap import authored_shapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.collision_points import know_points
+from asset2sim.checks.at_rest import CHECK as AT_REST
 from asset2sim.checks.known_checks import run_for
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world
 from asset2sim.checks.set_down import Clouds, point_clouds
-from asset2sim.checks.verdict import CHECK as AT_REST
 from asset2sim.checks.verdict import verdicts_of
 from asset2sim.engines.child import ChildOutcome, in_child, in_children
 from asset2sim.engines.registry import engine_version, installed, require

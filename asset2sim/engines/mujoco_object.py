@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from asset2sim.assets.urdf.document import parsed_root
+from asset2sim.engines.contacts import LocatedContact
 from asset2sim.engines.mujoco_spec import collected_warnings, compiled_model, give_options, object_spec
 from asset2sim.engines.mujoco_world import MuJoCoWorld
-from asset2sim.engines.world import LocatedContact
 from asset2sim.physics.arrays import Array
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))

@@ -15,8 +15,9 @@ from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, read_dynamics
 from asset2sim.engines import lowest
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.mujoco_spec import collected_warnings, compiled_model, give_options, object_spec
-from asset2sim.engines.world import ContactPoint, DeclaredEngine, click_near, nothing_collides, with_followers
+from asset2sim.engines.world import DeclaredEngine, click_near, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array, cross, norms
 from asset2sim.physics.kinematics import follower_positions
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2

@@ -20,7 +20,7 @@ from asset2sim.assets.urdf.document import parsed_root
 from asset2sim.assets.urdf.mimic import read_mimics
 from asset2sim.assets.urdf.read import Dynamics, passing_pairs, read_dynamics
 from asset2sim.engines.console import captured_console
-from asset2sim.engines.world import ContactPoint, LocatedContact
+from asset2sim.engines.contacts import ContactPoint, LocatedContact
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import follower_positions
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from asset2sim.assets.links import read_inertial
 from asset2sim.assets.urdf.read import root_of, tree_joint
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.engines.sapien_object import SapienItem, loaded
-from asset2sim.engines.world import ContactPoint, DeclaredEngine, bias_efforts, nothing_collides, with_followers
+from asset2sim.engines.world import DeclaredEngine, bias_efforts, nothing_collides, with_followers
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
 from asset2sim.physics.kinematics import follower_positions, mimics_of, parents_first

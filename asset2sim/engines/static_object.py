@@ -7,7 +7,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Protocol
 
-from asset2sim.engines.world import ContactPoint, LocatedContact, World, penetration
+from asset2sim.engines.contacts import ContactPoint, LocatedContact, penetration
+from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from asset2sim.engines.contacts import LocatedContact, by_pair
 from asset2sim.engines.static_object import static_object
-from asset2sim.engines.world import LocatedContact, by_pair
 from asset2sim.models.prompts import OverlapPlace
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint, link_to_root, rigid_links, tree_of, written_joints

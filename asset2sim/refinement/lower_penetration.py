@@ -16,8 +16,9 @@ from asset2sim.refinement.collision.hull_world import candidates, clear_pose
 from asset2sim.refinement.collision.let_joints_move import let_joints_move
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt, hull_world
 from asset2sim.refinement.collision.trim import Trimmer, cuts_of
-from asset2sim.refinement.context import RefinementContext, move_findings, note_cuts, trace_step, warning
+from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.model_loop import refine_by_model
+from asset2sim.refinement.notes import move_findings, note_cuts
 from asset2sim.refinement.position_bands import Evaluator, Pose, band_of, moved_joints, reachable_bands
 from asset2sim.refinement.search_state import refine_state
 from schemas.features import Features

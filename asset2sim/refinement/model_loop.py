@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from asset2sim.engines.world import penetration
+from asset2sim.engines.contacts import penetration
 from asset2sim.models.prompts import MM_PER_M, TriedProposal
 from asset2sim.refinement.ask_model import ProposedPose, QuestionContext, propose_pose
 from asset2sim.refinement.context import info, warning

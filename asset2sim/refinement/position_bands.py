@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from asset2sim.engines.world import ContactPoint, penetration
+from asset2sim.engines.contacts import ContactPoint, penetration
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.settings import SearchSettings
 from schemas.vocabulary import Source

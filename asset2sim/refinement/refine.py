@@ -16,10 +16,11 @@ from asset2sim.physics.support_polygon import LEANING_RAD
 from asset2sim.refinement.ask_model import AskedSoFar
 from asset2sim.refinement.collision.shapes import collision_shapes
 from asset2sim.refinement.collision.wheels import ROUNDED
-from asset2sim.refinement.context import Log, RefinementContext, changed_numbers, move_findings, warning
+from asset2sim.refinement.context import Log, RefinementContext, warning
 from asset2sim.refinement.dynamics.mend import Mended, all_failures, mend_failures, with_supplied_terms
 from asset2sim.refinement.dynamics.remedies import has_remedies
 from asset2sim.refinement.lower_penetration import RefinedState, at_positions, lower_penetration
+from asset2sim.refinement.notes import changed_numbers, move_findings
 from asset2sim.validation.lying import AS_AUTHORED_RAD
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import EngineReport

@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from asset2sim.engines.world import by_pair, penetration
+from asset2sim.engines.contacts import by_pair, penetration
 from asset2sim.models.prompts import TriedProposal
 from asset2sim.refinement.context import Log, trace_step
 from asset2sim.refinement.position_bands import Band, Evaluator, Pose, moved_joints, objective

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from asset2sim.engines.world import ContactPoint
+from asset2sim.engines.contacts import ContactPoint
 from asset2sim.physics.arrays import Array
 
 GROUND = ""

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from asset2sim.engines.contacts import penetration
 from asset2sim.engines.registry import open_world
-from asset2sim.engines.world import World, penetration
+from asset2sim.engines.world import World
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.viewer.handles import GROUND, Handle, WorldContact

@@ -3,7 +3,7 @@
 import trimesh
 import viser
 
-from asset2sim.viewer.live import DrawnObjects
+from asset2sim.viewer.drawn_objects import DrawnObjects
 
 CAN_M = (0.033, 0.12)
 """Radius and height of a drink can of a third of a litre, m."""

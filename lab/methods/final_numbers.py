@@ -6,8 +6,8 @@ import numpy as np
 from asset2sim.guidance.object_info import LinkInfo, ObjectInfo
 from asset2sim.models.prior.link_proposals import TINY_KG, link_mass
 from asset2sim.physics.arrays import inertia_terms
-from asset2sim.physics.dynamics import paper_terms
 from asset2sim.physics.inertia import box_inertia
+from asset2sim.physics.paper_ranges import paper_terms
 from schemas.overlay import JointProposal, LinkProposal, Overlay
 from schemas.vocabulary import Source
 

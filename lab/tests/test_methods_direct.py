@@ -9,7 +9,7 @@ from asset2sim.assets.authored import read_overlay
 from asset2sim.guidance.object_info import ObjectInfo, read_prompt
 from asset2sim.models.prior.answer import prior_overlay
 from asset2sim.models.prompts import overlay_request
-from asset2sim.physics.dynamics import HINGE_RANGES
+from asset2sim.physics.paper_ranges import HINGE
 from asset2sim.render import VIEW_NAMES
 from lab.methods.final_numbers import BARE_KG, final_overlay
 from schemas.overlay import Overlay
@@ -128,8 +128,8 @@ def test_the_prior_gives_final_numbers_for_everything() -> None:
     assert {link.name for link in proposal.links} == {link.name for link in info.links}
     assert all(link.mass_kg and link.inertia and link.density_kg_m3 is None for link in proposal.links)
     hinge = next(joint for joint in proposal.joints if joint.name == "hinge")
-    assert HINGE_RANGES.damping.low <= (hinge.damping or 0.0) <= HINGE_RANGES.damping.high
-    assert HINGE_RANGES.friction.low <= (hinge.friction or 0.0) <= HINGE_RANGES.friction.high
+    assert HINGE.damping.low <= (hinge.damping or 0.0) <= HINGE.damping.high
+    assert HINGE.friction.low <= (hinge.friction or 0.0) <= HINGE.friction.high
     assert hinge.stiffness == 0.0 and hinge.coast_s is None and proposal.sigmas == {}
 
 

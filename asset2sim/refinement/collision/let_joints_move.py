@@ -17,7 +17,8 @@ from asset2sim.refinement.collision.jams import LARGEST_AUTHORED_M
 from asset2sim.refinement.collision.press_room import room_for_presses
 from asset2sim.refinement.collision.travel import Limits, clamped, joints_to_root, range_of
 from asset2sim.refinement.collision.trim import Cut, PlaneCut, contact_pairs, trim
-from asset2sim.refinement.context import RefinementContext, info, note_cuts, trace_step, warning
+from asset2sim.refinement.context import RefinementContext, info, trace_step, warning
+from asset2sim.refinement.notes import note_cuts
 from schemas.finding import Finding
 from schemas.overlay import JointPhysics, PhysicsOverlay
 from schemas.support import SupportKind

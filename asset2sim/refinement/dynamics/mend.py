@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 from asset2sim.checks.declared_check import Case, Remedy
 from asset2sim.checks.verdict import deciding_reports, failures_of
-from asset2sim.refinement.context import RefinementContext, changed_numbers, info
+from asset2sim.refinement.context import RefinementContext, info
 from asset2sim.refinement.dynamics.remedies import has_remedies, remedies_for
+from asset2sim.refinement.notes import changed_numbers
 from schemas.base import Vector3
 from schemas.features import Features
 from schemas.finding import Finding, TraceStep

@@ -12,7 +12,7 @@ from lxml import etree
 from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.assets.urdf.mesh_files import without_materials
 from asset2sim.assets.urdf.references import find_mesh
-from asset2sim.engines.world import penetration
+from asset2sim.engines.contacts import penetration
 from asset2sim.intake.confine import references
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import pose_of

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.checks.verdict import measurement_verdict
+from asset2sim.checks.at_rest import measurement_verdict
 from asset2sim.models.object_facts import rounded_floats
 from asset2sim.physics.arrays import Array
 from lab.methods.agent.specs import MAX_QUOTED_CHARS, MAX_RESULT_CHARS, MAX_ROWS

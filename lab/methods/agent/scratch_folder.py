@@ -14,7 +14,7 @@ from asset2sim.assets.folder import Folder, write_folder, write_urdf
 from asset2sim.baselines.as_proposed import as_proposed
 from asset2sim.checks.rest import contacts_at, measure
 from asset2sim.engines.child import in_child
-from asset2sim.engines.world import by_pair
+from asset2sim.engines.contacts import by_pair
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import apply, link_to_root, tree_of
 from asset2sim.render import png_bytes, render_views
