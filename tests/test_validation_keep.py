@@ -8,6 +8,7 @@ import trimesh
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.metric import STATED_UNIT
+from asset2sim.catalog.rows import GUESSES
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.read import read_guidance
 from asset2sim.intake.origin import extract
@@ -187,10 +188,21 @@ def test_where_few_drawn_shapes_stand_speaks_for_metres_too(offset: str, metric:
     assert (read(place).features.metric != UNLIKE_UNITS) is metric
 
 
-def test_another_size_of_an_object_in_metres_is_a_finding(tmp_path: Path) -> None:
-    done, findings = complete(box_with_lid(tmp_path / "a", 3.0, 1.5), Overlay(scale=0.5))
-    assert findings["rescaled"].value == 0.5 and "fit its volumes" in findings["rescaled"].message
-    assert done.scale == 0.5
+@pytest.mark.parametrize(
+    ("scale", "asked", "code"),
+    [
+        (0.5, (), "rescaled_unasked"),
+        (5.0, (), "rescaled_unasked"),
+        (0.5, ("scale",), "rescaled"),
+        (1.2, (), "rescaled"),
+    ],
+)
+def test_another_size_of_an_object_in_metres_is_a_finding_and_doubtful_if_nobody_asked(
+    scale: float, asked: tuple[str, ...], code: str, tmp_path: Path
+) -> None:
+    done, findings = complete(box_with_lid(tmp_path / "a", 3.0, 1.5), Overlay(scale=scale, asked=asked))
+    assert findings[code].value == done.scale == scale and "fit its volumes" in findings[code].message
+    assert (code in GUESSES) == (code == "rescaled_unasked")
 
 
 def test_a_hall_in_metres_is_larger_than_any_household_object(tmp_path: Path) -> None:

@@ -16,7 +16,9 @@ from schemas.settings import Thresholds
 from schemas.table import Row
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
 
-GUESSES = frozenset(("closed_end_guessed", "closed_end_unsure", "moves_nothing", "support_guessed", "up_doubtful"))
+GUESSES = frozenset(
+    ("closed_end_guessed", "closed_end_unsure", "moves_nothing", "rescaled_unasked", "support_guessed", "up_doubtful")
+)
 """Findings that say that something is a guess, or not there, which a look at the object settles."""
 
 

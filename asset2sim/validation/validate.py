@@ -12,6 +12,7 @@ from asset2sim.assets.urdf.read import read_dynamics
 from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
 from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
 from asset2sim.guidance.category import row_of
+from asset2sim.guidance.sizing import REAL_SLACK
 from asset2sim.guidance.tables import materials
 from asset2sim.physics.arrays import floats_of, inertia_terms
 from asset2sim.physics.kinematics import locked_joint, tree_of
@@ -91,8 +92,9 @@ def validate(
     scale, scale_source = bounded_scale(overlay, max(features.rest_size), source, notes, in_metres=in_metres)
     in_metres = in_metres and scale == overlay.scale
     if features.metric and not in_metres:
-        message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}"
-        notes.info("rescaled", message, value=scale, limit=1.0)
+        far = "scale" not in overlay.asked and not 1.0 / REAL_SLACK <= scale <= REAL_SLACK
+        message = f"{features.metric}, and its size is changed by a scale of {scale:.4g}{', unasked' * far}"
+        notes.info("rescaled_unasked" if far else "rescaled", message, value=scale, limit=1.0)
     note_mass_change(overlay, notes)
     opinion = Opinion(features.keep, in_metres, Disputes.of(overlay, settings))
     opinion.disputes.refuse_size(features.metric)
