@@ -150,6 +150,9 @@ class PhysicsSettings(Frozen):
     alike_inertia: Positive = 10.0
     """Largest over smallest effective inertia of joints with one and the same damping, friction or spring, beyond which
     that was written for all of them and measured of none."""
+    stated_spring_factor: Positive = 5.0
+    """Factor by which a file's spring may be stronger than a part of its kind takes at most, or weaker than is felt:
+    closers press doors with up to 100 N (140 N·m, EN 1154 size 7), which should take 22.2."""
     least_contact_friction: Positive = 0.03
     """Least Coulomb coefficient that is believed of a file: PTFE on steel has 0.04 ..."""
     most_contact_friction: Positive = 1.5

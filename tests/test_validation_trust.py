@@ -151,8 +151,25 @@ def test_a_spring_that_carries_its_part_is_judged_with_the_weight_that_it_carrie
     assert (held.initial_position, held.position_source, held.holds) == (0.75, Source.AUTHORED, True)
     let_go = flap(f'damping="2" friction="1" start="0.75" {spring}')
     assert let_go.stiffness_source is Source.AUTHORED and let_go.position_source is not Source.AUTHORED
-    upright = flap(f'damping="2" friction="4" start="0.75" {spring}', axis="0 0 1")
-    assert upright.stiffness_source is not Source.AUTHORED, "it carries nothing, and no hand turns it"
+    upright = f'damping="2" friction="4" start="0.75" {spring.replace("20", "70")}'
+    assert flap(upright, axis="0 0 1").stiffness_source is not Source.AUTHORED, "it carries nothing: no hand turns it"
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "takes_n", "kept"),
+    [(11.3, 35.3, True), (28.0, 87.5, True), (90.0, 281.0, False)],
+    ids=["a door's closer", "the strongest closer", "no closer"],
+)
+def test_a_spring_is_its_authors_though_a_supplied_one_would_be_weaker(
+    stiffness: float, takes_n: float, kept: bool, tmp_path: Path
+) -> None:
+    """A leaf of 0.48 m that opens by 1.5 rad against its spring, where an interior door should take 22.2 N."""
+    hinge = of(done(cabinet(tmp_path / "a", f'damping="0.5" spring_stiffness="{stiffness}"')), "door_hinge")
+    asked = hinge.effort_range
+    assert (hinge.stiffness_source is Source.AUTHORED) is kept and asked is not None
+    assert (asked.most_n >= takes_n) is kept, (
+        "the part may take what its own spring does, and no more where it has none"
+    )
 
 
 def test_a_start_stays_where_the_spring_is_not_believed_that_would_bring_its_part_elsewhere(tmp_path: Path) -> None:

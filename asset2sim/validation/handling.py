@@ -173,6 +173,14 @@ def as_light_as_stated(kind: Handling) -> Handling:
     return replace(kind, range=stated)
 
 
+def as_strong_as_stated(usual: EffortRange | None, spring_n: float) -> EffortRange | None:
+    """The range of forces of a part whose file states a spring that is kept, of ``spring_n`` (N) at its edge."""
+    if usual is None or spring_n <= SAFE_SHARE * usual.most_n:
+        return usual
+    source = f"{usual.source}; as strong as its file's spring"
+    return usual.model_copy(update={"most_n": spring_n / SAFE_SHARE, "source": source})
+
+
 def standing_part(kind: Handling) -> Handling:
     """The handling of a part that is most of the object: it bears the rest, wherever it is left, and no hand moves it
     against the object's stand."""

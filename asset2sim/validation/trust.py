@@ -14,7 +14,7 @@ from asset2sim.physics.arrays import Array
 from asset2sim.physics.dynamics import WEAKEST_HZ
 from asset2sim.physics.mass_matrix import Pull
 from asset2sim.validation.disputes import Disputes, Judge
-from asset2sim.validation.handling import Handling
+from asset2sim.validation.handling import Handling, as_strong_as_stated
 from asset2sim.validation.holding import felt_friction
 from schemas.authored import Authored, Belief, kept_share
 from schemas.features import Features
@@ -164,7 +164,7 @@ def judged_term(
     span = FREE_SLIDE_M if slides else QUARTER_TURN
     if joint.lower is not None and joint.upper is not None:
         span = joint.upper - joint.lower
-    inertia = joint.effective_inertia
+    inertia, most_n = joint.effective_inertia, kind.range.most_n
     if quantity is Quantity.DAMPING:
         effort = stated.damping * span / settings.hand_opens_s
         if inertia > settings.longest_coast_s * stated.damping:
@@ -172,17 +172,31 @@ def judged_term(
     elif quantity is Quantity.FRICTION:
         effort = stated.friction
     else:
-        ends = [end for end in (joint.lower, joint.upper) if end is not None] or [joint.initial_position + span]
+        ends = ends_of(joint)
         alone = stated.stiffness * max(abs(end - stated.spring_reference) for end in ends)
-        places = np.linspace(min(ends), max(ends), SPRING_PLACES)
-        effort = float(np.abs(left_by_spring(stated, pull, places)).max())
+        effort = most_left(stated, joint, pull)
         if stated.stiffness <= (2.0 * math.pi * WEAKEST_HZ) ** 2 * inertia:
             return doubtful_belief("it would take half a minute to bring its part back")
-        if alone < kind.lever * kind.range.least_n:
-            return doubtful_belief(f"weaker than a {kind.range.kind} feels, {kind.range.least_n:g} N")
-    if effort > kind.lever * kind.range.most_n:
-        return doubtful_belief(f"a hand would need more than a {kind.range.kind} takes, {kind.range.most_n:g} N")
+        least_n = kind.range.least_n / settings.stated_spring_factor
+        most_n *= settings.stated_spring_factor
+        if alone < kind.lever * least_n:
+            return doubtful_belief(f"weaker than a {kind.range.kind} feels, {least_n:g} N")
+    if effort > kind.lever * most_n:
+        return doubtful_belief(f"a hand would need more than a {kind.range.kind} takes, {most_n:g} N")
     return PLAUSIBLE_TERM
+
+
+def ends_of(joint: JointPhysics) -> list[float]:
+    """The ends of a joint's range, rad or m; where it has none, what a hand takes it to."""
+    ends = [end for end in (joint.lower, joint.upper) if end is not None]
+    return ends or [joint.initial_position + (FREE_SLIDE_M if joint.type == "prismatic" else QUARTER_TURN)]
+
+
+def most_left(stated: Dynamics, joint: JointPhysics, pull: Pull) -> float:
+    """The most that gravity and a stated spring together do to a joint within its range, N·m or N."""
+    ends = ends_of(joint)
+    places = np.linspace(min(ends), max(ends), SPRING_PLACES)
+    return float(np.abs(left_by_spring(stated, pull, places)).max())
 
 
 def left_by_spring(stated: Dynamics, pull: Pull, places: Array) -> Array:
@@ -258,11 +272,13 @@ def with_authored_sources(
     opinion: Opinion,
     stated: Mapping[str, Dynamics],
     handled: Mapping[str, Handling],
+    pulls: Mapping[str, Pull],
     settings: PhysicsSettings,
 ) -> PhysicsOverlay:
     """The overlay with the source ``authored`` beside each believed term of a joint that no rule changed, and a kept
-    spring relaxed where its file has it. Friction that holds its part, and that a hand feels, is not raised for what
-    else may bump it: the checks say whether that is needed."""
+    spring relaxed where its file has it; its part may take what that gives beside gravity's ``pulls``. Friction that
+    holds its part, and that a hand feels, is not raised for what else may bump it: the checks say whether that is
+    needed."""
 
     def sourced(joint: JointPhysics) -> JointPhysics:
         update: dict[str, object] = {}
@@ -277,6 +293,8 @@ def with_authored_sources(
                 update |= {term: value, f"{term}_source": Source.AUTHORED}
                 if quantity is Quantity.SPRINGS:
                     update["spring_reference"] = stated[joint.name].spring_reference
+                    takes_n = most_left(stated[joint.name], joint, pulls[joint.name]) / handled[joint.name].lever
+                    update["effort_range"] = as_strong_as_stated(joint.effort_range, takes_n)
         return joint.model_copy(update=update)
 
     kinds = {kind: tuple(map(sourced, getattr(done, kind))) for kind in ("joints", "followers")}

@@ -130,7 +130,7 @@ def validate(
             told = Notes()
             completed = complete(unmoved, kept, support, told)
             done, handled = completed.physics, completed.handled
-            done = with_authored_sources(done, opinion, stated, handled, settings)
+            done = with_authored_sources(done, opinion, stated, handled, pulls, settings)
             told.findings = without_bounds_of(done, told.findings)
     if opinion.found or features.metric:
         done = done.model_copy(update={"authored": with_limits(opinion, done, features.metric).grouped()})
