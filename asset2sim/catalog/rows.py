@@ -11,7 +11,6 @@ from asset2sim.checks.at_rest import oscillates
 from schemas.asset import AssetRecord, AssetSummary, Unchanged
 from schemas.extensions import further_columns
 from schemas.interaction import Measurement
-from schemas.overlay import PhysicsOverlay
 from schemas.settings import Thresholds
 from schemas.table import Row
 from schemas.vocabulary import PAPER_FAILURE_MODES, Severity, Stage, Status
@@ -99,9 +98,8 @@ def link_rows(key: Row, record: AssetRecord) -> list[Row]:
         seen = features.get(link.name)
         row = key | {"link": link.name, "shapes_source": None}
         row |= link.model_dump(exclude={"name", "com", "inertia", "contents"})
-        row |= {
+        row |= rows_engines.fields_of(seen, "joint_kind") | {
             "contents_kg": sum(item.mass_kg for item in link.contents),
-            "joint_kind": seen.joint_kind if seen else None,
             "n_meshes": len(seen.meshes) if seen else None,
             "n_watertight": sum(mesh.watertight for mesh in seen.meshes) if seen else None,
             "n_faces": sum(mesh.n_faces for mesh in seen.meshes) if seen else None,
@@ -124,20 +122,13 @@ def joint_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
     for joint in record.overlay.all_joints:
         seen, motion = features.get(joint.name), motions.get(joint.name)
         row = key | {"joint": joint.name} | joint.model_dump(exclude=elsewhere)
-        expected = joint.effort_range
-        bias = joint.bias
+        row |= rows_engines.fields_of(seen, "parent", "child", "openness_confidence")
+        effort = {"effort_kind": "kind", "effort_least_n": "least_n", "effort_most_n": "most_n"}
+        row |= rows_engines.fields_of(joint.effort_range, **effort)
+        row |= rows_engines.fields_of(motion, "amplitude", "sign_changes", "final_position")
         row |= {
-            "mechanism_effort": max(bias.most, -bias.least) if bias else None,
+            "mechanism_effort": max(joint.bias.most, -joint.bias.least) if joint.bias else None,
             "position_unit": joint.unit,
-            "parent": seen.parent if seen else None,
-            "child": seen.child if seen else None,
-            "openness_confidence": seen.openness_confidence if seen else None,
-            "effort_kind": expected.kind if expected else None,
-            "effort_least_n": expected.least_n if expected else None,
-            "effort_most_n": expected.most_n if expected else None,
-            "amplitude": motion.amplitude if motion else None,
-            "sign_changes": motion.sign_changes if motion else None,
-            "final_position": motion.final_position if motion else None,
             "settle_motion": settled.get(joint.name),
             "oscillates": oscillates(motion, joint.type == "prismatic", limits) if motion else None,
         }
@@ -206,41 +197,23 @@ def asset_key(run: RunRow, record: AssetRecord) -> Row:
 def _shape_columns(record: AssetRecord) -> Row:
     """Columns of scale, mass, size and counts; null for stages that the asset did not reach."""
     overlay, features = record.overlay, record.features
+    taken, support = rows_engines.fields_of, overlay.support if overlay else None
     size = [edge * overlay.scale for edge in features.rest_size] if overlay and features else [None] * 3
     links = features.links if features else overlay.links if overlay else None
     joints = overlay.all_joints if overlay else features.movable_joints if features else None
     return {
-        "scale": overlay.scale if overlay else None,
-        "scale_source": overlay.scale_source.value if overlay else None,
-        "scale_sigma": overlay.scale_sigma if overlay else None,
-        "mass_kg": overlay.mass_kg if overlay else None,
+        **taken(overlay, "scale", "scale_source", "scale_sigma", "mass_kg", "contact_friction", "contact_source"),
         **{f"size_{axis}_m": edge for axis, edge in zip("xyz", size, strict=True)},
-        **_support_columns(overlay),
-        "contact_friction": overlay.contact_friction if overlay else None,
-        "contact_source": overlay.contact_source.value if overlay and overlay.contact_source else None,
+        **taken(support, support="kind", support_mount="mount"),
+        **taken(support, support_source="source", support_confidence="confidence"),
         "n_links": None if links is None else len(links),
         "n_joints": None if joints is None else len(joints),
     }
 
 
-def _support_columns(overlay: PhysicsOverlay | None) -> Row:
-    """Columns of what carries the object."""
-    found = None if overlay is None else overlay.support
-    return {
-        "support": found.kind.value if found else None,
-        "support_mount": found.mount.value if found and found.mount else None,
-        "support_source": found.source.value if found else None,
-        "support_confidence": found.confidence if found else None,
-    }
-
-
 def _measured_columns(measured: Measurement | None) -> Row:
     """Columns that only ``assets`` holds of the measurement."""
-    return {
+    return rows_engines.fields_of(measured, "engine", "engine_version", "settle_s", "test_s") | {
         "deepest_contact_mm": 1000.0 * max((p.depth_m for p in measured.pairs), default=0.0) if measured else None,
         "penetrating_pairs": len(measured.pairs) if measured else None,
-        "engine": measured.engine if measured else None,
-        "engine_version": measured.engine_version if measured else None,
-        "settle_s": measured.settle_s if measured else None,
-        "test_s": measured.test_s if measured else None,
     }

@@ -11,6 +11,12 @@ from schemas.settings import Thresholds
 from schemas.table import Row
 
 
+def fields_of(record: object | None, *same: str, **other: str) -> Row:
+    """Columns that are fields of a record: of the ``same`` name, or column → field; null where there is no record."""
+    fields = dict.fromkeys(same) | other
+    return {column: None if record is None else getattr(record, name or column) for column, name in fields.items()}
+
+
 def prismatic_joints(record: AssetRecord) -> frozenset[str]:
     """Names of the prismatic joints; empty for a record with neither overlay nor features."""
     joints = record.overlay.all_joints if record.overlay else record.features.joints if record.features else ()
@@ -22,25 +28,18 @@ def motion_columns(measured: Measurement | None, prismatic: frozenset[str], limi
     moved = measured if measured is not None and measured.finite else None
     return {
         "penetration_mm": 1000.0 * measured.penetration_m if measured else None,
-        "drift_m": moved.drift_m if moved else None,
-        "drift_rad": moved.drift_rad if moved else None,
-        "peak_speed_m_s": moved.peak_speed_m_s if moved else None,
         "oscillating_joints": len(oscillating_joints(measured, prismatic, limits)) if measured else None,
-        "finite": measured.finite if measured else None,
-        "timestep_s": measured.timestep_s if measured else None,
+        **fields_of(measured, "finite", "timestep_s"),
+        **fields_of(moved, "drift_m", "drift_rad", "peak_speed_m_s"),
     }
 
 
 def stand_columns(stood: Stand | None) -> Row:
     """Columns of how the object stands where it is set down; null where it was not measured or not finite."""
     seen = stood if stood is not None and stood.finite else None
-    return {
-        "stand_tilt_rad": seen.tilt_rad if seen else None,
-        "stand_travel_m": seen.travel_m if seen else None,
-        "stand_speed_m_s": seen.peak_speed_m_s if seen else None,
-        "tip_margin_deg": math.degrees(seen.margin_rad) if seen else None,
-        "tip_energy_j": seen.tip_energy_j if seen else None,
-    }
+    moved = {"stand_tilt_rad": "tilt_rad", "stand_travel_m": "travel_m", "stand_speed_m_s": "peak_speed_m_s"}
+    margin_deg = math.degrees(seen.margin_rad) if seen else None
+    return fields_of(seen, "tip_energy_j", **moved) | {"tip_margin_deg": margin_deg}
 
 
 def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[Row]:
@@ -51,17 +50,9 @@ def measurement_rows(key: Row, record: AssetRecord, limits: Thresholds) -> list[
     for report in record.reports:
         verdict = report_verdict(report, record.overlay, limits)
         checks = check_verdicts(report, record.overlay, limits)
-        row = key | {
-            "engine": report.engine.value,
-            "engine_version": report.engine_version,
-            "passed": verdict.passed,
-            "failure_mode": verdict.mode.value,
-            "reason": verdict.reason,
-            "tests": len(checks),
-            "tests_failed": sum(not check.passed for check in checks),
-            "problem": report.problem,
-            "seconds": report.seconds,
-        }
+        row = key | fields_of(report, "engine", "engine_version", "problem", "seconds")
+        row |= fields_of(verdict, "passed", "reason", failure_mode="mode")
+        row |= {"tests": len(checks), "tests_failed": sum(not check.passed for check in checks)}
         row |= motion_columns(report.measurement, prismatic_joints(record), limits)
         rows.append(row | stand_columns(report.interaction.stand if report.interaction else None))
     return rows
@@ -98,14 +89,9 @@ def overlap_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``link_overlaps``."""
     return [
         key
-        | {
-            "link_a": item.pair.link_a,
-            "link_b": item.pair.link_b,
-            "related": item.related,
-            "cause": item.cause.value,
-            "depth_mm": 1000.0 * item.pair.depth_m,
-            "penetration_mm": 1000.0 * item.pair.penetration_m,
-        }
+        | fields_of(item, "related", "cause")
+        | fields_of(item.pair, "link_a", "link_b")
+        | {"depth_mm": 1000.0 * item.pair.depth_m, "penetration_mm": 1000.0 * item.pair.penetration_m}
         for item in record.overlaps
     ]
 
@@ -115,40 +101,22 @@ def alignment_rows(key: Row, record: AssetRecord) -> list[Row]:
     found = record.alignment
     if found is None:
         return []
+    row = key | fields_of(found, "scale_deviation", "reference_states_scale", alignment="value")
+    row |= fields_of(found.scale, scale_score="value", scale_reason="reason")
+    row |= fields_of(found.state, state_score="value", state_reason="reason")
+    row |= fields_of(found.judged, judged="value", judged_reason="reason")
     slider = found.joint_is_slider
-    row = {
-        "alignment": found.value,
-        "scale_score": found.scale.value,
-        "scale_reason": found.scale.reason,
-        "state_score": found.state.value,
-        "state_reason": found.state.reason,
-        "judged": found.judged.value if found.judged is not None else None,
-        "judged_reason": found.judged.reason if found.judged is not None else None,
-        "scale_deviation": found.scale_deviation,
-        "reference_states_scale": found.reference_states_scale,
-        "joint_deviation_rad": None if slider else found.joint_deviation,
-        "joint_deviation_m": found.joint_deviation if slider else None,
-    }
-    return [key | row]
+    row |= {"joint_deviation_rad": None if slider else found.joint_deviation}
+    return [row | {"joint_deviation_m": found.joint_deviation if slider else None}]
 
 
 def expectation_rows(key: Row, record: AssetRecord) -> list[Row]:
     """Rows of ``expectations``: one for each thing that the dataset's expectations say of the asset."""
-    rows: list[Row] = []
-    for item in record.expected:
-        stated = item.expectation
-        row = {
-            "what": stated.what,
-            "unit": stated.unit,
-            "lows": [low for low, _ in stated.ranges],
-            "highs": [high for _, high in stated.ranges],
-            "start": item.start,
-            "met_at_start": item.at_start,
-            "rest": item.rest,
-            "rest_engine": item.rest_engine,
-            "met_at_rest": item.at_rest,
-            "why": stated.why,
-            "reason": item.reason,
-        }
-        rows.append(key | row)
-    return rows
+    own = {"met_at_start": "at_start", "met_at_rest": "at_rest"}
+    return [
+        key
+        | fields_of(item, "start", "rest", "rest_engine", "reason", **own)
+        | fields_of(item.expectation, "what", "unit", "why")
+        | {"lows": [low for low, _ in item.expectation.ranges], "highs": [high for _, high in item.expectation.ranges]}
+        for item in record.expected
+    ]
