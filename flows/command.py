@@ -151,8 +151,7 @@ def _print(options: Options) -> int:
 
 
 def check(request: "RefineRequest") -> "RefineRequest":
-    """The request with the assets that it asks for. Raises UsageError for one that cannot be met, before anything is
-    imported or written for it."""
+    """The request with its assets. Raises UsageError for one that cannot be met, before anything is imported."""
     from asset2sim.models.gateway.environment import quiet_environment
     from asset2sim.runs.check_request import check_request
 

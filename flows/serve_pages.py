@@ -79,8 +79,7 @@ def report_folder(out: Path | str) -> Path:
 def commands(
     out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000, report_port: int = 4100, host: str = LOOPBACK[0]
 ) -> dict[str, list[str]]:
-    """Name → command line of each server. MLflow shows the runs of this machine; the report is served from the moment
-    on at which there is one."""
+    """Name → command line of each server: MLflow of this machine, and the report from when there is one."""
     from asset2sim.catalog.mlflow_store import tracking_uri
 
     programs, folder = Path(sys.executable).parent, report_folder(out)

@@ -34,8 +34,7 @@ KeepWords = Annotated[tuple[str, ...], BeforeValidator(keep_words)]
 
 
 def kept_share(words: tuple[str, ...], quantity: Quantity) -> Keep:
-    """How much of one quantity is kept by these words: all that is not impossible where they name it, else what is
-    plausible where they say so."""
+    """How much of a quantity these words keep: what is not impossible where they name it, or what is plausible."""
     if Keep.ALL in words or quantity in words:
         return Keep.ALL
     return Keep.PLAUSIBLE if Keep.PLAUSIBLE in words else Keep.NOTHING
@@ -49,8 +48,7 @@ class Belief(Frozen):
 
 
 class Authored(Belief):
-    """The same of all numbers of one quantity that are judged alike: ``of`` these links or joints, of none where it is
-    the whole object's."""
+    """The same of numbers judged alike: ``of`` these links or joints, of none where it is the whole object's."""
 
     quantity: Quantity
     of: tuple[str, ...] = ()

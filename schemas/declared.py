@@ -51,8 +51,7 @@ class FurtherCheck:
     run: str
     """Function of an ``AssetJob`` and the folder that was written, or None, to a ``StageResult``."""
     columns: str
-    """Columns (``schemas.table.Column``, may be null) that it adds to the table ``assets``; ``StageResult.further`` has
-    their values."""
+    """Columns (``schemas.table.Column``) that it adds to ``assets``; ``StageResult.further`` has their values."""
     sources: tuple[str, ...]
     """Modules and packages that decide what it finds, which the content hash of an asset counts."""
 
@@ -161,8 +160,7 @@ def outside_code() -> bytes:
 
 
 def declared(kind: str) -> list[object]:
-    """Values of the name ``kind`` in the modules of its package that have one, by file name, then in those from
-    outside."""
+    """Values of the name ``kind`` in the modules of its package, by file name, then in those from outside."""
     own = modules_in(HOMES[kind]) if kind in HOMES else []
     modules = (*own, *outside(kind, os.environ.get(VARIABLE, "")))
     return [getattr(module, kind) for module in modules if hasattr(module, kind)]

@@ -20,8 +20,7 @@ class Asset2SimError(Exception):
 
 
 class UsageError(Asset2SimError):
-    """An invalid request; the message names the valid choices. Of several mistakes (``said``) it is a line each, at
-    most ``MOST_MISTAKES``."""
+    """An invalid request; the message names the valid choices, a line for each of several mistakes (``said``)."""
 
     def __init__(self, *said: str) -> None:
         self.said = said

@@ -104,8 +104,7 @@ class SizeWord(Wish):
 
 
 class AskedSize(Frozen):
-    """All that is said of the object's size. ``real`` are the words that ask for the size of the real thing ("actual",
-    "full")."""
+    """All that is said of the object's size; ``real`` words ask for the real thing's ("actual", "full")."""
 
     scale: AskedScale | None = None
     lengths: tuple[AskedLength, ...] = ()

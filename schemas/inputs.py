@@ -39,8 +39,7 @@ class InputSettings(Frozen):
     macro: str = ""
     """The macro that is read of xacro files that only define macros, its arguments at their defaults."""
     max_mesh_mb: Positive = 256.0
-    """Largest mesh file that is read, MB: an OBJ of this size holds four million triangles, and reading it takes ten
-    times its size in memory."""
+    """Largest mesh file that is read, MB: an OBJ of four million triangles, which takes ten times that in memory."""
 
     @property
     def package_folders(self) -> dict[str, str]:

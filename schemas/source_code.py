@@ -7,8 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 PARSE_TRIES = 20
-"""Times that a source is parsed beside other threads; of 450 so parsed, with Python code in each garbage collection, 14
-failed the first."""
+"""Times that a source is parsed beside other threads: of 450, with garbage collected, 14 failed the first."""
 
 
 def code_digest(

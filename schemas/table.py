@@ -52,8 +52,7 @@ class Table:
 def make_table(
     name: str, grain: str, key: tuple[str, ...], description: str, columns: Iterable[Column] | None = None
 ) -> Table:
-    """A table of these columns, or of those that ``COLUMNS`` lists of it; one whose name ends in ``!`` may not hold
-    null."""
+    """A table of these columns, or those that ``COLUMNS`` lists; one with ``!`` after its name may not hold null."""
     fields = [
         pa.field(
             column.removesuffix("!"),

@@ -22,8 +22,7 @@ class CheckVerdict:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The mode that failed, or ``none``; the ``reason`` with its numbers, and the ``value`` and ``limit`` that were
-    compared."""
+    """The mode that failed, or ``none``, the ``reason`` in words, and the ``value`` and ``limit`` compared."""
 
     mode: FailureMode
     reason: str

@@ -168,8 +168,7 @@ class CollisionMode(StrEnum):
 
 
 class DynamicsRule(StrEnum):
-    """Where joint dynamics come from: ``inertia`` (effective inertia and time constants), or the ``paper``'s
-    absolute ranges."""
+    """Where joint dynamics come from: ``inertia`` and time constants, or the ``paper``'s absolute ranges."""
 
     INERTIA = "inertia"
     PAPER = "paper"
@@ -221,8 +220,7 @@ class Correction(StrEnum):
 
 
 class Keep(StrEnum):
-    """Which authored numbers stay: of a file in metres those that are ``plausible``, ``all`` that are not impossible,
-    or ``nothing``."""
+    """Which authored numbers stay: ``plausible`` ones of a file in metres, ``all`` possible ones, or ``nothing``."""
 
     PLAUSIBLE = "plausible"
     ALL = "all"
@@ -246,8 +244,7 @@ class Quantity(StrEnum):
 
 
 class Trust(StrEnum):
-    """How far a file's own number is believed: nothing is said, no body has it, it is not what such a part has, or it
-    may well be so."""
+    """How far a file's number is believed: nothing is said, impossible for a body, odd for such a part, or likely."""
 
     ABSENT = "absent"
     IMPOSSIBLE = "impossible"

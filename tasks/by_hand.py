@@ -1,5 +1,4 @@
-"""The checks ``used``, ``contents`` and ``lifted`` of what was written, where a run asks for them. They decide nothing:
-what does not go is a finding."""
+"""The checks ``used``, ``contents`` and ``lifted``, where a run asks for them; what fails is a finding alone."""
 
 from collections.abc import Callable
 from functools import partial

@@ -19,8 +19,7 @@ from tasks.publish import publish_folder
 
 
 def convert_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
-    """Record of one asset converted into ``out/assets/<asset_id>`` with the exports of the settings; ``ask`` is never
-    called."""
+    """Record of one asset converted into ``out/assets/<asset_id>``, with exports; ``ask`` is never called."""
     progress, job = Progress(), AssetJob(ref, out, settings, ask)
     verdict = Verdict(FailureMode.NONE, "")
     try:

@@ -11,8 +11,7 @@ from tasks.progress import AssetJob, StageResult
 
 @dataclass(frozen=True, kw_only=True)
 class Refined(StageResult):
-    """The overlay that stays written, its folder, and engines' reports on exactly that; None where nothing was
-    refined."""
+    """The overlay that stays written, its folder, and engines' reports on that; None where nothing was refined."""
 
     overlay: PhysicsOverlay
     folder: Folder | None = None

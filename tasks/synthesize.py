@@ -32,8 +32,7 @@ class LookedAgain(StageResult):
 
 
 def check_users_numbers(job: AssetJob, extraction: Extraction) -> StageResult:
-    """Findings on the user's prompt and own numbers, before a model is asked. Raises AssetError for names and numbers
-    that cannot be."""
+    """Findings on prompt and own numbers, before a model is asked. AssetError for names and numbers that cannot be."""
     told = () if job.settings.method is Method.RAW else prompt_findings(job.guidance)
     stated = job.ref.overrides
     return StageResult(findings=told if stated is None else (*told, *check_overrides(extraction.features, stated)))
@@ -62,8 +61,7 @@ def second_look(job: AssetJob, extraction: Extraction) -> LookedAgain:
 def with_users_numbers(
     propose: Callable[[ProposalJob, Extraction], Proposed], job: AssetJob, extraction: Extraction
 ) -> Synthesized:
-    """The method's proposal, with the user's own numbers, which are checked, in place of its own. Raises what the
-    method raises."""
+    """The method's proposal with the user's own, checked numbers in place of its own. Raises what the method does."""
     stated, features = job.ref.overrides, extraction.features
     told = job if stated is None else guided_by_scale(job, stated.scale_of(features))
     proposal, calls, findings = propose(told, extraction)

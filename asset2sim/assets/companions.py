@@ -30,8 +30,7 @@ def companions_of(folder: Path, reach: AllowedFolders) -> tuple[dict[str, Path],
 
 
 def read_semantics(file: Path | None) -> dict[str, tuple[str, str]]:
-    """Link name → (joint kind, label) from ``semantics.txt``, where there is one that can be read; lines that do not
-    fit are skipped."""
+    """Link name → (joint kind, label) from ``semantics.txt``, without lines that do not fit; empty without the file."""
     labels: dict[str, tuple[str, str]] = {}
     try:
         text = "" if file is None else read_regular(file, MOST_DESCRIBED).decode("utf-8", errors="replace")

@@ -64,8 +64,7 @@ def finger_depth(part: Array, around: Array, way: Array, finger_m: float, enough
 
 
 def first_met(triangles: Array, places: Array, beyond: float) -> Array:
-    """(k,) least z beyond a value at which a line along z through each of the (k, 2) places meets these (n, 3, 3)
-    triangles; infinite for none."""
+    """(k,) least z beyond a value at which a line along z through each (k, 2) place meets a triangle; else infinite."""
     low, high = triangles[..., :2].min(axis=1), triangles[..., :2].max(axis=1)
     inside = ((low[:, None] <= places) & (high[:, None] >= places)).all(axis=2)
     which, at = np.nonzero(inside)

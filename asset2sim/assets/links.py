@@ -187,8 +187,7 @@ class MeshPart:
 
 @dataclass(frozen=True)
 class LinkGeometry:
-    """A link's shapes in its frame: (n, 3) hull points of the whole link, its meshes (primitives: none), and the area
-    of their faces, m²."""
+    """(n, 3) hull points of a link, its meshes (primitives: none), and the area of their faces, m², in its frame."""
 
     points: Array
     parts: tuple[MeshPart, ...]

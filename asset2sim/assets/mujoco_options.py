@@ -8,8 +8,7 @@ IMPEDANCE = 0.9999
 """Impedance d of MuJoCo's constraints, springs and dampers that yield to the share 1 - d of the load; 0.9999 is the
 stiffest that it allows. At its usual 0.9 to 0.95 a lid that dry friction holds creeps by 0.01 rad/s."""
 CONTACT_IMPEDANCE = 0.99
-"""The same for contacts and limits. At MuJoCo's own 0.95 light objects sink in by a millimetre and rock on it; harder
-ones make light parts chatter."""
+"""Of contacts and limits: at MuJoCo's 0.95 light objects sink a millimetre and rock, and harder ones chatter."""
 SOFT_WIDTH_M = 1e-3
 """Depth, m, over which a contact reaches its full impedance; MuJoCo's own."""
 REFERENCE_STEPS = 3.0

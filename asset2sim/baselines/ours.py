@@ -30,8 +30,7 @@ def first_question(
 
 
 def told_overlaps(job: ProposalJob, extraction: Extraction) -> tuple[RestOverlap, ...]:
-    """The overlaps of the asset as drawn, none for ``prior/household``, which reads none: to find them takes longer
-    than all else that it does."""
+    """The overlaps of the asset as drawn; none for ``prior/household``, which ignores them and is faster without."""
     return () if is_prior(job.settings.model.model) else tuple(rest_overlaps(extraction))
 
 

@@ -117,8 +117,7 @@ def like_latest(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def comparison_columns(runs: pd.DataFrame) -> pd.DataFrame:
-    """Columns that two runs must have in common to be compared, a column each; "" for a subset or a selection of
-    all."""
+    """Columns that two runs must share to be compared; "" for a subset or a selection of all."""
     names = ["dataset", "method", "model", "subset", "selection"]
     # A catalog that an earlier version wrote has no selection.
     return runs.reindex(columns=names).astype(object).fillna("")

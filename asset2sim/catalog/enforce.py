@@ -14,9 +14,8 @@ class CatalogError(Asset2SimError):
 
 
 def to_arrow(table: Table, rows: Sequence[Row]) -> pa.Table:
-    """Rows as an Arrow table of exactly the table's schema. Raises CatalogError where a row lacks a column or has one
-    too many, where a value does not fit its column's type, where a required value is null, or where two rows share a
-    key."""
+    """Rows as an Arrow table of exactly the table's schema. Raises CatalogError for a row with a missing or unknown
+    column, a value of another type, a required null, and two rows with one key."""
     expected = set(table.schema.names)
     for row in rows:
         if row.keys() != expected:

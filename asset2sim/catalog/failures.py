@@ -80,9 +80,8 @@ def _examples(row: Mapping[Hashable, Any]) -> str:
 
 
 def compare_runs(out: Path | str, earlier: str, later: str) -> pd.DataFrame:
-    """A row per asset whose result in ``later`` differs from that in ``earlier``. Columns are as ``compare_runs.sql``
-    names them. A run is named by its id, the beginning of its id, ``latest`` or ``previous``. Raises UsageError for an
-    unknown or ambiguous name."""
+    """A row per asset whose result in ``later`` is another than in ``earlier``, with ``compare_runs.sql``'s columns. A
+    run is an id, its beginning, ``latest`` or ``previous``. Raises UsageError for an unknown or ambiguous one."""
     return query(out, packaged_sql("compare_runs"), (find_run(out, earlier), find_run(out, later)))
 
 
@@ -168,8 +167,7 @@ VERDICTS = ("good", "bad")
 
 @dataclass(frozen=True)
 class Review:
-    """One person's review of one asset as one run refined it; ``reviewed_at`` has a time zone. Raises UsageError for a
-    verdict that is none."""
+    """One person's review of one asset of a run; ``reviewed_at`` has a time zone. UsageError for another verdict."""
 
     run_id: str
     asset_id: str
@@ -203,8 +201,7 @@ def unreviewed_line(found: pd.DataFrame) -> str:
 
 
 def render_reviewed(found: pd.DataFrame) -> Table:
-    """The failures with their reviews for the terminal, the unreviewed first. A verdict in brackets is of an asset that
-    was refined again since."""
+    """The reviewed failures for the terminal, the unreviewed first; in brackets a verdict before a later run."""
     table = titled_table(unreviewed_line(found) or "no failures")
     for name in ("asset", "category", "failure mode", "review", "note", "by", "when", "reason"):
         table.add_column(name, overflow="fold", no_wrap=name == "when")

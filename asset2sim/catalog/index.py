@@ -65,8 +65,7 @@ def write_entries(out: Path, rows: Sequence[tuple[Mapping[str, Any], Collection[
 
 
 def loader_source() -> str:
-    """The package ``asset2sim.load`` as one file: its modules, each before those that import it, without the imports
-    between them."""
+    """``asset2sim.load`` as one file: its modules, each before those that import it, without those imports."""
     package, parts = files("asset2sim").joinpath("load"), dict[str, str]()
 
     def add(name: str) -> None:
@@ -87,8 +86,7 @@ def loader_source() -> str:
 
 
 def latest_by_asset(rows: Collection[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Asset id → the row of the latest run of any method and model, which wrote its folder. A run's id begins with its
-    start."""
+    """Asset id → the row of the latest run, whose folder it is. A run's id begins with its start."""
     found: dict[str, dict[str, Any]] = {}
     for row in rows:
         kept = found.get(row["asset_id"])
@@ -135,8 +133,7 @@ def entry(row: Mapping[str, Any], names: Collection[str], folder: Path) -> dict[
 
 
 def support_of(folder: Path) -> str | None:
-    """The support of a refined object, from its overlay: freestanding, fixed or handheld; None where that is not
-    here."""
+    """The support of a refined object, by its overlay: freestanding, fixed or handheld; None without one here."""
     try:
         overlay = json.loads((folder / REFINED_NAME).read_text(encoding="utf-8"))
     except OSError:

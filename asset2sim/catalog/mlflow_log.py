@@ -37,8 +37,7 @@ MAX_CHANGED = 500
 MAX_CHANGED_BYTES = 2 * 1024 * 1024
 """... and no more than this in all: the catalog holds them, and a nightly runs 365 times a year."""
 CHANGED, SUMMARY, FAILED = "changed", "summary.json", "failed.json"
-"""Artifacts: the folder of the rows that a run wrote, the run in figures, and its failed assets, a table that MLflow's
-pages show."""
+"""Artifacts: the rows that a run wrote, the run in figures, and its failed assets, a table on MLflow's pages."""
 _ABOUT = {"run_id", "started_at", "finished_at", "outcome", "dataset", "subset"}
 REMOVED = "artifacts_removed"
 """Tag of a run whose artifacts were removed, and when."""

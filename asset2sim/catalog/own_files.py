@@ -26,11 +26,6 @@ EMPTY = "none.parquet"
 """The file without rows, by which readers know the columns before anybody has written any."""
 
 
-def new_name() -> str:
-    """A file name that no other writer has."""
-    return f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}.parquet"
-
-
 def own_pattern(table: Table) -> str:
     """The files of a table, relative to OUT."""
     return f"{table.name}/*.parquet"
@@ -52,7 +47,7 @@ class OwnFile:
 
     def __init__(self, out: Path | str, table: Table) -> None:
         self.out, self.table = Location(out), table
-        self.name = new_name()
+        self.name = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{uuid.uuid4().hex[:8]}.parquet"
         self.rows: tuple[Row, ...] = ()
 
     def add(self, rows: Sequence[Row]) -> None:

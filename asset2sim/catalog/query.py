@@ -49,16 +49,14 @@ def connect(out: Path | str) -> "duckdb.DuckDBPyConnection":
 
 
 def own_tables(out: Path) -> Path | None:
-    """Where the tables of runs would be, in a folder without any that has tables of experiments (OUT of ``learn``);
-    None where it has neither."""
+    """Where the tables of runs would be, in a folder with tables of experiments alone (OUT of ``learn``), else None."""
     there = any(own_files(out, table) for table in (REVIEWS, *further_tables().values()))
     return out / CATALOG if there else None
 
 
 def make_views(connection: "duckdb.DuckDBPyConnection", out: Path, folder: Path, *, files: bool = True) -> None:
-    """A view for every published table; ``folder`` holds OUT's set of tables. One that has no file yet is empty.
-    Without ``files``, for a connection that may open none, Arrow reads them. Raises CatalogError for one that cannot be
-    read."""
+    """A view for every published table, empty where it has no file; ``folder`` holds OUT's tables. Without ``files`` (a
+    connection that may open none) Arrow reads them. Raises CatalogError for one that cannot be read."""
     connection.execute("SET TimeZone = 'UTC'")
     places = (
         *((table, folder / table.file, [folder / table.file]) for table in TABLES.values()),

@@ -1,5 +1,4 @@
-"""Reading the catalog: a table as a DataFrame, or SQL over all of them. A reader never sees half of a run. OUT is a
-folder or a URL."""
+"""The catalog read as DataFrames or by SQL, from a folder or a URL. A reader never sees half of a run."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -59,9 +58,8 @@ def read_table(out: Path | str, name: str) -> pd.DataFrame:
 
 
 def query(out: Path | str, sql: str, parameters: Sequence[object] = (), *, files: bool = True) -> pd.DataFrame:
-    """Result of a DuckDB query over the tables, each under its name; ``?`` stand for ``parameters``. Without ``files``
-    it reads and writes nothing else, whatever it says. Raises UsageError where OUT has no catalog or the query is at
-    fault."""
+    """Result of a DuckDB query over the tables by name; ``?`` stand for ``parameters``. Without ``files`` it touches no
+    other file. Raises UsageError where OUT has no catalog or the query is at fault."""
     out = local_tables(out)
     import duckdb  # late: imported while Prefect's threads run, it warns about them at exit
 

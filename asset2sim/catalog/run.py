@@ -56,9 +56,7 @@ class RunRow(Frozen):
 
 
 def selection_of(asset_ids: Sequence[str], limit: int | None) -> str | None:
-    """Assets that ``--assets`` and ``--limit`` leave of a dataset, as text; None for all of it. Runs of different
-    selections
-    cannot be compared."""
+    """Assets that ``--assets`` and ``--limit`` leave, as text; None for all. Unlike ones are not compared."""
     digest = hashlib.sha256("\0".join(sorted(asset_ids)).encode(errors="surrogateescape")).hexdigest()
     listed = ",".join(sorted(asset_ids))
     shown = listed if len(listed) <= MAX_SELECTION else f"{listed[:MAX_SELECTION]}… ({len(asset_ids)}, {digest[:8]})"
@@ -121,8 +119,7 @@ def _git(folder: Path, *arguments: str) -> str:
 
 
 def write_run_marker(out: Path, run: RunRow) -> str | None:
-    """Write the marker of ``run``; the caller holds OUT's lock. Returns a sentence on the run before, if that one did
-    not finish."""
+    """Write the marker of ``run`` under OUT's lock; a sentence on the run before, if that did not finish."""
     path = out / MARK
     left = _read(path)
     path.parent.mkdir(parents=True, exist_ok=True)

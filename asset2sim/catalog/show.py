@@ -32,9 +32,8 @@ _SEVERITY_STYLES = {"error": "bold red", "warning": "yellow", "info": "dim"}
 
 
 def describe_asset(out: Path | str, asset_id: str) -> RenderableType:
-    """Everything that the catalog in OUT holds on one asset, for every method and model that refined it, as a rich
-    renderable. Raises UnknownChoiceError naming the closest ids for an unknown asset, UsageError where OUT has no
-    catalog."""
+    """All that OUT's catalog has of one asset, by every method and model, as a rich renderable. Raises
+    UnknownChoiceError naming the closest ids, UsageError where OUT has no catalog."""
     frames = read_asset(out, asset_id)
     parts: list[RenderableType] = []
     for asset in rows(frames["assets"]):

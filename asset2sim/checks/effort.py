@@ -203,8 +203,7 @@ def is_pressed(item: Effort, joint: JointPhysics) -> bool:
 
 
 def centred_force(item: Effort, joint: JointPhysics) -> float:
-    """The force at the part's edge, N, of a spring that is relaxed within the joint's range, at the range's farther
-    end; 0 without one."""
+    """The force at the part's edge, N, of a spring relaxed within the range, at the farther end; 0 without one."""
     rest = joint.spring_reference
     if joint.stiffness <= 0.0 or joint.holds or joint.lower is None or joint.upper is None:
         return 0.0

@@ -36,8 +36,7 @@ ROOMS = ("asset2sim/assets", "asset2sim/checks", "asset2sim/engines", "asset2sim
 
 @dataclass
 class KnownReports:
-    """Reports of one asset, those of an earlier run in ``file`` among them; the wall time that engines took for new
-    ones, s."""
+    """Reports of one asset, with an earlier run's in ``file``; the wall time that engines took for new ones, s."""
 
     file: Path | None = None
     reports: dict[str, EngineReport] = field(default_factory=dict)

@@ -54,8 +54,7 @@ class Mechanism:
 
     @cached_property
     def asked(self) -> tuple[JointPhysics, ...]:
-        """The joints that are moved one by one: all but those of chains, and of joints of one type and range that move
-        one after the other a few."""
+        """The joints that are moved one by one: of a chain's joints of one type and range, in a row, a few."""
         passed_over = {
             name
             for names in alike_in_chains(self.tree, self.joints)
@@ -192,8 +191,7 @@ def own_pull(item: Mechanism, joint: str, positions: Mapping[str, float], poses:
 
 
 def moved_inertia(item: Mechanism, joint: str, poses: Mapping[str, Array]) -> float:
-    """The inertia that the joint moves with what follows it, the root and all other joints held, with its armature:
-    kg·m² about its axis, or kg."""
+    """Inertia that the joint and its followers move, all else held, with armature: kg·m² about its axis, or kg."""
     total = next((entry.armature for entry in item.joints if entry.name == joint), 0.0)
     drives = [(entry, 1.0) for entry in item.tree if entry.name == joint]
     drives += [(entry, entry.mimic.multiplier) for entry in item.followers.get(joint, ()) if entry.mimic is not None]

@@ -31,8 +31,7 @@ def point_clouds(urdf: Path) -> dict[str, Array]:
 
 
 def support_polygon_of(item: Mechanism, clouds: Clouds, up: Array, positions: Mapping[str, float]) -> SupportPolygon:
-    """The support of an object at rest on a plane, (3,) ``up`` being the world's in the root's frame, joints at
-    ``positions`` (rad or m)."""
+    """The support at rest on a plane; (3,) ``up`` is the world's in the root's frame, ``positions`` in rad or m."""
     poses = poses_at(item, positions)
     points = np.vstack(
         [np.zeros((0, 3))]

@@ -184,8 +184,7 @@ def sweep_verdict(
 
 
 def hull_loss(item: Sweep) -> float:
-    """Share of the range lost to hulls alone: on each side, up to where the authored meshes or the floor would stop
-    the joint."""
+    """Share of the range that hulls alone take: on each side, up to where authored meshes or the floor would."""
     if item.free_lower is None or item.free_upper is None or item.upper <= item.lower:
         return 1.0 - item.free_share if any(o.cause is OverlapCause.HULL for o in item.obstacles) else 0.0
     lost = 0.0

@@ -83,8 +83,7 @@ def interaction_of(engine: Engine, found: Mapping[str, object]) -> Interaction:
 
 
 def engines_of(settings: EngineSettings) -> tuple[Engine, ...]:
-    """The engines to verify in. Raises UsageError where one that is asked for is not installed, or one decides that
-    does not check."""
+    """The engines to verify in. Raises UsageError for one that is not installed, or decides without checking."""
     for engine in settings.verify or ():
         require(engine)
     engines = settings.verify or installed()

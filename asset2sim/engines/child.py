@@ -102,8 +102,7 @@ def _in_one_child(calls: Mapping[Engine, Callable[[], T]], time_limit_s: float) 
 
 
 def _work(writer: int, parent: int, calls: Iterable[Callable[[], T]]) -> NoReturn:
-    """The child: make the calls, send each outcome, its size first, and end without running what the parent would at
-    its exit."""
+    """The child: make the calls, send each outcome behind its size, and end without the parent's exit handlers."""
     code = 1
     try:
         end_with_parent(parent)

@@ -75,8 +75,7 @@ def outlines(pieces: Sequence[Array]) -> tuple[Outline, ...] | None:
 
 
 def line_between(one: tuple[Outline, ...] | None, other: tuple[Outline, ...] | None, gap_m: float) -> bool:
-    """Whether two parts are neighbours, and a line of that width passes between any two of their pieces, along a side
-    of either."""
+    """Whether two parts are neighbours with a gap of that width between any two pieces, along a side of either."""
     if one is None or other is None:
         return False
     boxes = [[(corners.min(axis=0), corners.max(axis=0)) for corners, _, _ in part] for part in (one, other)]

@@ -190,8 +190,7 @@ def prepared(
     console: tuple[str, ...],
     mimics: Mapping[str, Mimic],
 ) -> PyBulletItem:
-    """The object with PyBullet's own damping and motors off, its joints' damping and friction applied, and joints that
-    follow others geared to them."""
+    """The object without PyBullet's own damping and motors, its joints' terms applied and its followers geared."""
     link_names = {-1: client.getBodyInfo(body)[0].decode()}
     joint_index: dict[str, int] = {}
     client.changeDynamics(body, -1, linearDamping=0.0, angularDamping=0.0)

@@ -65,8 +65,7 @@ UPWARDS = (0.7071068, 0.0, -0.7071068, 0.0)
 
 @dataclass(frozen=True)
 class SapienItem:
-    """A loaded object: PhysX' system and its articulation, its links in order, their shapes, its joints' terms,
-    and what was read of its URDF."""
+    """A loaded object: PhysX' system and articulation, its links in order with shapes, joints' terms, and its URDF."""
 
     system: Any
     articulation: Any

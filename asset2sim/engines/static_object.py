@@ -14,8 +14,7 @@ from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 
 MARGIN_M = 1e-3
-"""PyBullet's margin around every mesh hull, m: it reports contact of two hulls up to twice this distance. Hulls are cut
-for it in MuJoCo, too."""
+"""PyBullet's margin around a mesh hull, m: hulls touch up to twice this far. MuJoCo's are cut for it, too."""
 
 
 class StaticObject(Protocol):

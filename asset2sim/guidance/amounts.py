@@ -1,5 +1,4 @@
-"""Numbers in the guidance: each rewritten in the plain units that the rules read, or, if it cannot be met, left out and
-named."""
+"""Numbers in the guidance in the plain units that the rules read, or left out and named if they cannot be met."""
 
 import re
 from decimal import Decimal

@@ -53,8 +53,7 @@ def _pattern(language: str) -> "re.Pattern[str]":
 
 
 def translated(sentence: str) -> Translation | None:
-    """The sentence in English, out of the language of which it has most; None where that is little, or where it says
-    no of something."""
+    """The sentence in English, out of its main language; None where that is little, or it says no of something."""
     text = normal_text(sentence)
     found = max((_translated(text, language) for language in LANGUAGES), key=lambda one: one[0])
     return found[1] if found[0] >= LEAST_SHARE else None

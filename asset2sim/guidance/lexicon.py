@@ -93,8 +93,7 @@ class Segment:
 
 
 def tokenize(guidance: str) -> tuple[str, ...]:
-    """Lower-case words, numbers and separators, without "two-drawer" and the like, which only count parts, and without
-    numbers that cannot be met."""
+    """Lower-case words, numbers and separators, without counts ("two-drawer") and numbers that cannot be met."""
     text = plain_guidance(guidance)
     text = re.sub(r"\b(\d)(st|nd|rd|th)\b", lambda m: _ORDINAL_NAMES.get(m.group(1), m.group(1)), text)
     return tuple(_TOKEN.findall(_COUNTED.sub(" ", text)))

@@ -27,8 +27,7 @@ THUMB_TURN_SHARE = 0.018
 """Most longest edge of a thumb turn, as a share of its door's height, 2 m: those of bolts are 0.02 to 0.035 m, and
 knobs that work a latch 0.05 to 0.065 m across (makers' data)."""
 HOLDS_PARTS = {"frame", "base", "case", "housing", "holder", "bracket", "mount", "board", "cabinet", "bodyset"}
-"""Last words of names of what a part is on: a door's frame is no door; of EusLisp's models each link's name is the
-object's and "bodyset"."""
+"""Last words of what a part is on: a door's frame is no door; EusLisp's links are the object's name and "bodyset"."""
 JOINED = 5
 """Least letters of a label that is looked for within a word, as in "gasknob"."""
 LEVER_SHARE = 0.35
@@ -132,8 +131,7 @@ def shape_name(
 
 
 def drawn_pressed(part: str, motion: str, lower: float | None, upper: float | None) -> bool:
-    """Whether a part is a button that slides between these limits (m) and is drawn part of the way in, with its zero at
-    neither end."""
+    """Whether a part is a button that slides between these limits (m), drawn part-way in, zero at neither end."""
     if part not in PRESSED or motion != "slider" or lower is None or upper is None:
         return False
     low, high = sorted((lower, upper))

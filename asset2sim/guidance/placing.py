@@ -26,8 +26,7 @@ that the paper's prompt states, at which parts that overlap near their closed en
 
 
 def asked_positions(parts: Sequence[MovablePart], guidance: Guidance, scale: float) -> dict[str, float]:
-    """Joint → the position that is asked of it: rad, or m at the authored scale; ``scale`` is the final one, by which
-    metres become authored ones."""
+    """Joint → the position asked of it: rad, or m at the authored scale; ``scale`` is final, by which metres divide."""
     by_joint = {part.joint.name: part for part in parts}
     return {name: asked_position(by_joint[name], wish, scale) for name, wish in guidance.of_joints.items()}
 

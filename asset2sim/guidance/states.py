@@ -23,8 +23,7 @@ _DIMENSIONS = ("wide", "tall", "long", "high", "deep", "thick", "across", "diame
 def asked_states(
     info: ObjectInfo, parts: Sequence[MovablePart], statements: Sequence[Segment]
 ) -> tuple[AskedState, ...]:
-    """Every state that is asked for, of each joint and of parts that the object does not have, as they are read; those
-    of "the others" last."""
+    """Every state that is asked for, of joints and of parts that are not there, as read; "the others" last."""
     found: list[AskedState] = []
     deferred: list[tuple[Mention, State, Segment]] = []
     last = pending = NO_MENTION
@@ -101,8 +100,7 @@ def _follows_part(item: Item, segment: Segment) -> bool:
 
 
 def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment) -> list[AskedState]:
-    """The state as it is asked of each of the subject's parts; of parts that carry each other, unless they are to be
-    closed, of the outermost."""
+    """The state as asked of each of the subject's parts; of nested ones, unless to be closed, of the outermost."""
     chosen = subject.parts if state.share == 0.0 else outermost_parts(info, subject.parts)
     return [
         AskedState(state=state, subject=subject.words, joint=part.joint.name, **place_of(segment))

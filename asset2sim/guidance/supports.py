@@ -47,8 +47,7 @@ def said_support(tokens: Phrase) -> SupportProposal | None:
 
 
 def _fastened(tokens: Phrase) -> SupportProposal | None:
-    """The support of what is said to be fastened to a wall, floor, ceiling or worktop, or to hang above something;
-    None where nothing is."""
+    """The support of what is said to be fastened to or to hang from something; None where nothing is said."""
     for index, token in enumerate(tokens):
         to = tokens[index + 1 : index + 2]
         if token not in _FASTENED or not _TO & set(to) or _DENIALS & set(tokens[max(0, index - DENIED_WITHIN) : index]):

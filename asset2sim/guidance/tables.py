@@ -102,8 +102,7 @@ class PartMechanism:
 
     @property
     def press_n(self) -> tuple[float, float] | None:
-        """Resistance of its spring at the start and the end of its travel, N, at a hinged part's far edge; None for
-        most."""
+        """Resistance of its spring at the start and end of its travel, N, at a hinge's far edge; None for most."""
         start, end = self.press_start_n, self.press_end_n
         return None if start is None or end is None else (start, end)
 
@@ -312,8 +311,7 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
 
 
 def turns_as_its_kind(part: str, category: str) -> bool:
-    """Whether the part of this category has forces of its own for turning about itself, whatever its shape: a pump's
-    head with its spout."""
+    """Whether the part has forces of its own for turning about itself, whatever its shape: a pump's head."""
     return any((part, name, "spin") in _part_efforts() for name in built_as(category))
 
 

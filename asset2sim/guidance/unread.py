@@ -42,8 +42,7 @@ _ENDS = re.compile(r"(?<=[.!?;。！？；।؟])\s*")
 
 
 def in_english(words: str) -> tuple[str, tuple[Unread, ...]]:
-    """The words, their sentences in other languages in English as far as ``languages.csv`` has them; and what of those
-    is not read."""
+    """The words in English, as far as ``languages.csv`` has them; and what of other languages is not read."""
     sentences, found = list[str](), list[Unread]()
     for sentence in _ENDS.split(words):
         said = _foreign(sentence)
@@ -79,8 +78,7 @@ def unread_amounts(
 
 
 def contradictions(masses: Sequence[AskedMass], guidance: Guidance) -> tuple[Unread, ...]:
-    """Two ``masses`` of the object, two lengths of one edge, two sizes in words, and two states of one part; with which
-    of them counts."""
+    """Two masses, two lengths of one edge, two sizes in words, two states of one part; with which of them counts."""
     found = list[Unread]()
     if guidance.mass is not None and (other := _apart(guidance.mass.mass_kg, [mass.mass_kg for mass in masses])):
         found.append(_against(f"{guidance.mass.mass_kg:g} kg", f"{other:g} kg", "first"))
@@ -115,8 +113,7 @@ def _is_shut(wish: AskedState) -> bool:
 
 
 def _foreign(sentence: str) -> str:
-    """Parts of a sentence in letters that no table has, or all of it where it most likely is in a language that none
-    has; else nothing."""
+    """Parts of a sentence in letters or, where all of it is, in a language that no table has; else nothing."""
     letters = [match.start() for match in re.finditer(r"[^\W\d_]", sentence)]
     strange = [at for at in letters if sentence[at].isalpha() and not _is_latin(sentence[at])]
     if len(strange) >= FOREIGN or 2 * len(strange) > len(letters):

@@ -1,5 +1,4 @@
-"""A Gymnasium environment for any refined object, and the scripted arm's motion as its actions: importing this
-registers ``Asset2Sim-v0``."""
+"""A Gymnasium environment for any refined object; importing this registers ``Asset2Sim-v0``."""
 
 from pathlib import Path
 from typing import Any, Literal

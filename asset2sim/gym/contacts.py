@@ -52,8 +52,7 @@ def geom_pairs(some: NDArray[np.bool_], others: NDArray[np.bool_]) -> NDArray[np
 
 
 def pressures(world: ObjectWorld) -> Iterator[tuple[int, int, int, Array]]:
-    """Each contact of a tool with the object: its number, the tool's geom and the object's, and the (3,) force on the
-    object, N, world."""
+    """Each contact of a tool with the object: its number, both geoms, and the (3,) force on the object, N, world."""
     data, tools, mine = world.data, world.tool_geoms, world.object_geoms
     if not data.ncon:
         return

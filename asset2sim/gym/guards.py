@@ -52,8 +52,7 @@ class Rollout:
 def sample_of(
     data: mujoco.MjData, place: int, body: int, root: int, *, touched: bool = False, work_j: float = 0.0
 ) -> Moment:
-    """The sample of this moment of a part's ``body``, whose joint has this ``place`` among positions, and of its
-    object's ``root``."""
+    """The sample of this moment of a ``body`` whose joint has this ``place`` among positions, and of its ``root``."""
     center, up = data.xipos[root].copy(), data.xmat[root, 6:].copy()
     return Moment(float(data.qpos[place]), touched, work_j, float(data.subtree_com[body, 2]), center, up)
 
@@ -113,8 +112,7 @@ def solved_at_start(start: float, target: float, lower: float, upper: float, set
 
 
 def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
-    """Findings of the guards in a rollout. A sample's motion is untouched where neither its end nor its start was
-    touched."""
+    """Findings of the guards in a rollout. Motion is untouched where neither end of its sample was touched."""
     start, way = float(rollout.positions[0]), rollout.target - float(rollout.positions[0])
     forward = np.diff(rollout.positions) * np.sign(way)
     touched = rollout.touched
@@ -151,8 +149,7 @@ def guard(rollout: Rollout, settings: GuardSettings) -> Guards:
 
 
 def at_hand(touched: NDArray[np.bool_], most: int) -> NDArray[np.bool_]:
-    """(n,) whether a sample lies between two touches that are at most so many samples apart: a part that the hand
-    pushes along hops ahead of it."""
+    """(n,) whether a sample lies between touches at most so many samples apart: a pushed part hops ahead."""
     numbers = np.arange(len(touched))
     before = np.maximum.accumulate(np.where(touched, numbers, -len(touched)))
     after = np.minimum.accumulate(np.where(touched, numbers, 2 * len(touched))[::-1])[::-1]

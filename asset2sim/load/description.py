@@ -60,8 +60,7 @@ class Joint:
     bias: dict[str, Any] | None = None
 
     def exerted(self, position: float) -> float:
-        """Effort of its mechanism at a position besides its spring, N·m or N: a gasket, a rocker's snap, a strut, the
-        clicks of a selector."""
+        """Effort of its mechanism at a position besides its spring, N·m or N: a gasket, a rocker, a strut, clicks."""
         if self.bias is None:
             return 0.0
         off, period = position - self.bias["none_at"], self.bias.get("period", 0.0)
@@ -221,17 +220,15 @@ class Description:
         return worst, depths[worst]
 
     def in_state(self, state: State, seed: int = 0) -> "Description":
-        """The same object with another initial state, and the height at which it stands then. Raises LoadError as
-        ``positions_at`` does."""
+        """The same object in another initial state, at the height at which it stands then. Raises LoadError."""
         positions = self.positions_at(state, seed)
         joints = tuple(replace(joint, initial_position=positions[joint.name]) for joint in self.joints)
         return replace(self, joints=joints, height_m=height_at(self.urdf, self.root, positions))
 
 
 def describe(folder: str | Path) -> Description:
-    """Description of a refined folder: joints with range, unit, initial position, whether they hold and where to pull;
-    support and mass. Raises LoadError where the URDF, overlay.json or a collision mesh is not there or cannot be
-    read."""
+    """Description of a refined folder: joints with ranges and where to pull, support and mass. Raises LoadError where
+    the URDF, overlay.json or a collision mesh is not there or cannot be read."""
     try:
         place = Path(folder).resolve()
     except (TypeError, ValueError) as error:

@@ -185,8 +185,7 @@ class Pieces:
         ]  # fmt: skip
 
     def depths(self, positions: Mapping[str, float]) -> dict[tuple[str, str], float]:
-        """Pair of links → how deep they are in each other, m, where they are: at most what the least way apart along a
-        normal of theirs is."""
+        """Pair of links → how deep they are in each other, m: at most the least way apart along a normal of theirs."""
         poses, placed = link_poses(self.urdf, self.root, positions), {}
         for name in {name for pair in self.pairs for name in pair}:
             pose = poses[name]

@@ -1,5 +1,4 @@
-"""Parsing of a model's answer, an overlay or a refinement step, or an error that lists every violation; the median of
-several answers."""
+"""A model's answer parsed, as overlay or refinement step, or an error with every violation; several ones' median."""
 
 import functools
 import json

@@ -82,9 +82,8 @@ class SynthesisError(AssetError):
 
 
 def ask_overlay(first: ModelRequest, features: Features, ask: ModelAsk) -> Synthesized:
-    """A model's overlay for a request, which is repeated once where the answer is invalid. Raises ``SynthesisError``:
-    ``budget`` where a budget is spent, ``model_error`` where the provider fails, ``no_valid_estimate`` where the second
-    answer does not fit either."""
+    """A model's overlay for a request, asked once more where the answer is invalid. Raises ``SynthesisError``:
+    ``budget`` (spent), ``model_error`` (the provider fails), ``no_valid_estimate`` (neither answer fits)."""
     said = ask_until_valid(first, ask, lambda text: parse_overlay(text, features))
     last = said.answers[-1]
     if last.content is None and last.unrecorded and said.refused:

@@ -30,8 +30,7 @@ SURE = PhysicsSettings().sure_of_closed
 
 @dataclass(frozen=True)
 class Motion:
-    """Facts told of one joint: where its axis is at rest, (3,) in the root frame, m, how its part ``opens``, and what
-    ``gravity`` does to it."""
+    """Facts of one joint: its axis at rest, (3,) in the root frame, how its part ``opens``, what ``gravity`` does."""
 
     origin: Array
     opens: str

@@ -21,8 +21,7 @@ SIGNIFICANT_DIGITS = 5
 
 
 def object_facts(features: Features) -> dict[str, object]:
-    """The object as JSON values, at the authored scale: lengths in m, positions in rad or m. A link without geometry is
-    stated without a centre."""
+    """The object as JSON values, authored scale: lengths in m, positions in rad or m; no centre without geometry."""
     return {
         "asset_id": features.asset_id,
         "category": features.category,

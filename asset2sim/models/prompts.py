@@ -18,8 +18,7 @@ from schemas.request import LabelledImage, ModelRequest
 from schemas.vocabulary import Source
 
 SHARED = "shared"
-"""The file of the sections that several prompts hold: what every method is told of the object, and by which conventions
-it answers."""
+"""The file of sections that several prompts share: what is told of the object, and the conventions of answers."""
 SYNTHESIS = "synthesis"
 DIRECT = "direct"
 IVW = "ivw"
@@ -76,8 +75,7 @@ def data_block(tag: str, value: object) -> str:
 
 @functools.cache
 def system_text(purpose: str) -> str:
-    """The system part for a purpose, from its file in ``prompt_texts``. A line ``{{Scale}}`` of it stands for that
-    section of the shared file."""
+    """The system part for a purpose, of ``prompt_texts``; a line ``{{Scale}}`` stands for the shared section."""
     return re.sub(r"^\{\{(.+)\}\}$", lambda line: shared_sections()[line[1]], _prompt_file(purpose), flags=re.MULTILINE)
 
 

@@ -122,8 +122,7 @@ def made_by(item: PackedObject) -> str:
 
 
 def render_folder(source: str, target: Path, given: Mapping[str, Any]) -> None:
-    """Render every template below a folder of templates to the same path below ``target``; none where it is not
-    there."""
+    """Render every template below a folder to the same path below ``target``; none where there is no folder."""
     environment = Environment(
         loader=PackageLoader("asset2sim.packs"), undefined=StrictUndefined, keep_trailing_newline=True,
         trim_blocks=True, lstrip_blocks=True,

@@ -77,7 +77,6 @@ def plate_volume(outer_m2: float, diagonal_m: float) -> float:
 
 
 def solid_to_shell(solid: Array, shell: Array, filled: float) -> Array:
-    """Mean of a solid's and a shell's tensor or centre, per unit of mass: ``filled`` is the share of the volume that is
-    material, 1 for solid."""
+    """Mean of a solid's and a shell's tensor or centre, per unit of mass; ``filled`` is the material's share."""
     share = min(max(filled, 0.0), 1.0)
     return share * solid + (1.0 - share) * shell

@@ -15,9 +15,8 @@ from schemas.overlay import PhysicsOverlay
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One joint of a tree, ready to be evaluated. ``child_to_parent`` is the (4, 4) transform at position zero,
-    ``axis`` the (3,) unit axis in the joint's frame. ``mimic`` is what a joint without a position of
-    its own follows."""
+    """One joint of a tree. ``child_to_parent`` is the (4, 4) transform at position zero, ``axis`` the (3,) unit axis in
+    the joint's frame, ``mimic`` what a joint without a position of its own follows."""
 
     name: str
     type: str
@@ -28,8 +27,7 @@ class TreeJoint:
     mimic: Mimic | None = None
 
     def position(self, positions: Mapping[str, float]) -> float:
-        """The joint's position, rad or m, among ``positions``: its leader's counts where it follows one, else zero
-        where it is not named."""
+        """The joint's position, rad or m: its leader's counts where it follows one; zero where it is not named."""
         if self.mimic is not None:
             return self.mimic.at(positions.get(self.mimic.joint, 0.0))
         return positions.get(self.name, 0.0)
@@ -123,9 +121,8 @@ def link_to_root(
     positions: Mapping[str, float],
     known: Mapping[str, Array] = MappingProxyType({}),
 ) -> dict[str, Array]:
-    """Link name → (4, 4) link-to-root transform at these joint positions; joints not named are at zero, and
-    those that follow others where these have them. Links that are ``known`` stay there: ``tree`` may be what lies
-    beyond them."""
+    """Link name → (4, 4) link-to-root transform at these positions; joints not named are at zero, followers where their
+    leaders have them. Links that are ``known`` stay there: ``tree`` may be what lies beyond them."""
     poses: dict[str, Array] = {root: np.eye(4), **known}
     for joint in tree:
         position = 0.0 if joint.type == "fixed" else joint.position(positions)

@@ -1,5 +1,4 @@
-"""Support polygon of an object: its centre of mass over the edges of its feet, and what it takes to tip it over
-them."""
+"""Support polygon: an object's centre of mass over the edges of its feet, and what it takes to tip it over."""
 
 import math
 from collections.abc import Mapping

@@ -146,8 +146,7 @@ def brake_to_arrive(
 
 
 def solve_increasing(bounds: tuple[float, float], left: Callable[[Array], Array], goal: float) -> tuple[float, bool]:
-    """The value between the bounds at which ``left``, which rises with it, is ``goal``, and whether there is one; else
-    the bound that comes nearest."""
+    """The bounded value at which ``left``, rising with it, is ``goal``, and whether there is one; else the nearest."""
     low, high = bounds
     if not high > low > 0.0:
         return high, False

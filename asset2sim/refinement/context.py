@@ -52,8 +52,7 @@ class Log:
 
 @dataclass(frozen=True)
 class RefinementContext:
-    """Inputs shared by all steps of one asset's loop; ``overlay`` holds the requested state, ``guidance`` the user's
-    words."""
+    """Inputs of all steps of one asset's loop; ``overlay`` has the requested state, ``guidance`` the user's words."""
 
     extraction: Extraction
     proposal: Overlay
@@ -72,9 +71,8 @@ class RefinementContext:
     def validated_at(
         self, overlay: PhysicsOverlay, placed: Mapping[str, float], *, keep_terms: bool = True
     ) -> PhysicsOverlay:
-        """The proposal validated again, with the overlay's support, contact friction and passing pairs and these joints
-        (rad or m) placed: effective inertia and gravity load depend on positions. ``keep_terms``: whether the file's
-        dynamics may stay."""
+        """The proposal validated again with the overlay's support, friction, passing pairs and these joints (rad or m)
+        placed: loads depend on positions. ``keep_terms``: whether the file's dynamics may stay."""
         made, _ = validate(
             self.extraction, self.proposal, self.source, overlay.contact_friction, self.settings.physics,
             overlay.support, placed=placed, keep_terms=keep_terms, contact_source=overlay.contact_source,

@@ -102,8 +102,7 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
 
 
 def with_crossing_flaps(loop: RefinementContext, folder: Folder) -> RefinementContext:
-    """The context whose overlay, written into the folder, lets flaps pass that cross where both are closed; a finding
-    for each pair."""
+    """The context whose overlay lets flaps pass that cross where both are closed, written; a finding for each pair."""
     exact = exact_links(loop.extraction)
     crossing = crossing_flaps(loop.extraction.features, loop.overlay, loop.hulls, exact)
     if not crossing:

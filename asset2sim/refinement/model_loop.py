@@ -20,8 +20,7 @@ STAGNATION = 3
 
 @dataclass(frozen=True)
 class ModelWalk:
-    """Where a model's steps led: the pose, its Φ (m), the trace, the iterations, how they ended, in words, and whether
-    Φ passes."""
+    """Where a model's steps led: pose, Φ (m), trace, iterations, how they ended, in words, and whether Φ passes."""
 
     pose: Pose
     phi_m: float

@@ -22,8 +22,7 @@ SHADE, SHADOW, SHADOW_SHRINK = (92, 97, 106), 205, 3
 SUN = np.array([[0.25], [0.15]])
 """How far the shadow of something moves along x and y for each unit that it is above the floor."""
 CREASE, CREASE_DEPTH, CREASE_PIXELS = 0.45, (0.01, 0.07), 5
-"""How much darker is drawn what lies the deeper behind its surroundings, from and to, units of the world, of twice so
-many pixels."""
+"""How much darker what lies behind its surroundings is drawn, from and to, units of the world; pixels twice that."""
 
 
 def pictures(faces: Faces, motions: Singles, camera: Camera, drawn: list[tuple[Singles, Picture]]) -> Iterator[Picture]:

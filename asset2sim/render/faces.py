@@ -41,8 +41,7 @@ STRAY = 0.2
 SCATTERED, EVENLY = 4000, np.array([[0.7548776662], [0.5698402910]])
 """Points that cast an object's shadow, and steps whose multiples fill a square evenly."""
 DIAGONALS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)][14:], dtype=float)
-"""Directions along which a link's furthest points are looked for, to know what must fit into the picture: one of each
-two that are opposite."""
+"""Directions along which a link's furthest points are sought, which must fit in: one of each opposite two."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,4 @@
-"""Which triangle is met first in each pixel: by Embree's rays, or, where that is not installed (Linux on ARM), by a
-z-buffer in NumPy."""
+"""The triangle met first in each pixel: by Embree, or by a z-buffer in NumPy without it (Linux on ARM)."""
 
 import os
 

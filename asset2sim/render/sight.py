@@ -17,8 +17,7 @@ LAMP = (-0.35, 0.75, 1.0)
 LAYERS = 8
 """Translucent surfaces that are looked through, at most."""
 BEHIND = 3e-4
-"""How far behind a translucent surface the next one begins, as a share of the object's size: both sides of a pane are
-one."""
+"""How far behind a translucent surface the next begins, of the object's size: both sides of a pane are one."""
 BESIDE = 3e-6
 """Share of its depth by which a translucent surface lies before an opaque one, or it is hidden: where both are in one
 plane either might be met first."""
@@ -65,8 +64,7 @@ def standing(faces: Faces) -> Posed:
 
 
 def seen(objects: Sequence[Posed], camera: Camera, known: Known | None = None) -> Sight:
-    """The picture of these objects. What is ``known`` of the picture before is not looked at again, and
-    replaced by what is seen now."""
+    """The picture of these objects; what is ``known`` of the one before is not looked at again."""
     found: Known = {}
     lamp = np.array(LAMP) @ camera_axes(camera.towards)
     for faces, motion in objects:
@@ -84,8 +82,7 @@ def seen(objects: Sequence[Posed], camera: Camera, known: Known | None = None) -
 
 
 def fragments_of(faces: Faces, links: tuple[int, ...], motion: Floats, camera: Camera, lamp: Floats) -> Fragments:
-    """The fragments that show some links of an object, all at a (3, 4) transform, alone in the world, under a lamp in
-    the (3,) direction."""
+    """The fragments of some links of an object, all at a (3, 4) transform, under a lamp in the (3,) direction."""
     view, parts = camera.moved(motion), []
     around = pixels_around(view, faces, links)
     step = np.float32(BEHIND * faces.size_m * float(np.linalg.norm(motion[:, 0])))

@@ -79,8 +79,7 @@ class Beside:
 def object_page(
     asset: FrameRow, own: Rows, others: Sequence[FrameRow], beside: Beside, calls: Sequence[Exchange]
 ) -> dict[str, Any]:
-    """The template's values for the page of an asset; ``own`` are its rows by table, ``others`` its other
-    refinements."""
+    """The template's values for an asset's page; ``own`` are its rows by table, ``others`` other refinements."""
     files = beside.folder
     checks = own["interactions"]
     return {

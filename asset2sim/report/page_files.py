@@ -45,8 +45,7 @@ def render(template: str, values: Mapping[str, Any], root: str) -> str:
 
 
 def _compiled() -> FileSystemBytecodeCache | None:
-    """Compiled templates of earlier processes: compiling takes longer than a small report. None where there is no room
-    for them."""
+    """Compiled templates of earlier processes, which take longer than a small report; None without room for them."""
     folder = cache_root() / "templates"
     try:
         folder.mkdir(parents=True, exist_ok=True)

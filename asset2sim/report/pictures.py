@@ -53,8 +53,7 @@ def loops_key(refined: Path, raw_urdf: Path | None) -> str:
 
 
 def is_current(refined: Path, raw_urdf: Path | None, to: Path, moving: bool = True) -> bool:
-    """Whether the pictures in the folder ``to`` are of the object as it is now, with loops where it is to be shown
-    ``moving``."""
+    """Whether the pictures in ``to`` are of the object as it is now, with loops where it is to be ``moving``."""
     try:
         record = json.loads((to / RECORD).read_text(encoding="utf-8"))
         current = record["key"] == loops_key(refined, raw_urdf) and record.get("moving", True) >= moving

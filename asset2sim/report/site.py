@@ -76,8 +76,7 @@ class Site:
 
 
 def write_report_of(out: Path | str, *, workers: int = 1, anew: bool = False) -> Site:
-    """Write the report of OUT, a folder or a URL, behind which it then lies too. Raises UsageError where there is no
-    catalog or no store."""
+    """Write the report of OUT, a folder or a URL, into it. Raises UsageError without a catalog or store."""
     place = Location(out)
     if not place.is_url:
         return write_site(place.folder, workers=workers, anew=anew)

@@ -8,7 +8,7 @@ from pathlib import Path
 from asset2sim.experiments.isolation.children import warm_up
 from asset2sim.experiments.isolation.supervise import each_in_threads, is_stopped
 from asset2sim.models.gateway.ask import ask
-from asset2sim.models.gateway.session import GatewaySession, open_gateway_session
+from asset2sim.models.gateway.session import open_gateway_session
 from asset2sim.runs.asset_attempt import AssetAttempt, attempt_in_child
 from asset2sim.runs.remote.transfer import run_with_local_files, with_local_packages
 from asset2sim.storage.objects import working_folder
@@ -38,7 +38,7 @@ def attempt_asset(
     books = open_gateway_session(folder, run_id, ref.asset_id, settings.model, stopped, Path(recordings), patience_s)
 
     def ask_and_tell(request: ModelRequest) -> ModelAnswer:
-        answer = ask_for_asset(request, settings, books)
+        answer = ask(request, ask_settings(settings, request.purpose, request.sample), books)
         made(answer.calls)
         return answer
 
@@ -55,11 +55,6 @@ def attempt_asset(
     if place.is_url or Location(ref.path).is_url:
         return run_with_local_files(ref, place, settings, attempt)
     return attempt(ref)
-
-
-def ask_for_asset(request: ModelRequest, settings: Settings, books: GatewaySession) -> ModelAnswer:
-    """The answer to one model request of an asset, asked with the settings of its purpose."""
-    return ask(request, ask_settings(settings, request.purpose, request.sample), books)
 
 
 def ask_settings(settings: Settings, purpose: str, sample: int = 0) -> ModelSettings:

@@ -1,5 +1,4 @@
-"""Groups of options that several commands have, and the options of those that show pages, take objects as they are or
-hand refined ones on."""
+"""Options that several commands share, and those of pages, of objects as they are, and of handing objects on."""
 
 from pathlib import Path
 from typing import Annotated

@@ -98,8 +98,7 @@ def apply_overlays(
     inputs: InputSettings = INPUTS,
 ) -> list[Remade]:
     """Make OUT/assets of an overlay folder and a copy of its dataset: what became of each object, in order. ``remake``
-    names the function (``module:function``) that makes one, in a killable child, of files that ``inputs`` lets it read.
-    Raises UsageError."""
+    names the function that makes one in a killable child. Raises UsageError."""
     rows = read_overlays(overlays, asset_ids)
     refs = {ref.asset_id: ref for ref in load_dataset(data, cut=lambda found: _parts(overlays, rows, found, inputs))}
     preload(remake)

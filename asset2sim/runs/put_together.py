@@ -36,8 +36,7 @@ HELD = Support(kind=SupportKind.FIXED, reason="it was not refined")
 
 
 def put_together(refs: Sequence[AssetRef], done: Collection[str], out: Path, settings: Settings) -> tuple[str, ...]:
-    """Write the scenes of which an asset is ``done`` in this run, or that are not there; lines that say what is not as
-    it should be."""
+    """Write the scenes of which an asset is ``done`` in this run, or that are missing; lines on what is wrong."""
     scenes = {ref.scene: ref for ref in refs if ref.scene is not None}
     touched = {ref.scene for ref in refs if ref.asset_id in done}
     told: list[str] = []

@@ -1,6 +1,5 @@
-"""A recorded model's folder, which anybody can run again without a key: a run's questions as files (prompt, facts and
-pictures of each asset), for a person or a program to answer, and a run's answers. Asked again, it holds the questions
-that follow from the answers."""
+"""A recorded model's folder, which anybody can run without a key: questions as files (prompt, facts, pictures), to be
+answered by a person or a program, and a run's answers. Asked again, it has the questions that follow."""
 
 import json
 import tempfile

@@ -129,8 +129,7 @@ def stated_settings(options: Options) -> dict[str, Any]:
 
 
 def settings_of(options: Options) -> Settings:
-    """The settings of a command: as its options state, else as in its settings file, else built in. Raises UsageError
-    as ``settings_for_run``."""
+    """A command's settings: of its options, else its settings file, else built in. UsageError for either."""
     return settings_for_run(getattr(options, "settings", None), stated_settings(options))
 
 

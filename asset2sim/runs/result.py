@@ -103,8 +103,7 @@ def _new_failures(result: RunResult) -> int:
 
 
 def alert(result: RunResult, strict: bool) -> RunResult:
-    """Run the hook of the run's settings, if there is one; its failure and the gates that the run missed are more
-    warnings of the result."""
+    """Run the hook of the settings, if any; its failure and the gates missed are more warnings of the result."""
     settings = result.run.settings.run
     missed = tuple(f"gate ({settings.gate}): {sentence}" for sentence in missed_gates(result))
     if missed:

@@ -21,8 +21,7 @@ def copy_empty(kept: Path, file: Path) -> bool:
 
 
 def keep_empty(file: Path, kept: Path, *clear: str) -> None:
-    """Keep a copy of a database that was just made, less what the SQL of ``clear`` removes. What cannot be kept is made
-    anew the next time."""
+    """Keep a copy of a new database, less what the SQL of ``clear`` removes, if that can be done."""
     with suppress(OSError, sqlite3.Error):
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.unlink(missing_ok=True)

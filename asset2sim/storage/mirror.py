@@ -150,8 +150,7 @@ def pull(url: str, folder: Path, parts: Collection[str]) -> None:
 
 
 def local_parts(place: Location, parts: Collection[str]) -> Path:
-    """The folder that holds these parts of an output for who only reads: its own, or that of up-to-date copies. Raises
-    StoreError."""
+    """The folder with these parts of an output for readers: its own, or up-to-date copies. Raises StoreError."""
     if not place.is_url:
         return place.folder
     folder = reading_folder(place)

@@ -251,8 +251,7 @@ def working_folder(out: Path | str) -> Path:
 
 
 def reading_folder(out: str) -> Path:
-    """The local folder for copies of a URL's tables for read-only use; a run on this machine may be working on
-    ``working_folder``."""
+    """The local folder for read-only copies of a URL's tables; a run may be working on ``working_folder``."""
     return _folder("read", out)
 
 

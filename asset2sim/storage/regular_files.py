@@ -1,5 +1,4 @@
-"""Reading regular files only (opening a pipe or a device can block for ever, a link may lead nowhere), and writing each
-whole or not at all."""
+"""Reading regular files only (pipes and devices block, links lead nowhere), and writing whole files or none."""
 
 import errno
 import os
@@ -87,8 +86,7 @@ def read_regular(path: Path, most: int | None = None) -> bytes:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file, and its folder, in one step, also where another process writes the same. Raises OSError, and leaves
-    no part."""
+    """Write a file and its folder in one step, also beside other processes. Raises OSError, and leaves no part."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".new")
     try:

@@ -1,5 +1,4 @@
-"""Access that the viewer needs to a world beyond ``World``: poses of links, a force on one, gravity, contacts,
-energy."""
+"""Access of the viewer to a world beyond ``World``: poses of links, a force, gravity, contacts, energy."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

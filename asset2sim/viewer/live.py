@@ -37,8 +37,7 @@ class Commands:
         self._waiting.put(command)
 
     def ask(self, question: Callable[[], Answer], timeout_s: float = 60.0) -> Answer:
-        """The answer to a question that is asked in the other thread. Raises what it raises, and queue.Empty where
-        there is none in time."""
+        """The answer to a question asked in the other thread. Raises what it raises, queue.Empty where it is late."""
         answer: queue.SimpleQueue[tuple[list[Answer], Exception | None]] = queue.SimpleQueue()
 
         def reply() -> None:
@@ -67,8 +66,7 @@ class Commands:
 
 
 class LivePage(ABC):
-    """One page on one server; in a ``with`` block its thread runs. What the page wants becomes commands; all else is of
-    that thread."""
+    """One page on one server, its thread run in a ``with`` block. Wishes become commands; all else is the thread's."""
 
     def __init__(self, server: viser.ViserServer, name: str) -> None:
         self.server, self.commands, self.ended = server, Commands(), threading.Event()
@@ -111,8 +109,7 @@ class LivePage(ABC):
 
     @abstractmethod
     def show_frame(self, late: float, began: float) -> float:
-        """Simulate ``late`` seconds, as far as there is time in the picture that began then, and draw; what is left of
-        less than a step, s."""
+        """Simulate ``late`` seconds, as far as the picture begun then has time, and draw; what is left over, s."""
 
     @abstractmethod
     def failed(self, error: Exception) -> None:
@@ -140,8 +137,7 @@ class LivePage(ABC):
 
 
 def step_for(session: ViewerSession, seconds: float, timestep_s: float, began: float) -> tuple[int, int]:
-    """Simulate so many seconds, as far as there is time in the picture that began then; the steps that were to be
-    done, and those that were."""
+    """Simulate so many seconds, as far as the picture begun then has time; the steps to be done, and those done."""
     count, done = math.floor(seconds / timestep_s), 0
     while done < count and time.perf_counter() - began < STEPPING_S:
         some = min(CHUNK, count - done)

@@ -251,8 +251,7 @@ def open_live_object(subject: ViewedObject, engine: Engine, settings: EngineSett
 
 
 def handle_of(world: World) -> Handle:
-    """The handle of a world that ``open_world`` has opened. Raises UsageError for an engine that the viewer has none
-    for."""
+    """The handle of an opened world. Raises UsageError for an engine that the viewer has none for."""
     if world.engine is Engine.PYBULLET:
         from asset2sim.viewer.handle_pybullet import PyBulletHandle
 

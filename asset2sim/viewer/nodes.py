@@ -44,8 +44,7 @@ class Overlays:
 
 
 class ObjectNodes:
-    """One object on the page, drawn ``scale`` times as large as it is, its world's origin at ``place``. ``shapes`` are
-    of that scale already."""
+    """One object on the page, ``scale`` times as large, its world's origin at ``place``; ``shapes`` are so already."""
 
     def __init__(
         self,

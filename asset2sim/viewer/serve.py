@@ -61,8 +61,7 @@ def no_share(*_: Any, **__: Any) -> None:
 
 
 def check_address(host: str, port: int, use: str = "", option: str = "--port") -> None:
-    """Raise UsageError for an address that cannot be served on, which names its ``use``; viser would take the next free
-    port."""
+    """Raise UsageError, naming its ``use``, for an address that is taken; viser would take the next port."""
     try:
         socket.create_server((host, port)).close()
     except OSError as error:

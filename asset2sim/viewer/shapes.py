@@ -1,5 +1,4 @@
-"""Shapes of a URDF that the page draws, in its links' frames: looks and collision pieces as GLB, centres of mass,
-boxes."""
+"""Shapes of a URDF for the page, in its links' frames: looks and pieces as GLB, centres of mass, boxes."""
 
 import io
 from collections.abc import Callable
@@ -72,9 +71,8 @@ class UrdfShapes:
 
 
 def shapes_of(urdf: Path, scale: float = 1.0) -> UrdfShapes:
-    """The shapes of a URDF, drawn ``scale`` times as large. Links are drawn by their visuals, or, where none has any,
-    by their collision shapes; meshes that are missing or unreadable are left out. Raises AssetError for a URDF that
-    cannot be read."""
+    """The shapes of a URDF, ``scale`` times as large, of links' visuals, or collision shapes where none has any,
+    without meshes that cannot be read. Raises AssetError for a URDF that cannot be read."""
     robot = read_urdf(urdf)
     names = tuple(str(link.name) for link in robot.links)
     loaded: dict[Path, tuple[Surface, ...]] = {}

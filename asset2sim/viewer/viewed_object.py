@@ -101,8 +101,7 @@ class ViewedObject:
 
 
 def refined_subject(folder: Path) -> ViewedObject:
-    """A refined object in its asked state. Raises AssetError where the folder has no URDF or overlay that can be
-    read."""
+    """A refined object in its asked state. Raises AssetError without a readable URDF or overlay."""
     file = folder / REFINED_NAME
     try:
         overlay = read_overlay(folder)
@@ -119,8 +118,7 @@ def refined_subject(folder: Path) -> ViewedObject:
 
 
 def raw_subject(folder: Path, *, held: bool) -> ViewedObject:
-    """An object as it came, with joints at zero or the limit nearest to it. Raises AssetError where no engine could
-    read it."""
+    """An object as it came, joints at zero or the nearest limit. Raises AssetError where no engine could read it."""
     source = open_origin(folder)
     friction = PhysicsSettings().contact_friction
     return replace(_subject(source.urdf, {}, contact_friction=friction, held=held), source=source)

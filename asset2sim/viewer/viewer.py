@@ -56,8 +56,7 @@ class Viewer(LivePage):
         self.panel.theme()
 
     def review(self, verdict: str) -> None:
-        """Have a review of what the page shows now stored, with its note and name: when it is the command's turn,
-        another asset may be open."""
+        """Store a review of what the page shows now: at the command's turn another asset may be open."""
         stop, note, who = self.panel.stop, self.panel.note.value.strip(), self.panel.who.value.strip() or "unknown"
         if stop is not None:
             self.commands.put(lambda: self._review(stop, verdict, note, who))

@@ -64,8 +64,7 @@ class LatestReview:
 
 
 def stops_of(out: Path | str) -> tuple[Stop, ...]:
-    """Every asset of OUT by its id, as the latest run of any method and model left it. Raises UsageError where OUT has
-    no catalog."""
+    """Every asset of OUT by its id, as its latest run left it. Raises UsageError where OUT has no catalog."""
     assets, new = read_table(out, "assets"), new_failures(out)
     latest = latest_by_asset(rows(assets))
     return tuple(

@@ -256,8 +256,7 @@ def related_to_root(item: ExportObject) -> list[tuple[str, str]]:
 
 
 def keyframe_qpos(item: ExportObject, world: Element) -> list[float]:
-    """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz) if there is one, then joints in the order of the
-    bodies."""
+    """The keyframe's qpos: the free joint's (x, y, z, qw, qx, qy, qz), if any, then joints in the bodies' order."""
     by_name = item.initial
     free = [] if item.fixed else [0.0, 0.0, item.height_to_stand(by_name), 1.0, 0.0, 0.0, 0.0]
     return [*free, *(by_name[str(joint.get("name"))] for joint in world.iter("joint"))]

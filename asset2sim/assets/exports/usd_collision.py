@@ -31,8 +31,7 @@ POLYGON_LIMIT = 64
 POLYGON_VERTEX_LIMIT = 32
 """The most vertices, polygons, and vertices of one polygon that a convex mesh may have to be collided on a GPU."""
 SAME_PLANE_RAD = 3e-4
-"""Angle between two triangles up to which they are one polygon. PhysX merges at least these: its tolerance is 0.0007
-of the mesh's extent."""
+"""Angle between two triangles that are one polygon. PhysX merges at least these: it tolerates 0.0007 of the extent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +129,7 @@ CUSTOM_DATA = "asset2sim"
 
 
 def write_shape(stage: Usd.Stage, shape: ExportShape, folder: Path, path: str) -> LimitedHull | None:
-    """The geometry of one collision shape, in its link's frame. Returns the hull in its place if it had to be made
-    smaller."""
+    """One collision shape's geometry in its link's frame, and the hull in its place where it had to be smaller."""
     geometry: UsdGeom.Gprim
     smaller: LimitedHull | None = None
     if shape.kind == "mesh":

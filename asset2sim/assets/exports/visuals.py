@@ -49,9 +49,8 @@ def looks_of(item: ExportObject) -> tuple[Look, ...]:
 
 
 def merged_surface(parts: list[Surface], paint: Paint) -> Surface | None:
-    """Surfaces of one paint as one, degenerate triangles and unused vertices dropped; None where nothing is left.
-    Texture coordinates are kept only for a paint with a texture; normals are dropped, since what reads the export makes
-    its own."""
+    """Surfaces of one paint as one, without degenerate triangles, unused vertices and normals, which readers make anew;
+    None where nothing is left. Texture coordinates are kept only for a paint with a texture."""
     offsets = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     vertices = np.concatenate([part.vertices for part in parts])
     faces = np.concatenate([part.faces + offset for part, offset in zip(parts, offsets, strict=True)])

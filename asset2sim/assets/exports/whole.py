@@ -139,8 +139,7 @@ def whole_urdf(folder: Path, name: str, parts: Sequence[PlacedPart]) -> Element:
 def whole_mjcf(
     folder: Path, name: str, parts: Sequence[PlacedPart], items: Sequence[ExportObject], timestep_s: float
 ) -> Element:
-    """The MJCF that attaches each part's own, its names behind ``<part>/``; the keyframe ``home`` is the initial state
-    of all."""
+    """The MJCF that attaches each part's own, its names behind ``<part>/``; ``home`` is the initial state of all."""
     root = etree.Element("mujoco", model=name)
     etree.SubElement(root, "compiler", angle="radian", autolimits="true")
     write_options(root, timestep_s)

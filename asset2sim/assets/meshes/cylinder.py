@@ -13,8 +13,7 @@ ROUND_SHARE = 0.98
 """Least distance of a facetted wheel's corners from its axis, over the largest: what is drawn for a circle has all of
 them on it, however few there are."""
 WIDEST_GAP_RAD = np.pi / 4.0 + 0.01
-"""Widest angle between two neighbouring corners of a facetted wheel: no table with eight edges is a wheel, but what
-rolls on eight is."""
+"""Widest angle between neighbouring corners of a facetted wheel: a table with eight edges does not roll."""
 FINEST_GAP_RAD = 0.12
 """Angle between neighbouring corners below which a wheel stays as it is drawn: it rolls over them under 6 % of what it
 bears, and what is drawn so finely is drawn close to what it turns in."""

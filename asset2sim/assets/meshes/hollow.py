@@ -98,8 +98,7 @@ class Hollow:
 
     @cached_property
     def open_before(self) -> NDArray[np.int32]:
-        """Number of cells deeper than ``ALLOWED_DEPTH`` below each index along all axes: with it, eight numbers give
-        those in any box."""
+        """Cells deeper than ``ALLOWED_DEPTH`` below each index along all axes: eight numbers give those in any box."""
         total = np.zeros(np.array(self.depth.shape) + 1, dtype=np.int32)
         total[1:, 1:, 1:] = self.depth > ALLOWED_DEPTH
         for axis in range(3):
@@ -174,8 +173,7 @@ ROUNDING = 1e-6
 
 
 def grid_over(triangles: Array, radius: float) -> tuple[Hollow, float]:
-    """A grid over (k, 3, 3) triangles for a ball of ``radius`` (m), of which nothing is hollow yet, and the ball's
-    radius in cells."""
+    """A grid over (k, 3, 3) triangles, nothing hollow yet, for a ball of ``radius`` (m), and that in cells."""
     low, high = box_of(triangles.reshape(-1, 3))
     cell = radius / CELLS_A_RADIUS
     size = high - low + 2.0 * radius + 2.0 * OUTER_CELLS * cell

@@ -56,8 +56,7 @@ class ObjFile:
 
 
 def read_obj(content: bytes) -> ObjFile | None:
-    """Content of an OBJ; None where it is to be read by trimesh: what has polygons, relative numbers, colours of
-    vertices, or is broken."""
+    """Content of an OBJ; None where trimesh reads it: polygons, relative numbers, coloured vertices, broken files."""
     if len(content) > MOST_KNOWN_BYTES:
         return parse_obj(content)
     key = hashlib.sha256(content).digest()
@@ -147,8 +146,7 @@ def numbers_of(text: bytes, kind: type) -> np.ndarray | None:
 
 
 def corners_of(text: bytes) -> tuple[Ints, tuple[int, ...]] | None:
-    """Lines of triangles as (m, 3, k) numbers from 0 on, and of which of the three tables each of the k is; None for
-    other polygons and mixed ones."""
+    """Triangles as (m, 3, k) numbers from 0 on, and of which table each of the k is; None for other polygons."""
     lines, slashes, doubled = text.count(b"\n"), text.count(b"/"), text.count(b"//")
     tables = {
         (0, 0): (0,), (3 * lines, 0): (0, 2), (6 * lines, 0): (0, 2, 1), (6 * lines, 3 * lines): (0, 1),

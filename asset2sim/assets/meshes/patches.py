@@ -291,8 +291,7 @@ def points_between(a: PatchPiece, b: PatchPiece) -> Array:
 def _partners(
     known: Sequence[PatchPiece], index: int, alive: Sequence[int], slack: float, tried: Collection[tuple[int, int]] = ()
 ) -> list[tuple[int, int]]:
-    """Up to ``PARTNERS`` pairs of a piece with others not tried yet, their boxes at most ``slack`` apart; those whose
-    common box adds least."""
+    """Up to ``PARTNERS`` untried pairs with boxes at most ``slack`` apart, those whose common box adds least."""
     own = known[index]
     others = [other for other in alive if other != index and (min(index, other), max(index, other)) not in tried]
     if not others:

@@ -125,8 +125,7 @@ def parse_xml(path: Path, kind: str) -> tuple[Element, tuple[str, ...]]:
 
 
 def in_utf8(text: bytes) -> bytes:
-    """An XML text that declares its encoding by a name that only Python knows, as latin-1, in UTF-8; any other as it
-    is."""
+    """An XML text in UTF-8 where it declares an encoding that only Python knows, as latin-1; any other as it is."""
     declared = re.match(rb"<\?xml[^>]*?(\s+encoding\s*=\s*[\"']([\w.:-]+)[\"'])", text)
     if declared is None:
         return text

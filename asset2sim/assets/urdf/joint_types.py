@@ -19,8 +19,7 @@ NO_BOUND = re.compile(r"[+-]?(inf|infinity)|nan", re.IGNORECASE)
 
 
 def without_infinite_limits(robot: Element) -> list[Finding]:
-    """Make a hinge whose limits are both infinite continuous, with a finding; efforts and speeds without a bound are
-    as good as not stated."""
+    """Make a hinge with infinite limits continuous, with a finding; unbounded efforts and speeds are not stated."""
     findings = []
     for joint in robot.findall("joint"):
         limit = joint.find("limit")
@@ -128,8 +127,7 @@ IN_STEPS: Mapping[str, tuple[Callable[[Element], Sequence[tuple[str, Array]]], s
 
 
 def complete_limits(robot: Element) -> list[Finding]:
-    """Set the one limit of a hinge or slider that is not stated to 0, as URDF has it, where that leaves a range; a
-    finding for each."""
+    """Set the one limit that is not stated to 0, as URDF has it, where that leaves a range; a finding for each."""
     findings = []
     for joint in robot.findall("joint"):
         limit = joint.find("limit")

@@ -91,9 +91,8 @@ PathTest = Callable[[Path], bool]
 
 
 def material_files(file: Path, within: PathTest = lambda path: True, counts: PathTest = is_file) -> list[Path]:
-    """The material libraries and pictures that a mesh's looks depend on, of those that are there: ``counts`` is true of
-    them. A library of which ``within`` is false, or that ``library_problem`` refuses, is listed and not read. None of a
-    file that cannot be read."""
+    """The material libraries and pictures of a mesh that are there and that ``counts`` is true of. A library of which
+    ``within`` is false, or that ``library_problem`` refuses, is listed and not read."""
     with suppress(OSError):
         kind = file.suffix.lower()
         if kind == ".obj":

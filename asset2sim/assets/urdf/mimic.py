@@ -57,8 +57,7 @@ def has_no_range(joint: Element) -> bool:
 
 
 def drop_unusable_mimics(robot: Element) -> list[Finding]:
-    """Remove the mimics that mean nothing, for engines refuse or misread the file; a finding for each of them, and for
-    each that is honoured."""
+    """Remove mimics that mean nothing, at which engines err; a finding for each, and for each that is honoured."""
     joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
     found = {name: last_leader(name, joints) for name, joint in joints.items() if joint.find("mimic") is not None}
     findings = []

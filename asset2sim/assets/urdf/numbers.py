@@ -13,8 +13,7 @@ from schemas.vocabulary import FailureMode, Severity, Stage
 PARTS = ("link", "joint", "material")
 """Tags of the elements of a URDF whose numbers are checked."""
 LARGEST = 1e7
-"""Largest length, m, and largest angle, rad, that are taken for such: a metre in micrometres is 1e6, and sums with
-larger ones lose all else."""
+"""Largest length, m, and angle, rad, taken for such: a metre in micrometres is 1e6, and larger ones drown all else."""
 LARGEST_LIMIT = 1e20
 """Largest other number: limits of 1e16 and the like stand for none."""
 BIAS = ("bias_slope", "bias_none_at", "bias_least", "bias_most", "bias_period")

@@ -94,8 +94,7 @@ def element_joint(element: "etree._Element") -> TreeJoint:
 
 
 def check_tree(path: Path, robot: yourdfpy.Robot) -> None:
-    """Refuse duplicate names, unknown parents and children, several roots, loops, unknown joint types and more links
-    than can be simulated."""
+    """Refuse duplicate names, unknown parents, children and joint types, several roots, loops, and too many links."""
     links = [link.name for link in robot.links]
     if not links:
         raise unreadable_error(path, "no_links", "it has no link")

@@ -174,9 +174,8 @@ def _spelt_otherwise(path: Path, reach: AllowedFolders) -> Path | None:
 
 
 def find_mesh(reference: str, folder: Path) -> Path | None:
-    """The file of a mesh reference, or None. ``package://name/path``, ``model://name/path`` and ``file://`` references,
-    and relative paths, are resolved next to the URDF's folder: each suffix of the path is tried there and up to two
-    folders above."""
+    """The file of a mesh reference, or None. ``package://``, ``model://`` and ``file://`` references and relative paths
+    are sought beside the URDF: each suffix there and up to two folders above."""
     return next((candidate for candidate in _candidates(reference, folder, ANYWHERE) if is_file(candidate)), None)
 
 

@@ -33,16 +33,14 @@ class Rubric(Frozen):
     """Share of the range in use that a part is open which must be slightly open: visibly, and about a quarter at most,
     as readers of such words expect."""
     open_share: Fraction = 0.85
-    """Share of its range from which a part counts as fully open, and of that in use as open; up to ``near_share``
-    beyond its open end."""
+    """Shares of its range from which a part is fully open, and open in use; up to ``near_share`` past its open end."""
     near_share: Fraction = 0.10
     """How far a part may be from a stated share, angle or pose, as a share of its range."""
     none_share: Fraction = 0.35
     """How far beyond what is met, as a share of its range, nothing is left of the credit for a part's state, which
     falls linearly until there. Where a part must be open at all, nothing is left at its closed end."""
     resting_share: Fraction = 0.05
-    """How far from its closed end or its authored zero, as a share of its range, a lid, door, drawer or cap without a
-    requested position may be."""
+    """How far from closed or its authored zero a part without a requested position may be, as a share of its range."""
 
 
 RUBRIC = Rubric()

@@ -234,8 +234,7 @@ def _do(pipe: Connection, work: ChildWork, before: ProcessState, may_do_more: bo
 
 
 def _attempt(pipe: Connection, work: ChildWork) -> Returned | Raised:
-    """Call the function as ``function(*args, **proxies)``, a proxy for each service: a call to it is answered by the
-    parent."""
+    """Call ``function(*args, **proxies)``, a proxy for each service, whose calls the parent answers."""
     try:
         function, args = pickle.loads(work.pickled)
         if isinstance(function, str):

@@ -221,8 +221,7 @@ class Work:
 
 
 def in_child(work: Work, owner: str = "", log_path: Path | None = None) -> Outcome:
-    """How the work ended. What it prints goes to ``log_path``; without one it is dropped. ``stop_children(owner)`` ends
-    it."""
+    """How the work ended; its output goes to ``log_path``, if any. ``stop_children(owner)`` ends it."""
     with tempfile.TemporaryDirectory(prefix="asset2sim-work-") as place:
         return run_isolated(
             work.function, work.args, time_limit_s=work.time_limit_s, memory_limit_mb=work.memory_limit_mb,

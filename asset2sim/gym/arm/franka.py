@@ -40,8 +40,7 @@ def waiting(gripper: Gripper = PANDA) -> Array:
 
 
 def franka_tree(gripper: Gripper = PANDA) -> ET.Element:
-    """The arm's URDF with absolute mesh paths. Raises UsageError where PyBullet's data package lacks it, or robosuite's
-    its gripper."""
+    """The arm's URDF, mesh paths absolute. UsageError where PyBullet's data lacks it, or robosuite's its gripper."""
     spec = importlib.util.find_spec("pybullet_data")
     folder = Path(spec.origin or "").parent / "franka_panda" if spec else Path()
     file = folder / "panda.urdf"

@@ -105,8 +105,7 @@ SERVO = "grip"
 STIFFNESS, DAMPING = 100.0, 4.0
 """Of the servo, N·m/rad and N·m·s/rad."""
 TORQUE = 4.5
-"""Of the servo, N·m: pads press with 40 N each closed, as the arm's own fingers, and 52 N open; the gripper can do
-235 N."""
+"""Of the servo, N·m: pads press with 40 N each closed, as the arm's own, and 52 N open; the gripper can do 235 N."""
 ARMATURE, FOLLOWED = 0.005, 5e-4
 """Reflected inertia of the motor at a knuckle, and what the other joints are given, kg·m²."""
 COUPLED_S = 0.004

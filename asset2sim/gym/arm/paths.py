@@ -92,8 +92,7 @@ def pushed_places(stage: CompiledScene, joint: JointPhysics, body: int, away: fl
 def first_hit(
     stage: CompiledScene, bodies: frozenset[int], middle: Array, normal: Array, thick: float
 ) -> Iterator[tuple[Array, Array]]:
-    """The first place of these bodies that a ray against ``normal`` through a point meets, unless another body's is
-    before it."""
+    """The first place of these bodies that a ray against ``normal`` through a point meets, if no other's is before."""
     source = middle + normal * (thick + CLEAR_M)
     distance, geom = stage.first_met(source, -normal)
     if distance < math.inf and int(stage.model.geom_bodyid[geom]) in bodies:
@@ -121,8 +120,7 @@ def push_path(
     lean: float,
     verb: Verb,
 ) -> ToolPath | None:  # fmt: skip
-    """The way of a push at one place: to it, along with the part, a little further, and back. None where the fingers
-    would point upwards."""
+    """The way of a push at one place: to it, along with the part, further, and back. None with fingers upwards."""
     start, target = way
     name = joint.name
     place_joints(stage, {name: start})

@@ -82,8 +82,7 @@ def base_at(azimuth: float, distance_m: float, about: Description | None = None)
 
 
 def place_joints(stage: CompiledScene, positions: Mapping[str, float], tool: Array | None = None) -> None:
-    """Set joints of the object (rad or m) and, if given, the tool's to where these commands lead them, and what follows
-    from that: poses and contacts."""
+    """Set joints of the object (rad or m) and the tool's by commands, if given, and what follows: poses, contacts."""
     for name, value in positions.items():
         stage.data.qpos[stage.place(name)] = value
     if tool is not None:

@@ -178,8 +178,7 @@ def open_joints(world: ContentWorld, joints: Sequence[JointPhysics]) -> tuple[li
 def orders_of_use(
     world: ContentWorld, joints: Sequence[JointPhysics]
 ) -> tuple[list[JointPhysics], list[JointPhysics], str]:
-    """The orders in which a hand opens these joints of the empty object and closes them again, as it is now, and the
-    name of one that does not go."""
+    """The orders in which a hand opens these joints of the empty object and closes them, and one that does not go."""
     shut = {joint.name: world.position(joint.name) for joint in joints}
     opened, left = open_joints(world, joints)
     closing = opened[::-1]

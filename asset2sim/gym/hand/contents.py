@@ -99,8 +99,7 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
 
 
 def swept_faces(world: ContentWorld, faces: Array, joints: Sequence[Joint], step_m: float) -> list[Array]:
-    """The (k, 3, 3) faces of a link's box at places a step apart along the ways on which these joints slide it open:
-    what it passes over there."""
+    """The (k, 3, 3) faces of a link's box, a step apart, along the ways on which these joints slide it open."""
     found, box = [], np.asarray(trimesh.creation.box(bounds=box_of(faces.reshape(-1, 3))).triangles)
     for joint in joints:
         way = (joint.open - joint.closed) * world.data.xaxis[int(world.model.joint(world.prefix + joint.name).id)]
@@ -139,8 +138,7 @@ def places_apart(places: Array, radius: float) -> Array | None:
 
 
 def places_off_edge(places: Array, cell_m: float, margin: float) -> Array:
-    """Of these (n, 3) places, those that are this far from the edge of all, m, seen from above; or the half that is
-    furthest from it."""
+    """Of (n, 3) places, those this far from the edge of all, m, seen from above; or the half furthest from it."""
     index = np.round(places[:, :2] / cell_m).astype(int)
     index -= index.min(axis=0) - 1
     flat = np.zeros(index.max(axis=0) + 2, dtype=bool)

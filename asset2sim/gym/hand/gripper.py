@@ -171,15 +171,13 @@ class HandWorld(ObjectWorld):
         data.qvel[self.dof : self.dof + 8] = 0.0
 
     def keep(self, name: str, effort: float) -> None:
-        """Let the other hand keep an object's joint where it is until the next ``reset``, with that effort, N·m or N,
-        at most."""
+        """Let the other hand keep a joint where it is until ``reset``, with that effort at most, N·m or N."""
         dof = int(self.model.jnt_dofadr[self.joint(name)])
         self.kept[dof] = float(self.model.dof_frictionloss[dof])
         self.model.dof_frictionloss[dof] += effort
 
     def reset(self, positions: Mapping[str, float] | None = None) -> None:
-        """Everything as it was written, the object's joints at other positions (rad or m) where stated, the hand out of
-        the way, and nothing kept."""
+        """All as written, joints elsewhere (rad or m) where stated, the hand out of the way, and nothing kept."""
         while self.kept:
             dof, friction = self.kept.popitem()
             self.model.dof_frictionloss[dof] = friction

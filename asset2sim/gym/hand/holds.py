@@ -71,8 +71,7 @@ class HandHold:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """The way of a joint from where it is to a target (rad or m): its axis and anchor in the world, and the
-    ``bodies`` that move along."""
+    """The way of a joint to a target (rad or m): its axis and anchor in the world, and the ``bodies`` moved."""
 
     joint: str
     slides: bool
@@ -205,8 +204,7 @@ def holds_with_room(
 
 
 def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> SolidPlaces:
-    """Places of the object at which no hand may be that holds the part of these ``bodies``, of whose (n, 3) places
-    some are taken."""
+    """Places of the object where no hand may be that holds these ``bodies``, some of whose places are taken."""
     others = frozenset(range(world.model.nbody)) - body_subtree(world.model, world.body) - bodies
     some = [points[:OF_PART], places_inside(world, others, points, HAND_M * world.scale)]
     floors = (world.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE) & (world.probe.geom_conaffinity != 0)
@@ -215,8 +213,7 @@ def solid_of(world: HandWorld, bodies: frozenset[int], points: Array) -> SolidPl
 
 
 def room_of(world: HandWorld, way: Way, pose: Array, half_open_m: float) -> float | None:
-    """Share of the way on which the hand runs into nothing; None where it cannot come to that pose, or no arm has room
-    behind it."""
+    """Share of the way on which the hand meets nothing; None where it cannot pose so, or no arm has room."""
     data = world.spare
     data.qpos[:] = world.data.qpos
     for back in (0.0, 0.5, 1.0):

@@ -64,8 +64,7 @@ def on_floor(world: ContentWorld, name: str, at: Array, radius: float) -> Array:
 
 
 def put_down(world: ContentWorld, name: str, at: Array, radius: float) -> float:
-    """Put a body down at a place, so high that it touches a floor that leans below it and is not in it: how deep it is
-    in what it meets there, m."""
+    """Put a body down at a place, clear of a floor that leans below it: how deep it is in what it meets, m."""
     model, data = world.model, world.data
     geom, place = int(model.geom(CONTENT + name).id), on_floor(world, name, at, radius)
     for raised in (True, False):
@@ -82,8 +81,7 @@ def put_down(world: ContentWorld, name: str, at: Array, radius: float) -> float:
 
 
 def is_free(world: ContentWorld, at: Array, radius: float) -> bool:
-    """Whether the ball that is put down there is no deeper in a collision shape than is allowed. It is away again
-    afterwards."""
+    """Whether the ball, put down there and taken away again, is no deeper in a shape than is allowed."""
     ball = next(iter(BODIES))
     free = put_down(world, ball, at, radius) <= world.settings.deep_share * radius
     world.put(ball, np.array([PARKED_M, 0.0, radius]))

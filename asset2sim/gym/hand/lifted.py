@@ -34,8 +34,7 @@ class Miss:
 
 @dataclass(frozen=True)
 class Lifted:
-    """Whether an object is one that hands carry, the share of the yaws at which it was lifted and set down, by what,
-    and why not where it failed."""
+    """Whether hands carry the object, the share of yaws at which it was lifted and set down, by what, why not."""
 
     carried: bool
     share: float | None = None
@@ -161,8 +160,7 @@ def grasps_of(world: HandWorld, root: int, settings: LiftSettings) -> list[HandH
 def why_not_lifted(
     world: HandWorld, overlay: PhysicsOverlay, grasp: HandHold, yaw: float, settings: LiftSettings
 ) -> Miss | None:
-    """Why the object, turned by this yaw (rad), was not lifted by this grasp and set down as it was; None where it
-    was."""
+    """Why the object at this yaw (rad) was not lifted by this grasp and set down as it was; else None."""
     set_turned(world, yaw)
     root = world.root
     kept = {
@@ -227,8 +225,7 @@ def miss_of(
 
 
 def set_turned(world: HandWorld, yaw: float = 0.0) -> None:
-    """Everything as it was written, the object turned by this yaw, rad, and a stand, if there is one, below its centre
-    of mass."""
+    """All as written, the object turned by this yaw, rad, and a stand, if any, below its centre of mass."""
     world.reset()
     root = world.root
     turn_object(world, root, yaw)

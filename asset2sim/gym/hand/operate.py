@@ -78,8 +78,7 @@ class Led:
 
 
 def lead_joint(world: HandWorld, joint: JointPhysics, target: float, near: Array | None) -> Led:
-    """The joint led to its target (rad or m) from where it is, by up to ``tries`` holds one after the other, and left
-    there."""
+    """The joint led from where it is to its target (rad or m) by up to ``tries`` holds, and left there."""
     way = way_of(world, joint.name, target)
     whole, up = target - way.start, way.slides and way.sign * float(way.axis[2]) > UPRIGHT
     recorder = Recorder(world, joint, way.bodies)

@@ -52,8 +52,7 @@ def shapes_of(model: mujoco.MjModel, bodies: frozenset[int]) -> list[int]:
 
 
 def on_shape(model: mujoco.MjModel, geom: int, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """(n, 3) places on a collision shape and (n, 3) outward normals there, in its own frame: ``count``, or none of a
-    plane."""
+    """(n, 3) places on a collision shape and (n, 3) outward normals, in its frame: ``count``, or none of a plane."""
     triangles = triangles_of(model, geom)
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     areas = np.linalg.norm(normals, axis=1)

@@ -21,8 +21,7 @@ from schemas.support import SupportKind
 
 FREE = "part that swings or rolls freely", "wheel"
 BY_BODY = "gas spring", "foot pedal"
-"""Kinds of effort (``efforts.csv``): of wheels and fans, where they have no limits, and of bails, and what takes a
-person's weight."""
+"""Kinds of effort (``efforts.csv``): limitless wheels and fans, bails, and what takes a person's weight."""
 YIELDS = 1.0 / 3.0
 """Share of the guards' bounds from which an object that gives way is why a part was not moved."""
 LEFT = 0.1

@@ -72,8 +72,7 @@ def read_refinement(data: Mapping[str, Any]) -> tuple[float, tuple[FocusJoint, .
 
 
 def parting_step(collisions: Sequence[Mapping[str, Any]]) -> tuple[dict[str, float], frozenset[str]]:
-    """Joint → change of position (rad or m) that parts the worst collision which it can part, and the cheapest joint of
-    each collision."""
+    """Joint → change of position (rad or m) that parts the worst collision it can, and each collision's cheapest."""
     apart: dict[str, float] = {}
     parting = [collision.get("parted_by", ()) for collision in collisions]
     for item in (item for ways in parting for item in ways):

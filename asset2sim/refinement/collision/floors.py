@@ -74,9 +74,8 @@ def flat_floors(triangles: Array, up: Array, radius: float) -> list[Floor]:
 def cut_at_floors(
     pieces: Sequence[PatchPiece], triangles: Array, up: Array, radius: float, cell_m: float, thickness: float
 ) -> list[PatchPiece]:
-    """The pieces of a link, of which those that lie over a flat floor of the (k, 3, 3) triangles that are seen of it,
-    with nothing seen there, are cut at it; ``up`` is the (3,) upward direction in its frame, ``thickness`` that of
-    sheets, m."""
+    """A link's pieces, cut at flat floors that are seen of it with nothing seen above, where they lie over one; (k, 3,
+    3) triangles, ``up`` a (3,) direction in its frame, ``thickness`` that of sheets, m."""
     known, planes = list(pieces), [ConvexHull(piece.points).equations for piece in pieces]
     for floor in flat_floors(triangles, up, radius):
         levels = triangles @ floor.normal - floor.height
@@ -121,8 +120,7 @@ def lost_m2(index: int, planes: Sequence[Array], piece: PatchPiece, floor: Floor
 
 
 def free_above(floor: Floor, over: Array) -> Array:
-    """(n,) height over each place of a floor, m, at which one of the (k, 3, 3) triangles ``over`` it begins; infinite
-    for none."""
+    """(n,) height over each place of a floor, m, at which a triangle ``over`` it begins; infinite for none."""
     first, second = np.linalg.svd(floor.normal[None])[2][1:]
     flat = np.stack([over @ first, over @ second], axis=-1)
     edges = np.roll(flat, -1, axis=1) - flat

@@ -39,8 +39,7 @@ class HullWorld(ABC):
 
 
 def clear_pose(world: HullWorld, poses: Mapping[str, Array], pairs: list[tuple[str, str]]) -> None:
-    """Cut the world's hulls until none of the link pairs overlap at these link-to-root poses, nor touch, as far as that
-    goes."""
+    """Cut the world's hulls until none of the link pairs overlap or touch at these poses, as far as that goes."""
     trimmer, stuck = world.trimmer, set[tuple[Key, Key]]()
     for _ in range(ROUNDS):
         changed = False

@@ -25,8 +25,7 @@ from schemas.support import SupportKind
 from schemas.vocabulary import OverlapCause, Source
 
 MOST_JOINTS, SAMPLES = 2, 7
-"""Most joints between two links that one pin holds, and positions of each, ends and middle among them, in which they
-must overlap."""
+"""Most joints between two links on one pin, and positions of each, ends and middle among them, that must overlap."""
 
 
 def pinned_pairs(

@@ -34,8 +34,7 @@ def room_for_presses(
     shapes: AuthoredShapes,
     planes: list[PlaneCut],
 ) -> tuple[Hulls, list[Cut]]:
-    """The hulls, those of the links on which sprung sliders are mounted cut down to how deep their fronts go, and the
-    cuts; ``planes`` gets each."""
+    """The hulls, those that bear sprung sliders cut to how deep these go, and the cuts; ``planes`` gets each."""
     found, cuts = dict(hulls), list[Cut]()
     for (housing, part), floor in floors_of_presses(joints, tree, root, shapes).items():
         drawn = drawn_of(shapes, housing).reshape(-1, 3, 3)
@@ -133,8 +132,7 @@ def parts_below(hulls: Sequence[Array], index: int, floor: Floor, drawn: Array) 
 
 
 def splits_beside(hull: Array, floor: Floor) -> list[list[PlaneCut]]:
-    """A hull cut in two square to a floor, just beside all of its places, in each of some directions: the part over the
-    places, and the other."""
+    """A hull cut square to a floor beside all of its places, in each direction: the part over them, and the rest."""
     found, half = list[list[PlaneCut]](), FINGERTIP_M / PLACES / 2.0
     first, second = np.linalg.svd(floor.normal[None])[2][1:]
     for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:

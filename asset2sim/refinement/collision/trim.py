@@ -33,8 +33,7 @@ Key = tuple[str, int]
 
 @dataclass(frozen=True)
 class Overlap:
-    """Overlap of two hulls whose links are at these (4, 4) poses: unit (3,) normal from B to A in the frame of the
-    poses, and depth (m)."""
+    """Overlap of two hulls, links at (4, 4) poses: unit (3,) normal from B to A in their frame, and depth (m)."""
 
     a: Key
     b: Key

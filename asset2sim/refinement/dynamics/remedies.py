@@ -19,8 +19,7 @@ from schemas.settings import Settings
 from schemas.vocabulary import FailureMode, Source
 
 ROLLING_M, MOST_ROLLING_M = 5e-4, 2e-3
-"""Rolling resistance that stops a rounded object from rocking for ever, m: as of a hard object on wood, doubled up to
-that of one on rubber or felt."""
+"""Rolling resistance that stops rocking, m: a hard object's on wood, doubled up to one's on rubber or felt."""
 HOLD_FRICTION_FACTOR = 1.5
 """Factor on the friction of a joint that slips, per step."""
 LOOSENING_FACTOR = 0.3

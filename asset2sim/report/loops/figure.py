@@ -58,8 +58,7 @@ class LoopFigure:
         return np.asarray(moved, dtype=np.float32)
 
     def in_link(self, surface: Surface, link: str) -> Array:
-        """(n, 3) vertices of a surface of the object as it was read, in the frame of its link, m; only before other
-        triangles take their place."""
+        """(n, 3) vertices of a surface as read, in its link's frame, m; before other triangles take their place."""
         to_root = self.links_to_root[link]
         return np.asarray((surface.vertices - to_root[:3, 3]) @ to_root[:3, :3])
 

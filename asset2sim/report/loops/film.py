@@ -21,8 +21,7 @@ Pictures are drawn at the size at which the page shows them, without supersampli
 ROOM = np.array([1.2, 1.2, 1.7])
 """How far from where it starts a raw object is followed, in its longest edges: what explodes leaves the picture."""
 QUALITIES, METHOD = (70, 40), 0
-"""WebP's quality, the second where the file is else too large, and effort, 0 to 6: at 1 files are an eighth smaller
-and take a fifth longer."""
+"""WebP's quality, the second for too large files, and effort, 0 to 6: at 1 files are 1/8 smaller and 1/5 slower."""
 WHOLE = {"kmin": 0, "kmax": 0}
 """No frame but the first is whole: in loops this short the others leave nothing behind that is worse than WebP's own
 errors, and Pillow's every 3 to 5 has the encoder try three of five twice."""
@@ -136,8 +135,7 @@ def text(
 
 @lru_cache(maxsize=256)
 def stamp(words: str, size: int, anchor: str) -> tuple[Image.Image, int, int]:
-    """Words as a mask, and where its upper left corner lies from where the words are anchored, pixels: the same ones
-    are written on most frames."""
+    """Words as a mask, and its upper left corner from their anchor, pixels: most frames have the same ones."""
     font = ImageFont.load_default(size=size)
     pen = ImageDraw.Draw(Image.new("L", (1, 1)))
     left, top, right, bottom = pen.textbbox((0, 0), words, font=font, anchor=anchor)

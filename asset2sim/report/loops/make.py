@@ -1,5 +1,4 @@
-"""Making the pictures of one object: loops, sizes, joints, and as it came; in a child process, since an engine and
-files may crash it."""
+"""Pictures of one object: loops, sizes, joints, as it came; in a child, since an engine and files may crash it."""
 
 import filecmp
 import logging

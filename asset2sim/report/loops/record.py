@@ -27,8 +27,7 @@ DROP_TIMES_S = np.concatenate([np.arange(9) / 80.0, 0.1 + np.arange(1, 9) / 8.0]
 RELEASE_TIMES_S = np.arange(17) / 8.0
 """Times of a release's frames, s: a door that closes by itself takes two seconds."""
 STILL, STILL_FRAMES = 1e-4, 3
-"""Change of any number of a pose (m, rad) from frame to frame below which nothing moves, and for how many frames until
-nothing will."""
+"""Change of a pose (m, rad) from frame to frame below which nothing moves, and for how many frames."""
 FACE, GROUP = b"\nf ", re.compile(rb"\n[go]\s")
 """What a face of an OBJ begins with, and where PyBullet begins another hull."""
 TRIED = 12
@@ -61,8 +60,7 @@ def let_fall(urdf: Path, positions: Mapping[str, float], friction: float, settin
 def let_go(
     urdf: Path, positions: Mapping[str, float], speeds: Mapping[str, float], friction: float, settings: EngineSettings
 ) -> LoopMotion:
-    """Its joints let go of at these positions with these speeds, rad/s or m/s, the root held. Raises AssetError as
-    ``let_fall``."""
+    """Its joints let go at these positions and speeds, rad/s or m/s, root held. Raises AssetError as ``let_fall``."""
     from asset2sim.engines.pybullet_world import open_pybullet
 
     with open_pybullet(urdf, plane=False, timestep_s=settings.timestep_s, contact_friction=friction) as world:
@@ -117,8 +115,7 @@ def points_of(content: bytes, surfaces: Sequence[Surface]) -> bytes | None:
 def half_open(
     urdf: Path, start: Mapping[str, float], half: Mapping[str, float], settings: EngineSettings
 ) -> dict[str, float]:
-    """``start`` with these joints half open as far as nothing then overlaps that did not before: a rack is not pulled
-    out against a closed door."""
+    """``start`` with these joints half open as far as nothing new overlaps: a rack meets a closed door."""
     from asset2sim.engines.pybullet_world import open_pybullet
 
     found = dict(start)

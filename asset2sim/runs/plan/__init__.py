@@ -1,2 +1,1 @@
-"""Incremental runs: what an asset's result depends on, which assets have to be refined again, and what a killed run
-had finished."""
+"""Incremental runs: what a result depends on, what must be refined again, what a killed run had finished."""

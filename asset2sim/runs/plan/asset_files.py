@@ -120,8 +120,7 @@ def _beyond(name: str, path: str, home: Path, reach: AllowedFolders) -> list[Ass
 
 
 def _referred(sources: list[Path], home: Path | None, reach: AllowedFolders) -> list[AssetFile]:
-    """The files that descriptions and what they include refer to, with their materials and textures, by reference; of
-    those below ``home`` none."""
+    """Files that descriptions and includes refer to, with materials and textures, but not below ``home``."""
     found: dict[str, AssetFile] = {}
     inside = None if home is None else home.resolve()
     texts, folders = _included(sources, reach), dict[Path, None]()

@@ -1,5 +1,4 @@
-"""Forecast of a run, without doing it: the plan, each asset's reason, and calls, tokens, cost and time by
-what they were before."""
+"""Forecast of a run: the plan, each asset's reason, and calls, tokens, cost and time by what they were before."""
 
 import json
 from collections import defaultdict
@@ -32,9 +31,8 @@ MAX_FILES = 3
 
 @dataclass(frozen=True)
 class ForecastCost:
-    """Cost of a run: model calls at most (those that the cache answers among them), their tokens and cost, work
-    on assets and wall time, s. None: nothing is known. ``assets`` is how many refinements this is read from, ``others``
-    whether of another model."""
+    """Cost of a run: model calls at most (cached ones included), tokens, cost, work and wall time, s; None: not known.
+    ``assets`` is how many refinements this is read from, ``others`` whether of another model."""
 
     assets: int
     others: bool = False

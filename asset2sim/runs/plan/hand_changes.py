@@ -125,9 +125,8 @@ def stamp_of_folder(folder: Path) -> Stamp | None:
 
 
 def set_aside(out: Path, record: AssetRecord, before: Stamp | str | None) -> AssetRecord:
-    """Move the refined folder of a failed asset that is as it was ``before`` the run out of ``assets``, and remove what
-    was set aside of an asset that passes. Returns the record, with a finding where the folder was moved, also where
-    that was at an earlier call."""
+    """Move the refined folder of a failed asset that is as ``before`` the run out of ``assets``; remove what was set
+    aside of one that passes. Returns the record, with a finding where the folder was moved, earlier too."""
     asset_id = record.ref.asset_id
     folder, place = out / "assets" / asset_id, out / SET_ASIDE / asset_id
     if record.status is Status.OK:

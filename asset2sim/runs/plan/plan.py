@@ -40,9 +40,8 @@ def asset_files_hashes(
     state: sqlite3.Connection, refs: Sequence[AssetRef], inputs: InputSettings = INPUTS,
     limit_s: float = RUN.asset_time_limit_s,
 ) -> dict[str, str]:  # fmt: skip
-    """Asset path → hash of the files that ``inputs`` let it be read from: local ones are read if they changed, of URLs
-    only the store's listing. An asset whose files take over ``limit_s``, s, has a hash that no run has again and
-    is refined."""
+    """Asset path → hash of the files that ``inputs`` let it read: of local ones what changed is read, of URLs the
+    listing. One that takes over ``limit_s``, s, has a hash that no run has again: it is refined."""
     urls = {ref.path: allowed_urls(ref, inputs) for ref in refs if Location(ref.path).is_url}
     found = remote_content_hashes(state, urls) if urls else {}
     for ref in refs:
@@ -252,8 +251,7 @@ def mark_published(
 
 
 def unpublished_records(out: Path, state: sqlite3.Connection, *, clean: bool = True) -> Iterator[KeptRecord]:
-    """The records that a killed run left, one at a time; those that it had published are noted, and deleted where
-    ``clean``, instead."""
+    """Records that a killed run left, one at a time; published ones are noted, and deleted where ``clean``."""
     runs = recorded_run_ids(out)
     for kept in kept_records(out, clean=clean):
         if kept.run_id in runs:

@@ -1,5 +1,4 @@
-"""Records of finished assets, a file each, written by their workers, kept until the catalog holds them: what a killed
-run leaves to the next."""
+"""Records of finished assets, files of their workers until the catalog has them: what a killed run leaves."""
 
 import contextlib
 import json

@@ -18,8 +18,7 @@ from asset2sim.runs.plan.asset_files import AssetFile, asset_files
 
 FILE = ".cache/files.db"
 SETTLED_NS = 2_000_000_000
-"""Age from which a file's modification time is sure to change with its content, ns: file systems count in steps of up
-to 2 s."""
+"""Age from which a changed file has another modification time, ns: file systems count in steps of up to 2 s."""
 UNREADABLE = "unreadable"
 """The digest of a file that cannot be read."""
 HASHING_THREADS = 2
@@ -133,8 +132,7 @@ def note_folders(state: sqlite3.Connection, hashes: Mapping[str, str]) -> None:
 
 
 def forget_folders(state: sqlite3.Connection, asset_ids: Iterable[str]) -> None:
-    """Forget which refinements lie in the folders of these assets, which are about to be refined, and how those look.
-    Commits."""
+    """Forget what lies in the folders of these assets, which are about to be refined, and their looks. Commits."""
     gone = [(asset_id,) for asset_id in asset_ids]
     for table in ("folders", "outputs"):
         state.executemany(f"DELETE FROM {table} WHERE asset_id = ?", gone)

@@ -35,8 +35,7 @@ def timed_out(row: RecordedResult, content: str | None) -> bool:
 
 
 def timeouts_in_a_row(out: Path, settings: Settings, asset_ids: Collection[str]) -> dict[str, Timeouts]:
-    """Asset id → its last refinements that took too long, for assets whose last one did. Reads the newest months of the
-    history, as many as it takes."""
+    """Asset id → its last refinements that all took too long, read from the newest months of the history."""
     wanted, found = set(asset_ids), dict[str, tuple[int, str]]()
     months = groupby(reversed(history_files(out)), key=lambda file: file.parent)
     for _, files in months if wanted else ():

@@ -53,8 +53,7 @@ HISTORY = f"{HISTORY_FOLDER}/"
 LOCK_TOKEN_FILE = ".held"
 """File in the local folder with the token of the lock that its last run took in the store."""
 SHARED = (TABLES, HISTORY, f"{RECORDS_FOLDER}/", STATE)
-"""State of earlier runs that a run downloads. Refined folders and logs are only uploaded; caches, budgets and MLflow's
-store stay on the machine."""
+"""State of earlier runs that is downloaded; folders and logs are only sent, caches and MLflow's store stay."""
 
 
 @dataclass(frozen=True)

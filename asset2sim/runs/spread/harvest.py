@@ -23,8 +23,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 @dataclass
 class Breaker:
-    """Counts equal model errors in a row. ``most`` is how many break the circuit, 0 for none; ``broken`` says why it is
-    broken, once it is."""
+    """Counts equal model errors in a row. ``most`` of them break it, 0 for none; ``broken`` then says why."""
 
     most: int
     broken: str | None = None
@@ -103,8 +102,7 @@ def is_open(harvest: Harvest[Kept], job: Job) -> bool:
 
 
 def take_result(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | None) -> None:
-    """Collect a job's record, and report it if this was the asset's last attempt. Where no end was reported (None), its
-    worker may have written one."""
+    """Collect a job's record, and report an asset's last one. None: its worker may have written one."""
     asset_id = job.ref.asset_id
     if end is None and asset_id in harvest.records:
         return
@@ -128,8 +126,7 @@ def take_result(harvest: Harvest[Kept], job: Job, end: JobResult | LostJob | Non
 
 
 def finish_untried(harvest: Harvest[Kept], jobs: Iterable[Job]) -> None:
-    """A failed record for each asset without one that the broken circuit left out. No file is kept of it: the next run
-    tries the asset."""
+    """A failed record for each asset that the broken circuit left out; no file, so that the next run tries it."""
     reason = harvest.breaker.broken
     for job in jobs if reason is not None else ():
         if is_open(harvest, job):

@@ -166,8 +166,7 @@ def _refine(
 
 @contextmanager
 def _in_flight(client: Client, harvest: Harvest[Kept]) -> Iterator[InFlight]:
-    """For the jobs in flight within the block: after an interruption, their children are stopped and their records
-    collected."""
+    """The jobs in flight in the block: after an interruption children are stopped and records collected."""
     in_flight: InFlight = {}
     try:
         yield in_flight
