@@ -242,7 +242,50 @@ NAMED_BEFORE: list[tuple[Json, str, dict[str, float]]] = [
 """States of parts that are counted, or named before: what is described is not all opened."""
 
 
-@pytest.mark.parametrize(("information", "guidance", "expected"), PAPER_AND_MANIFEST + OWN_PHRASINGS + NAMED_BEFORE)
+TAP = known.thing(
+    "Faucet", known.hinged("left", "switch", (0.0, 0.4, 0.2), upper=1.5),
+    known.hinged("right", "switch", (0.0, -0.4, 0.2), upper=1.5), known.hinged("spout", "spout", lower=-1.0, upper=1.0),
+)  # fmt: skip
+SWITCHES = known.thing(
+    "Switch", known.hinged("left", "switch", (0.0, 0.4, 0.0), upper=0.3),
+    known.hinged("right", "toggle_button", (0.0, -0.4, 0.0), upper=0.3), known.hinged("dimmer", "knob", upper=4.0),
+)  # fmt: skip
+RACKS = known.thing(
+    "Dishwasher", known.hinged("door", "rotation_door", upper=1.5), known.sliding("low", "shelf", (0.0, 0.0, -0.4)),
+    known.sliding("high", "shelf", (0.0, 0.0, 0.4)),
+)  # fmt: skip
+SASHES = known.thing(
+    "Window", known.sliding("low", "translation_window", (0.0, 0.0, -0.4)),
+    known.sliding("high", "translation_window", (0.0, 0.0, 0.4)),
+)  # fmt: skip
+READING_LAMP = known.thing(
+    "Lamp", known.hinged("arm", "rotation_bar", upper=1.0), known.hinged("head", "head", upper=1.0),
+    known.hinged("rocker", "switch", upper=0.2),
+)  # fmt: skip
+TAPS_AND_SWITCHES: list[tuple[Json, str, dict[str, float]]] = [
+    (TAP, "A kitchen tap with its left handle open halfway.", {"left": 0.75}),
+    (TAP, "A faucet, both levers turned by 30 degrees.", {"left": 0.5236, "right": 0.5236}),
+    (TAP, "A faucet, its right handle turned off.", {"right": 0.0}),
+    (SWITCHES, "A light switch with the left switch on.", {"left": 0.3}),
+    (SWITCHES, "A light switch that is on.", {"left": 0.3, "right": 0.3}),
+    (SWITCHES, "A light switch, switched off.", {"left": 0.0, "right": 0.0}),
+    (SWITCHES, "A light switch with its toggle on and its dimmer turned halfway.", {"left": 0.3, "dimmer": 2.0}),
+    (RACKS, "A dishwasher, its door open and the upper rack pulled out.", {"door": 1.5, "high": 0.5}),
+    (RACKS, "A dishwasher, its lower basket pulled out halfway.", {"low": 0.25}),
+    (SASHES, "A window with its lower sash open halfway.", {"low": 0.25}),
+    (READING_LAMP, "A lamp with its head tilted by 20 degrees.", {"head": 0.3491}),
+    (READING_LAMP, "A desk lamp that is on.", {"rocker": 0.2}),
+    (READING_LAMP, "A desk lamp that is on a table.", {}),
+    (known.MICROWAVE, "A microwave that is turned on.", {}),
+    (known.BOTTLE, "A bottle, its cap on.", {"cap": 0.0}),
+]
+"""Nobody asked for these before: of 46 sentences on objects that had been drawn anew 20 were not read, or of another
+part."""
+
+
+@pytest.mark.parametrize(
+    ("information", "guidance", "expected"), PAPER_AND_MANIFEST + OWN_PHRASINGS + NAMED_BEFORE + TAPS_AND_SWITCHES
+)
 def test_asked_states(information: Json, guidance: str, expected: dict[str, float]) -> None:
     overlay = ask(information, guidance)
     assert overlay["initial_joint_positions"] == pytest.approx(expected, abs=2e-3)

@@ -55,6 +55,21 @@ def test_a_table_that_has_y_up_is_found(tmp_path: Path, up: UpAxis) -> None:
         assert find_up(turned) == (UpAxis.Z, None), "what was turned is right"
 
 
+def test_what_its_file_raises_is_left(tmp_path: Path) -> None:
+    """A light switch with a dimmer, drawn with y up and turned by its root's joint, as PartNet-Mobility does: its shape
+    alone would have it turned once more, on its end."""
+    lever, knob = shape("0.04 0.04 0.006", xyz="0 0 0.003"), shape("0.036 0.036 0.018", xyz="0 0 0.009")
+    raised = joint("up", "fixed", "base", "plate").replace("<origin", "<origin rpy='1.5707963 0 -1.5707963'")
+    parts = link("plate", shape("0.15 0.086 0.009", xyz="0 0 -0.0045")) + link("lever", lever) + link("knob", knob)
+    hinges = joint("press", "revolute", "plate", "lever", xyz="-0.035 0 0", axis="1 0 0", limit="-0.15 0.15")
+    hinges += joint("dim", "revolute", "plate", "knob", xyz="0.035 0 0", axis="0 0 1", limit="-2.3 2.3")
+    (tmp_path / "mobility.urdf").write_text(robot(link("base"), parts, hinges, raised))
+    up, finding = find_up(read(tmp_path))
+    assert up is UpAxis.Z and finding is not None and finding.code == "up_doubtful"
+    assert finding.value is not None and finding.limit is not None and finding.value > finding.limit
+    assert "turns y up into z up" in finding.message
+
+
 def test_the_top_drawer_is_not_the_top(tmp_path: Path) -> None:
     """Of a chest whose drawers' names alone say anything, and say the same of every axis."""
     boxes = "".join(link(f"{name}_drawer", shape("0.5 0.5 0.2", xyz=f"0 0 {z}")) for name, z in (("top", 0.8),

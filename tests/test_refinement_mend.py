@@ -20,6 +20,7 @@ from asset2sim.refinement.dynamics.remedies import (
     less_friction,
     lower_mass_ratio,
     more_damping,
+    remedies_for,
     with_more_damping,
 )
 from asset2sim.validation.validate import validate
@@ -268,6 +269,13 @@ def test_friction_grows_with_damping_where_there_is_no_spring(bench: Bench) -> N
     assert near(first.joints[0].friction, 0.02 * 201.0 * 9.81 * 0.15, 1e-6)
     second = with_more_damping(case(bench), first)
     assert second is not None and near(second.joints[0].friction, 3.0 * first.joints[0].friction)
+
+
+def test_what_rocks_on_under_little_rolling_resistance_gets_that_of_a_foot_at_once(bench: Bench) -> None:
+    """Steps that do not help are taken back, so that doubling alone would never come to it."""
+    limit = NO_VIEWS.thresholds.final_speed_m_s
+    made = [item.change(case(bench), bench.calm) for item in remedies_for(FailureMode.RESET, limit, NO_VIEWS)]
+    assert [item.rolling_friction_m for item in made if item is not None] == [0.0, 5e-4, 2e-3]
 
 
 def test_a_spring_gets_no_friction(bench: Bench) -> None:

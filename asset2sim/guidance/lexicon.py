@@ -64,7 +64,7 @@ _ADJECTIVES = 1
 """Words that may stand between a length and the object that is so long: "8 inch steel scissors"."""
 _SOLD_BY_WIDTH = frozenset(("Dishwasher", "Oven", "Refrigerator", "WashingMachine", "Microwave"))
 """Kitchen appliances, whose one stated length is the width of their niche: "a 24 inch dishwasher" (EN 1116)."""
-_STATE_KINDS = ("open", "closed", "rest", "pressed", "up", "down")
+_STATE_KINDS = ("open", "closed", "rest", "pressed", "up", "down", "switched")
 
 
 @dataclass(frozen=True)
@@ -109,8 +109,13 @@ def place_of(segment: Segment) -> dict[str, Any]:
 
 def segments(tokens: tuple[str, ...], category: str) -> tuple[Segment, ...]:
     """The tokens of a sentence cut into segments, each with what was recognised in it. Words that name the object
-    ("drawer cabinet", or "shelf" where that is its category) are not taken for its parts."""
-    nouns = [(a, b) for a, b, noun in noun_spans(tokens) if b - a > 1 or noun == category]
+    ("drawer cabinet", or "shelf" where that is its category) are not taken for its parts, but "its shelf" and "the left
+    switch" are."""
+    nouns = [
+        (a, b)
+        for a, b, noun in noun_spans(tokens)
+        if b - a > 1 or (noun == category and tokens[max(a - 1, 0)] not in ("its", *_ORDINALS))
+    ]
     found: list[Segment] = []
     items: list[Item] = []
     words: list[str] = []

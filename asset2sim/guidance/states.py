@@ -43,13 +43,13 @@ def asked_states(
         subject = (
             _joined(pending, here)
             if here.found or pending.found
-            else Mention(parts_of_whole(info, parts), (WHOLE_OBJECT,))
+            else Mention(_of_whole(info, parts, segment), (WHOLE_OBJECT,))
         )
         pending = NO_MENTION
         if here.others:
             deferred.append((here, state, segment))
             continue
-        if not subject.parts:
+        if not subject.parts and (subject.words != (WHOLE_OBJECT,) or not segment.of("switched")):
             found.append(AskedState(state=state, subject=subject.words, **place_of(segment)))
         found += _of_each(info, subject, state, segment)
     for subject, state, segment in deferred:
@@ -67,11 +67,13 @@ def state_of(segment: Segment, about_parts: bool) -> State | None:
     negated = any(item.value == "state" for item in segment.of("not"))
     poses = [item for item in segment.of(*_POSES) if _is_pose(item, segment)]
     if not verbs:
-        if measure is not None and (about_parts or measure.value == "travel"):
+        opening, switched = bool(segment.of("opening")), segment.of("switched")
+        if measure is not None and (about_parts or opening or measure.value == "travel"):
             return _measured(measure, False)
-        opening = bool(segment.of("opening"))
         if degree is not None and (opening or (about_parts and degree not in (1.0, "slightly"))):
             return _open(1.0 if degree == "slightly" and negated else _share(degree), slightly=degree == "slightly")
+        if switched and _ends(switched[-1], segment):
+            return _open(None if switched[-1].value == "on" else 0.0)
         if not poses or not (about_parts or poses[0].kind == "rest"):
             return None
         return _open(_PARTICLES[poses[0].kind]) if poses[0].kind in _PARTICLES else State(kind=poses[0].kind)
@@ -87,10 +89,26 @@ def _is_pose(item: Item, segment: Segment) -> bool:
     """Whether a word is about how a part stands, by where it is."""
     if item.kind in _PARTICLES:
         before = segment.tokens[: item.start - segment.start]
-        closing, named = item.end - segment.start == len(segment.tokens), segment.of("part", "parts", "ordinal")
+        closing, named = _ends(item, segment), segment.of("part", "parts", "ordinal")
         at = item.start - (before[-1:] == ("one",))
         return closing and any(other.end == at and other.value not in GENERIC for other in named)
     return item.kind not in _PLACES or _follows_part(item, segment)
+
+
+def _ends(item: Item, segment: Segment) -> bool:
+    """Whether a phrase ends its statement: "a lamp that is on", not "is on a table"."""
+    return item.end - segment.start == len(segment.tokens)
+
+
+def _of_whole(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment) -> tuple[MovablePart, ...]:
+    """The parts that a state of the whole object is about; of what is switched on or off, its switches."""
+    switched = segment.of("switched") and not segment.of("open", "closed", "ajar")
+    return tuple(part for part in parts if _switches(part)) if switched else parts_of_whole(info, parts)
+
+
+def _switches(part: MovablePart) -> bool:
+    """Whether a part is a switch or a tap's handle: it is on at one end, and off at the other."""
+    return part.name == "rocker" or part.mechanism.kind == "bistable"
 
 
 def _follows_part(item: Item, segment: Segment) -> bool:
@@ -102,8 +120,15 @@ def _follows_part(item: Item, segment: Segment) -> bool:
 def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment) -> list[AskedState]:
     """The state as asked of each of the subject's parts; of nested ones, unless to be closed, of the outermost."""
     chosen = subject.parts if state.share == 0.0 else outermost_parts(info, subject.parts)
+    ends = [item for item in segment.of("on", "off") if _ends(item, segment)]
+    turned = _open(None if ends[-1].kind == "on" else 0.0) if ends else state
     return [
-        AskedState(state=state, subject=subject.words, joint=part.joint.name, **place_of(segment))
+        AskedState(
+            state=turned if _switches(part) else state,
+            subject=subject.words,
+            joint=part.joint.name,
+            **place_of(segment),
+        )
         for part in chosen
         if (part.joint.motion != "spin" or part.mechanism.role != "roll") and not _swivels(part, state)
     ]

@@ -89,7 +89,7 @@ WHICH = re.compile(
 def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     """The axis that points up in an asset's file, and a finding where it is not z, or may not be. Things that are put
     down on any side (a knife, a camera) are left as they are, and so is what a format of simulators says, in all
-    of which z is up."""
+    of which z is up, and what its file itself turns from y up to z up."""
     known = sizes().get(extraction.features.category)
     if known is not None and known.lies:
         return UpAxis.Z, None
@@ -106,16 +106,26 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
     weight_ = f"log odds {odds[best]:.2g}, sure from {least} on: {said}"
     opened = extraction.opened
     by_format = opened is not None and bool(opened.metric_format)
-    turned = odds[best] >= least and not by_format
+    raised = raised_by_file(extraction)
+    turned = odds[best] >= least and not by_format and not raised
     if turned:
         say, code = warning, "turned_upright"
         message = f"its file has {best} up ({weight_}); it is turned upright: if that is wrong, state --up=z"
     else:
         say, code = remark, "up_doubtful"
-        why = "its format has z up, and it is left" if odds[best] >= least else "it is left"
+        says = "its format has z up" if by_format else "its file turns y up into z up"
+        why = f"{says}, and it is left" if odds[best] >= least else "it is left"
         message = f"its file may have {best} up ({weight_}); {why} as it is: if it lies, state --up={best}"
     finding = say(Stage.EXTRACT, code, f"{message}, or `up` in the manifest", value=odds[best], limit=least)
     return (best if turned else UpAxis.Z), finding
+
+
+def raised_by_file(extraction: Extraction) -> bool:
+    """Whether a fixed joint of a root without a shape turns y up into z up: whoever wrote it knew which way is up."""
+    features = extraction.features
+    fixed = {joint.name for joint in features.joints if joint.type == "fixed" and joint.parent == features.root}
+    turns = [node.child_to_parent[:3, 1] for node in tree_of(features.joints) if node.name in fixed]
+    return not features.link(features.root).has_geometry and bool(turns) and all(y[2] > UPRIGHT for y in turns)
 
 
 def gain(found: dict[str, float], usual: dict[str, float]) -> dict[str, float]:

@@ -9,14 +9,14 @@ from schemas.overlay import JointPhysics
 from schemas.settings import PhysicsSettings
 
 
-def report_holding(name: str, held_by: Holding, kind: Handling, notes: Notes) -> None:
+def report_holding(name: str, held_by: Holding, kind: Handling, prismatic: bool, notes: Notes) -> None:
     """Add a finding where a spring carries a part's weight, where a hand allows less friction than a bump needs, and
     where a screw turns in its plane."""
-    if kind.mechanism == "screw":
+    if kind.mechanism == "screw" and not prismatic:
         least, most = kind.lever * kind.range.least_n, kind.lever * kind.range.most_n
         message = (
-            f"joint '{name}': a screw, and its file has one joint for it: it turns with the grip of its kind, "
-            f"{least:.2g} to {most:.2g} N·m, and does not rise along its thread (caps of bottles by about 3 mm a turn)"
+            f"joint '{name}': a screw: it turns with the grip of its kind, {least:.2g} to {most:.2g} N·m, and does not "
+            "rise along its thread (caps of bottles by about 3 mm a turn)"
         )
         notes.info("screw_in_place", message, joint=name, value=least, limit=most)
     if held_by.balance.stiffness > 0.0:

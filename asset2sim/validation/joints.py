@@ -151,7 +151,7 @@ def one_joint(
         stiffness, reference = Term(held_by.balance.stiffness, Source.RULE), held_by.balance.reference
         rest = reference
     report_changes(name, moved, terms, holds, notes)
-    report_holding(name, held_by, handled, notes)
+    report_holding(name, held_by, handled, moved.prismatic, notes)
     joint, span = start.range.joint, start.range
     made = JointPhysics(
         name=name,

@@ -147,9 +147,9 @@ def lower_mass_ratio(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | No
     return None if links == overlay.links else overlay.model_copy(update={"links": links})
 
 
-def rolling_resistance(case: Case, overlay: PhysicsOverlay) -> PhysicsOverlay | None:
-    """More rolling resistance: on point contacts a rounded object rocks for ever."""
-    more = min(max(ROLLING_M, 2.0 * overlay.rolling_friction_m), MOST_ROLLING_M)
+def rolling_resistance(case: Case, overlay: PhysicsOverlay, least: float = ROLLING_M) -> PhysicsOverlay | None:
+    """More rolling resistance, ``least`` (m) at least: on point contacts a rounded object rocks for ever."""
+    more = min(max(least, 2.0 * overlay.rolling_friction_m), MOST_ROLLING_M)
     return overlay.model_copy(update={"rolling_friction_m": more}) if more > overlay.rolling_friction_m else None
 
 
@@ -185,7 +185,8 @@ _DAMPED = Remedy("more damping", more_damping)
 _FIRMER, _HOLD = Remedy("more damping and friction", with_more_damping), Remedy("firmer hold", firmer_hold)
 _ROLLING, _BROAD = Remedy("rolling resistance", rolling_resistance), Remedy("laid on its broadest side", lie_broad)
 _EXPLOSION = (Remedy("less damping", less_damping), Remedy("mass ratio lowered", lower_mass_ratio))
-_STILL = (_FIRMER, _ROLLING)
+# What rocks on the rim of a round foot may rock on under little, from one start of several.
+_STILL = (_FIRMER, _ROLLING, Remedy("rolling resistance of a foot", partial(rolling_resistance, least=MOST_ROLLING_M)))
 _LOOSER = (
     Remedy("less friction", less_friction),
     Remedy("less damping", partial(less_damping, factor=LOOSENING_FACTOR)),
