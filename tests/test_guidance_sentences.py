@@ -279,7 +279,7 @@ TAPS_AND_SWITCHES: list[tuple[Json, str, dict[str, float]]] = [
     (known.MICROWAVE, "A microwave that is turned on.", {}),
     (known.BOTTLE, "A bottle, its cap on.", {"cap": 0.0}),
 ]
-"""Nobody asked for these before: of 46 sentences on objects that had been drawn anew 20 were not read, or of another
+"""Nobody asked for these before: of 52 sentences on objects that had been drawn anew 23 were not read, or of another
 part."""
 
 

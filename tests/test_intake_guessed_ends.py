@@ -45,6 +45,16 @@ def test_a_lid_is_closed_where_it_does_not_fall_open(tmp_path: Path, urdf: str, 
     assert found.openness_confidence == item.features.joints[0].openness_confidence, "a guess stays one"
 
 
+@pytest.mark.parametrize(("limit", "off"), [("0 1.5", 0.0), ("-1.5 0", 0.0), ("-0.5 1", None)])
+def test_a_tap_is_off_where_it_is_drawn_at_an_end(tmp_path: Path, limit: str, off: float | None) -> None:
+    """A lever that is drawn upright makes its tap the smaller the further it is turned, as what closes does."""
+    tap = thing(shape("0.01 0.016 0.12", xyz="0 0 0.06"), "revolute", "0 0 0.6", "0 1 0", limit, "switch")
+    item = read(written(tmp_path, tap.replace(FRAME, shape("0.3 0.05 0.6", xyz="0 0 0.3"))), "Faucet")
+    (before,), (found,) = item.features.joints, with_likelier_ends(item, 1.1).features.joints
+    assert before.closed != 0.0, "by its shape it is off where it lies"
+    assert found.closed == (before.closed if off is None else off)
+
+
 def test_of_two_doors_that_are_drawn_shut_both_are_shut_where_they_are_drawn(tmp_path: Path) -> None:
     """Beside what is far larger, as a kitchen, their shape tells nothing, or a little of the wrong end."""
     leaf = "0.02 0.4 0.5"

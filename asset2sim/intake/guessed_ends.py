@@ -24,6 +24,8 @@ WHOLE_TURN_RAD = 6.0
 """Range of a hinge from which both its ends are about one place."""
 EITHER_SIDE = ("handle",)
 """Parts that lie to either side, so that no end is closed by their shape: they are folded down where they sink to."""
+DRAWN_AT = 0.01
+"""Share of its range from an end within which a part is drawn at it."""
 CAUGHT = ("door",)
 """Parts with a catch, which may lead downwards from where they are shut, and which may hang there."""
 
@@ -84,10 +86,13 @@ def with_likelier_ends(extraction: Extraction, sure: float) -> Extraction:
     """The extraction with the closed end, of each main part whose shape tells it with less than the confidence
     ``sure``, that means less that is odd: overlapping there, falling open, hanging beside the object. What the other
     would mean stands in the joint's ``other_reading``; the confidence stays that of a guess. A button is
-    closed where it is drawn, or where that is part of the way in, where it stands out."""
+    closed where it is drawn, or where that is part of the way in, where it stands out; a tap or a switch that is drawn
+    at an end is off."""
     features = extraction.features
     guessed = [joint for joint in features.movable_joints if is_guessed(joint, features, sure)]
-    buttons = [joint for joint in features.movable_joints if is_button(joint, features)]
+    buttons = [
+        joint for joint in features.movable_joints if is_button(joint, features) or is_drawn_off(joint, features, sure)
+    ]
     if not guessed and not buttons:
         return extraction
     shapes, tree = LinkShapes(extraction), tree_of(features.joints)
@@ -120,6 +125,16 @@ def is_button(joint: JointFeatures, features: Features) -> bool:
     shown = features.link(joint.child).has_geometry and sum(link.has_geometry for link in features.links) > 1
     ends = joint.lower is not None and joint.upper is not None and joint.lower != joint.upper
     return joint.prismatic and ends and shown and joint.mimic is None and part_of(joint, features) in PRESSED
+
+
+def is_drawn_off(joint: JointFeatures, features: Features, sure: float) -> bool:
+    """Whether a joint turns a tap's handle or a switch of which its shape does not tell with that confidence which end
+    is off, and which is drawn at one."""
+    if joint.type != "revolute" or joint.lower is None or joint.upper is None or joint.openness_confidence >= sure:
+        return False
+    part = part_of(joint, features)
+    switches = part == "rocker" or mechanism(part, features.category, "hinge").kind == "bistable"
+    return switches and min(abs(joint.lower), abs(joint.upper)) <= DRAWN_AT * (joint.upper - joint.lower)
 
 
 def standing_out(
