@@ -1,6 +1,8 @@
 """Enumerations of the values that tables, files and options may hold."""
 
+import csv
 from enum import StrEnum
+from pathlib import Path
 
 from schemas.declared import OpenValues
 
@@ -34,29 +36,16 @@ class FailureMode(OpenValues):
     BUDGET = "budget"
 
 
-_PAPER_FAILURES = {
-    "segmentation problem": (FailureMode.UNREADABLE_ASSET, FailureMode.MISSING_MESH),
-    "no valid parameter estimate": (FailureMode.NO_VALID_ESTIMATE, FailureMode.MODEL_ERROR, FailureMode.BUDGET),
-    "invalid joint configuration": (FailureMode.INVALID_JOINT_CONFIGURATION, FailureMode.STATE),
-    "invalid penetration state": (FailureMode.PENETRATION, FailureMode.JAM),
-    "drift or oscillation in simulation": (
-        *(FailureMode.DRIFT, FailureMode.OSCILLATION, FailureMode.STANDS, FailureMode.DROP, FailureMode.NUDGE),
-        *(FailureMode.HOLD, FailureMode.RELEASE, FailureMode.RESET, FailureMode.EFFORT),
-        *(FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH),
-    ),
-}
-PAPER_FAILURE_MODES = {mode: name for name, modes in _PAPER_FAILURES.items() for mode in modes}
+with Path(__file__).with_name("failure_modes.csv").open(encoding="utf-8", newline="") as _stream:
+    FAILURE_ROWS = {FailureMode(row["mode"]): row for row in csv.DictReader(_stream)}
+"""Failure mode → its row: the paper's name for it, whether every run tries it ``again``, and where no check shows it,
+its ``cause`` and ``remedy``."""
+PAPER_FAILURE_MODES = {mode: row["paper"] for mode, row in FAILURE_ROWS.items() if row["paper"]}
 """Our failure mode → the paper's name for it, as used for its large set. The paper has none for limits of time and
 memory and a full disk, which say nothing of the object."""
-
-RETRIED_MODES = (
-    *(FailureMode.TIMEOUT, FailureMode.ENGINE_CRASH, FailureMode.OUT_OF_MEMORY, FailureMode.DISK_FULL),
-    *(FailureMode.MODEL_ERROR, FailureMode.BUDGET),
-)
+RETRIED_MODES = tuple(mode for mode, row in FAILURE_ROWS.items() if row["again"])
 """Failure modes that may come of the machine, the provider or the day, not of the asset: tried again in every run. All
 others would come out as they did."""
-
-
 NOT_MEASURED = (
     *(FailureMode.ENGINE_REFUSED, FailureMode.ENGINE_CRASH, FailureMode.OUT_OF_MEMORY, FailureMode.TIMEOUT),
 )

@@ -1,5 +1,6 @@
 """Requests of ``asset2sim refine`` and ``asset2sim nightly``, and what this machine lets a run have at once."""
 
+import csv
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -17,52 +18,8 @@ from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Redo
 
-SETS: Mapping[str, str] = {
-    "method": "method",
-    "state": "state",
-    "support": "support",
-    "prompt": "prompt",
-    "base": "base",
-    "up": "up",
-    "allow_outside": "inputs.allow_outside",
-    "keep": "inputs.keep",
-    "split": "inputs.split",
-    "package": "inputs.packages",
-    "macro": "inputs.macro",
-    "export": "exports",
-    "to": "exports",
-    "model": "model.model",
-    "api_base": "model.api_base",
-    "refinement_model": "model.refinement_model",
-    "judge_model": "model.judge_model",
-    "correct": "correct",
-    "ask_again": "doubt.ask_again",
-    "samples": "doubt.samples",
-    "budget_usd": "model.run_usd",
-    "budget_calls": "model.run_calls",
-    "budget_tokens": "model.run_tokens",
-    "asset_budget_usd": "model.asset_usd",
-    "asset_budget_calls": "model.asset_calls",
-    "rpm": "model.requests_per_minute",
-    "answer_cache": "model.cache",
-    "dynamics": "physics.dynamics",
-    "proposer": "search.proposer",
-    "engines": "engine.verify",
-    "verify": "engine.decide",
-    "interaction": "engine.interact",
-    "check": "checks",
-    "collision": "collision.mode",
-    "workers": "run.workers",
-    "scheduler": "run.scheduler",
-    "hook": "run.hook",
-    "asset_timeout": "run.asset_time_limit_s",
-    "min_success": "run.min_success",
-    "max_new_failures": "run.max_new_failures",
-    "gate": "run.gate",
-    "keep_days": "run.keep_days",
-    "report": "run.report",
-    "views": "views.write",
-}
+with Path(__file__).with_name("options.csv").open(encoding="utf-8", newline="") as _stream:
+    SETS = {row["option"]: row["setting"] for row in csv.DictReader(_stream)}
 """Option → the setting that it states."""
 
 
