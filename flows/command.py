@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING
 
 from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
-from asset2sim.runs import option_groups as groups
 from asset2sim.runs import options as asked
 from asset2sim.runs.command_line import Options, missing_package
 from flows import PIPELINE
-from schemas.declared import DeclaredCommand
-from schemas.errors import DONE, FAILED, UsageError, complain, exit_code_of
+from schemas.errors import DONE, UsageError, complain, exit_code_of
 from schemas.extensions import commands, object_at
 
 if TYPE_CHECKING:
@@ -72,82 +70,12 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
             return _run_nightly(refine_request(options), nightly)
         case asked.RefineOptions():
             return _run_refine(refine_request(options), refine)
-        case asked.SettingsOptions():
-            from asset2sim.runs.settings_file import settings_text
+    command = next(item for item in asked.all_commands() if type(options) is object_at(item.options))
+    if command in commands():
+        from asset2sim.models.gateway.environment import quiet_environment
 
-            sys.stdout.write(settings_text(settings_of(options), options.format))
-            return DONE
-        case groups.CheckOptions():
-            from flows.local import check_listed
-
-            return check_listed(options.folders, settings_of(options), options.json_, options.sarif, options.fix)
-        case groups.ConvertOptions():
-            from flows.local import convert_listed
-
-            return convert_listed(options.data, options.out, settings_of(options))
-        case groups.DescribeOptions():
-            from asset2sim.load import LoadError, describe
-
-            try:
-                sys.stdout.write(f"{describe(options.folder)}\n")
-            except LoadError as error:
-                raise UsageError(str(error)) from error
-            return DONE
-        case groups.ViewOptions():
-            from flows.serve_pages import serve_viewer
-
-            settings = settings_of(options)
-            serve_viewer(options.out, options.asset_id, options.engine, options.host, options.port, settings)
-            return DONE
-        case groups.ReportOptions():
-            from flows.show import print_site
-
-            print_site(options.out, settings_of(options), options.force)
-            return DONE
-    added = next((item for item in commands() if type(options) is object_at(item.options)), None)
-    return _print(options) if added is None else _run_added(added, options)
-
-
-def _run_added(command: DeclaredCommand, options: Options) -> int:
-    """Run an extension's command. Returns the exit code."""
-    from asset2sim.models.gateway.environment import quiet_environment
-    from asset2sim.runs.request import settings_of
-
-    quiet_environment()
+        quiet_environment()
     return object_at(command.run)(options, settings_of(options)) or DONE
-
-
-def _print(options: Options) -> int:
-    """Run a command that only looks and prints. Returns the exit code."""
-    from asset2sim.runs.request import settings_of
-    from flows import show
-
-    match options:
-        case asked.FailuresOptions():
-            show.print_failures(options.out, options.by, options.since, options.compare, reviewed=options.reviewed)
-        case asked.QueryOptions():
-            show.print_query(options.out, options.sql, csv=options.csv, files=options.allow_files)
-        case asked.ShowOptions():
-            show.print_asset(options.out, options.asset_id)
-        case asked.ViewsOptions():
-            return DONE if show.print_views(options.out, settings_of(options)) else FAILED
-        case asked.RecordOptions():
-            show.print_recorded(options.out, options.folder)
-        case asked.AskOptions():
-            settings = settings_of(options)
-            chosen = options.subset, options.assets, options.limit
-            return DONE if show.print_questions(options.data, options.folder, settings, *chosen) else FAILED
-        case groups.PagesOptions():
-            from flows.serve_pages import serve_pages
-
-            serve_pages(options.out, options.host, options.report_port, options.prefect_port, options.mlflow_port)
-        case groups.OverlaysOptions() | groups.PackOptions():
-            from flows.hand_on import hand_on
-
-            return DONE if hand_on(options) else FAILED
-        case asked.DoctorOptions():
-            return DONE if show.print_doctor(options.out, settings_of(options).model) else FAILED
-    return DONE
 
 
 def check(request: "RefineRequest") -> "RefineRequest":

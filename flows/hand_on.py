@@ -7,34 +7,32 @@ from asset2sim.catalog.text import output
 from asset2sim.runs.option_groups import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.overlays import apply_overlays, export_overlays
 from asset2sim.runs.request import settings_of
-from schemas.errors import complain
+from schemas.errors import DONE, FAILED, complain
+from schemas.settings import Settings
 
 REMAKE = "tasks.remake:remake_asset"
 """The function that makes one object again."""
 
 
-def hand_on(options: OverlaysOptions | PackOptions) -> bool:
-    """Hand refined objects on, and print what was written; returns whether all that was asked for was."""
-    if isinstance(options, OverlaysOptions):
-        return print_overlays(options)
+def print_pack(options: PackOptions, _: Settings) -> None:
+    """Write a pack, and print where it is and how it is opened."""
     from asset2sim.packs.declared_pack import find_pack
     from asset2sim.packs.write import write_pack
 
     pack = find_pack(options.for_)
     packed = write_pack(options.run, options.out, pack, options.assets, options.license)
     output().print(Text(f"{len(packed)} objects for {pack.title} in {options.out}\n  cd {options.out}; {pack.opens}"))
-    return True
 
 
-def print_overlays(options: OverlaysOptions) -> bool:
-    """Export overlays or apply them, and print what was written; returns whether all that was asked for was."""
+def print_overlays(options: OverlaysOptions, _: Settings) -> int:
+    """Export overlays or apply them, and print what was written. Returns the exit code: 1 where not all was."""
     chosen = get_subcommand(options, is_required=True)
     if isinstance(chosen, ExportOverlaysOptions):
         written, left_out = export_overlays(chosen.run, chosen.out, chosen.assets)
         output().print(Text(f"{len(written)} objects without geometry in {chosen.out}"))
         for line in left_out:
             complain(line)
-        return not left_out
+        return FAILED if left_out else DONE
     assert isinstance(chosen, ApplyOverlaysOptions)
     settings = settings_of(chosen)
     made = apply_overlays(
@@ -47,4 +45,4 @@ def print_overlays(options: OverlaysOptions) -> bool:
     for item in made:
         if item.outcome != "same":
             complain(f"{item.asset_id} ({item.outcome}): {item.reason}")
-    return len(same) == len(made)
+    return DONE if len(same) == len(made) else FAILED

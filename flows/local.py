@@ -17,11 +17,11 @@ from asset2sim.intake.dataset import load_dataset
 from asset2sim.models.gateway.environment import quiet_environment
 from asset2sim.runs.asking_attempt import refine_here
 from asset2sim.runs.check_folders import check_as_json, check_as_sarif, check_folders, engine_verdict, remedy_of
+from asset2sim.runs.option_groups import CheckOptions, ConvertOptions, DescribeOptions
 from asset2sim.runs.request import RefineRequest
 from flows import PIPELINE
 from schemas.asset import AssetRecord
 from schemas.errors import DONE, FAILED, UsageError, complain
-from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Severity, Status
 
@@ -42,14 +42,25 @@ def refine_listed(request: RefineRequest) -> int:
     return FAILED if request.strict and failed_of(records) else DONE
 
 
-def convert_listed(data: Location, out: Path, settings: Settings) -> int:
+def print_description(options: DescribeOptions, _: Settings) -> None:
+    """Print what a refined object is. Raises UsageError for a folder of none."""
+    from asset2sim.load import LoadError, describe
+
+    try:
+        sys.stdout.write(f"{describe(options.folder)}\n")
+    except LoadError as error:
+        raise UsageError(str(error)) from error
+
+
+def convert_listed(options: ConvertOptions, settings: Settings) -> int:
     """Convert assets, unrefined, into ``out/assets`` and print a row for each. Returns the exit code."""
     from asset2sim.assets.exports import require_exports
 
     quiet_environment()
     require_exports(settings.exports)
     views = settings.views.model_copy(update={"write": False})
-    records = refine_here(load_dataset(data), out, settings.model_copy(update={"views": views}), CONVERT_PIPELINE)
+    out, chosen = options.out, settings.model_copy(update={"views": views})
+    records = refine_here(load_dataset(options.data), out, chosen, CONVERT_PIPELINE)
     table = Table(box=box.SIMPLE_HEAD)
     for name in ("asset", "result", "findings"):
         table.add_column(name, overflow="fold")
@@ -62,17 +73,15 @@ def convert_listed(data: Location, out: Path, settings: Settings) -> int:
     return FAILED if failed_of(records) else DONE
 
 
-def check_listed(
-    folders: Sequence[Path | str], settings: Settings, json: bool, sarif: Path | None, fix: Path | None
-) -> int:
+def check_listed(options: CheckOptions, settings: Settings) -> int:
     """Check folders as they are, and print a row, or JSON, for each, and write them as SARIF to a file; refine those
     that fail into ``fix``. Returns the exit code: 1 where one fails, or with ``fix`` where one fails mended, too."""
     quiet_environment()
     say_what_is_absent()
-    records = check_folders(folders, settings, CHECK_PIPELINE)
-    if sarif is not None:
-        sarif.write_text(dumps(check_as_sarif(records, Path.cwd()), indent=1), encoding="utf-8")
-    if json:
+    records, fix = check_folders(options.folders, settings, CHECK_PIPELINE), options.fix
+    if options.sarif is not None:
+        options.sarif.write_text(dumps(check_as_sarif(records, Path.cwd()), indent=1), encoding="utf-8")
+    if options.json_:
         print_json([check_as_json(record, settings) for record in records])
     else:
         print_records(records, settings)
@@ -80,7 +89,7 @@ def check_listed(
     if fix is None or not failed:
         return FAILED if failed else DONE
     mended = refine_here([record.ref for record in failed], fix, settings, PIPELINE)
-    if not json:
+    if not options.json_:
         print_records(mended, settings)
         output().print(Text(f"mended: {fix / 'assets'}"))
     return FAILED if failed_of(mended) else DONE

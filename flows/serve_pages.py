@@ -12,40 +12,45 @@ from pathlib import Path
 from rich.text import Text
 
 from asset2sim.catalog.text import output
+from asset2sim.runs.option_groups import PagesOptions, ViewOptions
 from asset2sim.storage.objects import open_store, working_folder
 from asset2sim.viewer.serve import check_address
 from schemas.errors import Asset2SimError, UsageError, complain
-from schemas.location import Location
 from schemas.settings import Settings
-from schemas.vocabulary import Engine
 
 
-def serve_viewer(
-    out: Path | str, asset_id: str | None, engine: Engine, host: str, port: int, settings: Settings
-) -> None:
+def serve_viewer(options: ViewOptions, settings: Settings) -> None:
     """Serve the viewer until interrupted, by Ctrl-C or SIGTERM. Raises UsageError for a port that is in use, an unknown
     asset, and where viser is not installed."""
     from asset2sim.experiments.interrupt import sigterm_as_interrupt
     from asset2sim.viewer.serve import open_viewer
 
-    opened = open_viewer(out, asset_id, engine=engine, host=host, port=port, settings=settings.engine)
+    opened = open_viewer(
+        options.out,
+        options.asset_id,
+        engine=options.engine,
+        host=options.host,
+        port=options.port,
+        settings=settings.engine,
+    )
     with suppress(KeyboardInterrupt), sigterm_as_interrupt(), opened as viewer:
         output().print(Text(f"viewer: {viewer.address}, until Ctrl-C"))
         sys.stdout.flush()
         viewer.wait()
 
 
-def serve_pages(out: Path | str, host: str, report_port: int, prefect_port: int, mlflow_port: int) -> None:
-    """Serve the report and the pages of Prefect and MLflow for the runs in ``out`` at an address of this machine until
+def serve_pages(options: PagesOptions, _: Settings) -> None:
+    """Serve the report and the pages of Prefect and MLflow for the runs in OUT at an address of this machine until
     interrupted, by Ctrl-C or SIGTERM. Raises UsageError for an address or port that cannot be used, a port that is
     twice the same, and a URL of no store."""
     from asset2sim.experiments.interrupt import sigterm_as_interrupt
 
-    if (place := Location(out)).is_url:
-        open_store(place)
+    out, host = options.out, options.host
+    if out.is_url:
+        open_store(out)
         # Before the first run, MLflow begins its database there.
         working_folder(out).mkdir(parents=True, exist_ok=True)
-    ports = {"Prefect": prefect_port, "MLflow": mlflow_port, "report": report_port}
+    ports = {"Prefect": options.prefect_port, "MLflow": options.mlflow_port, "report": options.report_port}
     for name, port in ports.items():
         check_address(host, port, f" for {name}", f"--{name.lower()}-port")
     for (name, port), (other, same) in combinations(ports.items(), 2):
@@ -62,7 +67,8 @@ def serve_pages(out: Path | str, host: str, report_port: int, prefect_port: int,
         # Prefect's pages would ask at the address that the server listens on, which another machine has not.
         os.environ.setdefault("PREFECT_UI_API_URL", "/api")
     with suppress(KeyboardInterrupt), sigterm_as_interrupt():
-        run_programs(commands(out, prefect_port, mlflow_port, report_port, host), together=False)
+        servers = commands(out, options.prefect_port, options.mlflow_port, options.report_port, host)
+        run_programs(servers, together=False)
 
 
 LOOPBACK = ("127.0.0.1", "localhost")

@@ -1,9 +1,6 @@
 """The commands that print: what a catalog holds, what a run came to, what works here, and where the pages are."""
 
 import sys
-from collections.abc import Sequence
-from datetime import datetime
-from pathlib import Path
 
 import pandas as pd
 from rich import box
@@ -12,22 +9,25 @@ from rich.text import Text
 
 from asset2sim.catalog.failures import failure_breakdown, render_failures
 from asset2sim.catalog.text import NOTHING, cut_text, output
+from asset2sim.runs.option_groups import ReportOptions
+from asset2sim.runs.options import (
+    AskOptions,
+    DoctorOptions,
+    FailuresOptions,
+    QueryOptions,
+    RecordOptions,
+    SettingsOptions,
+    ShowOptions,
+    ViewsOptions,
+)
 from asset2sim.runs.result import RunResult
 from flows import PIPELINE
-from schemas.errors import complain, printable
-from schemas.location import Location
-from schemas.settings import ModelSettings, Settings
+from schemas.errors import DONE, FAILED, complain, printable
+from schemas.settings import Settings
 from schemas.vocabulary import Grouping, Status
 
 
-def print_failures(
-    out: Path | str,
-    by: Grouping = Grouping.FAILURE_MODE,
-    since: datetime | None = None,
-    compare: Sequence[str] | None = None,
-    *,
-    reviewed: bool = False,
-) -> None:
+def print_failures(options: FailuresOptions, _: Settings) -> None:
     """Print the failures in ``out``: the latest of each asset, all since a time, each ``reviewed`` or not, or two runs
     compared."""
     from asset2sim.catalog.failures import (
@@ -41,10 +41,11 @@ def print_failures(
         unreviewed_line,
     )
 
-    if reviewed:
+    out, by, since = options.out, options.by, options.since
+    if options.reviewed:
         output().print(render_reviewed(reviewed_failures(out)))
-    elif compare is not None:
-        earlier, later = (find_run(out, name) for name in compare)
+    elif options.compare is not None:
+        earlier, later = (find_run(out, name) for name in options.compare)
         output().print(render_comparison(compare_runs(out, earlier, later), earlier, later))
     elif since is None and by is Grouping.FAILURE_MODE:
         output().print(render_failures(failure_breakdown(out)))
@@ -55,12 +56,12 @@ def print_failures(
         output().print(render_failures_by(failures_by(out, by, since), by, since))
 
 
-def print_query(out: Path | str, sql: str, *, csv: bool, files: bool) -> None:
-    """Print the answer to a query over the tables of ``out``; other ``files`` are out of its reach without that."""
+def print_query(options: QueryOptions, _: Settings) -> None:
+    """Print the answer to a query over OUT's tables; it reaches other files only where that is allowed."""
     from asset2sim.catalog.read import query
 
-    answer = query(out, sql, files=files)
-    if csv:
+    answer = query(options.out, options.sql, files=options.allow_files)
+    if options.csv:
         text = answer.to_csv(index=False)
         # A file or a program gets the values as they are; a terminal would obey escapes among them.
         sys.stdout.write(printable(text) if sys.stdout.isatty() else text)
@@ -81,11 +82,18 @@ def _cell(value: object) -> Text:
     return Text(NOTHING if missing else cut_text(str(value)))
 
 
-def print_asset(out: Path | str, asset_id: str) -> None:
-    """Print everything that the catalog in ``out`` has on one asset."""
+def print_asset(options: ShowOptions, _: Settings) -> None:
+    """Print everything that OUT's catalog has on one asset."""
     from asset2sim.catalog.show import describe_asset
 
-    output().print(describe_asset(out, asset_id))
+    output().print(describe_asset(options.out, options.asset_id))
+
+
+def print_settings(options: SettingsOptions, settings: Settings) -> None:
+    """Print every setting as a file."""
+    from asset2sim.runs.settings_file import settings_text
+
+    sys.stdout.write(settings_text(settings, options.format))
 
 
 def print_summary(result: RunResult) -> None:
@@ -124,11 +132,11 @@ def _unchanged_line(result: RunResult) -> str:
     return f"{len(result.unchanged)} of {every} assets are unchanged since they were refined{again}"
 
 
-def print_doctor(out: Path | str, model: ModelSettings) -> bool:
-    """Print what works on this machine and what does not; returns whether all that is needed works."""
+def print_doctor(options: DoctorOptions, settings: Settings) -> int:
+    """Print what works on this machine and what does not. Returns the exit code: 1 where what is needed does not."""
     from asset2sim.runs.doctor import run_all_checks
 
-    checks = run_all_checks(out, model)
+    checks = run_all_checks(options.out, settings.model)
     table = Table(box=box.SIMPLE_HEAD, show_header=False)
     table.add_column(no_wrap=True)
     table.add_column(no_wrap=True)
@@ -137,40 +145,39 @@ def print_doctor(out: Path | str, model: ModelSettings) -> bool:
         broken = Text("broken", style="bold red") if check.needed else Text("note", style="yellow")
         table.add_row(Text("ok", style="green") if check.ok else broken, check.name, Text(check.detail))
     output().print(table)
-    return all(check.ok for check in checks if check.needed)
+    return DONE if all(check.ok for check in checks if check.needed) else FAILED
 
 
-def print_recorded(out: Path | str, folder: Path) -> None:
-    """Record the answers of the latest run in ``out``, and print what was recorded and what could not be."""
+def print_recorded(options: RecordOptions, _: Settings) -> None:
+    """Record the answers of OUT's latest run, and print what was recorded and what could not be."""
     from asset2sim.runs.record_answers import record_answers
 
-    found = record_answers(out, folder)
+    found = record_answers(options.out, options.folder)
     models = ", ".join(dict.fromkeys(origin.model for origin in found.origins.values() if origin.model))
     output().print(
         Text(
             f"{len(found.texts)} answers for {len(found.assets)} assets{models and f', of {models}'}\n"
-            f"run them again with --model recorded/{folder}"
+            f"run them again with --model recorded/{options.folder}"
         )
     )
     for line in found.lost:
         complain(f"no answer recorded for {line}")
 
 
-def print_questions(
-    data: Path | str, folder: Path, settings: Settings, subset: str | None, asset_ids: Sequence[str], limit: int | None
-) -> bool:
-    """Write the questions about a dataset's assets that have no answer yet, and print what was written; returns whether
-    any asset could be asked about."""
+def print_questions(options: AskOptions, settings: Settings) -> int:
+    """Write the questions about a dataset's assets that have no answer yet, and print what was written. Returns the
+    exit code: 1 where no asset could be asked about."""
     from asset2sim.intake.dataset import load_dataset
     from asset2sim.runs.record_answers import FOLDER, write_questions
 
-    written = write_questions(load_dataset(data, subset, asset_ids, limit), folder, settings, PIPELINE)
+    refs, folder = load_dataset(options.data, options.subset, options.assets, options.limit), options.folder
+    written = write_questions(refs, folder, settings, PIPELINE)
     for asset_id, reason in written.failed.items():
         complain(f"no question about asset {asset_id}: {reason}")
     if written.answered:
         output().print(Text(f"every question about {len(written.answered)} assets has its answer in {folder}"))
     if not written.origins:
-        return bool(written.answered)
+        return DONE if written.answered else FAILED
     output().print(
         Text(
             f"{len(written.origins)} questions in {folder / FOLDER}, each a question.md with pictures, and a "
@@ -178,25 +185,25 @@ def print_questions(
             f"for what follows from them, and run them with --model recorded/{folder}"
         )
     )
-    return True
+    return DONE
 
 
-def print_views(out: Path | str, settings: Settings) -> bool:
-    """Write the views that are missing in ``out``, and print how many; returns whether all could be drawn."""
+def print_views(options: ViewsOptions, settings: Settings) -> int:
+    """Write the views that are missing in OUT, and print how many. Returns the exit code: 1 where one was not drawn."""
     from asset2sim.runs.later_views import write_missing_views
 
-    drawn = write_missing_views(out, settings)
+    drawn = write_missing_views(options.out, settings)
     output().print(Text(f"drew views of {sum(not problem for problem in drawn.values())} assets"))
     for asset_id, problem in drawn.items():
         if problem:
             complain(f"no views of {asset_id}: {problem}")
-    return not any(drawn.values())
+    return FAILED if any(drawn.values()) else DONE
 
 
-def print_site(out: Path | str, settings: Settings, anew: bool) -> None:
-    """Write the report of ``out``, and print where it is and how many pages were made."""
+def print_site(options: ReportOptions, settings: Settings) -> None:
+    """Write OUT's report, and print where it is and how many pages were made."""
     from asset2sim.report.site import write_report_of
 
-    site = write_report_of(out, workers=settings.run.workers, anew=anew)
+    site = write_report_of(options.out, workers=settings.run.workers, anew=options.force)
     made = f"{site.written} of {site.pages} objects' pages made anew"
-    output().print(Text(f"report: {Location(out).below(*site.index.parts[-2:])}\n{made}"))
+    output().print(Text(f"report: {options.out.below(*site.index.parts[-2:])}\n{made}"))

@@ -1,5 +1,6 @@
 """The options of the command ``asset2sim``, a model for each of its commands."""
 
+import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -18,20 +19,13 @@ from asset2sim.runs.option_groups import (
     PACKAGE,
     AnswerOptions,
     CatalogOptions,
-    CheckOptions,
     ChosenAssets,
-    ConvertOptions,
-    DescribeOptions,
     FileOptions,
     ModelOptions,
-    OverlaysOptions,
-    PackOptions,
-    PagesOptions,
-    ReportOptions,
     Selection,
-    ViewOptions,
 )
 from schemas.authored import KEEP_WORDS
+from schemas.declared import DeclaredCommand
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, object_at
 from schemas.location import Location
@@ -241,36 +235,23 @@ class AskOptions(FileOptions, ChosenAssets):
 class Command(Options):
     """Make articulated URDF assets interaction-ready: mass, inertia, joint dynamics, scale, state."""
 
-    refine: CliSubCommand[RefineOptions] = Field(description="refine a dataset")
-    failures: CliSubCommand[FailuresOptions] = Field(description="the failure modes of a refined dataset")
-    query: CliSubCommand[QueryOptions] = Field(description="SQL over the tables and the history of all runs")
-    show: CliSubCommand[ShowOptions] = Field(description="one refined asset")
-    view: CliSubCommand[ViewOptions] = Field(description="refined objects live, to be touched and reviewed")
-    check: CliSubCommand[CheckOptions] = Field(description="the checks alone, on objects as they are")
-    convert: CliSubCommand[ConvertOptions] = Field(description="objects of any format as URDF, MJCF and USD")
-    describe: CliSubCommand[DescribeOptions] = Field(description="a refined object in words")
-    views: CliSubCommand[ViewsOptions] = Field(description="the pictures that refine --no-views left out")
-    report: CliSubCommand[ReportOptions] = Field(description="the report for people: an index and a page an object")
-    ui: CliSubCommand[PagesOptions] = Field(description="the report and the pages of Prefect and MLflow")
-    doctor: CliSubCommand[DoctorOptions] = Field(description="what works here, and what does not")
-    nightly: CliSubCommand[NightlyOptions] = Field(description="refine a dataset on the schedule of catalog.yaml")
-    overlays: CliSubCommand[OverlaysOptions] = Field(description="refined objects without geometry, and made again")
-    pack: CliSubCommand[PackOptions] = Field(description="refined objects as a folder that another tool takes")
-    ask: CliSubCommand[AskOptions] = Field(description="the questions of a run as files, to be answered by hand")
-    record: CliSubCommand[RecordOptions] = Field(description="a run's answers as files, for --model recorded/FOLDER")
-    settings: CliSubCommand[SettingsOptions] = Field(description="every setting, as a file for --settings")
+
+def all_commands() -> tuple[DeclaredCommand, ...]:
+    """The product's commands, a row of ``commands.csv`` each, and those that extensions add."""
+    with Path(__file__).with_name("commands.csv").open(encoding="utf-8", newline="") as stream:
+        return (*(DeclaredCommand(**row) for row in csv.DictReader(stream)), *commands())
 
 
 def parse(words: Sequence[str]) -> Options:
     """The options of the command that a command line names, of extensions too. Raises UsageError."""
-    added: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     subcommand: Any = CliSubCommand
-    for item in commands():
+    for item in all_commands():
         field = Field(alias=item.name, description=item.description)
-        added[item.name.replace("-", "_")] = subcommand[object_at(item.options)], field
+        fields[item.name.replace("-", "_")] = subcommand[object_at(item.options)], field
     if words and words[0] not in [item.name for item in commands()] and missing(words[0]):
         raise UsageError(missing(words[0]))
-    whole = create_model("Command", __base__=Command, __doc__=Command.__doc__, **added)
+    whole = create_model("Command", __base__=Command, __doc__=Command.__doc__, **fields)
     found = chosen_command(parse_words(whole, words, "asset2sim", EXAMPLE), is_required=True)
     assert isinstance(found, Options)
     return found
