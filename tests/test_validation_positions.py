@@ -95,3 +95,34 @@ def test_a_folding_chair_is_unfolded_as_drawn_and_by_its_looks_where_it_is_drawn
     (part,) = parts_of(info, "FoldingChair")
     wish = read_guidance("A folding chair, unfolded.", info).of_joints["legs"]
     assert asked_position(part, wish, 1.0) == pytest.approx(unfolded, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "proud", "metric", "start"),
+    [
+        (-0.1, 0.25, 0.0, True, 0.0),
+        (-0.1, 0.25, 0.0, False, -0.1),
+        (0.0, 0.25, 0.0, True, 0.0),
+        (-0.25, 0.0, 0.0, True, 0.0),
+        (-0.3, 0.1, 0.3, True, -0.3),
+    ],
+    ids=["drawn on its way", "of unknown unit", "at its lower end", "at its upper end", "out of its case"],
+)
+def test_a_slide_that_is_drawn_on_its_way_starts_there_unless_its_closed_end_is_sure(
+    low: float, high: float, proud: float, metric: bool, start: float, tmp_path: Path
+) -> None:
+    """A plate that slides along a block of 0.5 m, of which nothing says where it is closed, or a tray in its case."""
+    of = 1.0 if metric else 2.0 / 0.5001234
+    edges = [" ".join(f"{edge * of:.9g}" for edge in size) for size in ((0.5, 0.3, 0.1), (0.04, 0.28, 0.2))]
+    block = shape(edges[0])
+    if proud:
+        walls = [shape("0.5 0.3 0.01", xyz=f"0 0 {z}") for z in (0.05, 0.272)]
+        sides = [shape("0.5 0.01 0.21", xyz=f"0 {y} 0.161") for y in (-0.145, 0.145)]
+        block, edges[1] = "".join((*walls, *sides)), "0.48 0.27 0.2"
+    parts = link("base", block), link("plate", shape(edges[1]))
+    slide = joint("push", "prismatic", "base", "plate", xyz=f"{proud} 0 {0.155 * of + 0.005 * bool(proud):.9g}",
+                  axis="1 0 0", limit=f"{low * of} {high * of}")  # fmt: skip
+    item = read(written(tmp_path, robot(*parts, slide)))
+    assert bool(item.features.metric) is metric
+    done, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, NO_VIEWS.physics)
+    assert done.joints[0].initial_position == pytest.approx(start * of)

@@ -58,7 +58,8 @@ def initial_positions(
     """Where every movable joint starts: as proposed, else where its spring brings it (``rests``), else where its file
     has it (``stated``), else closed where geometry is sure of it, else at zero. So does what one sets, and neither
     opens nor shuts (a tap's lever, an arm of a lamp), of an object that is ``known`` and of a kind that the table of
-    sizes has. All at the authored scale."""
+    sizes has, and a part of a file in metres that is drawn on its way, unless its shape leaves no doubt. All at the
+    authored scale."""
     starts: dict[str, Start] = {}
     for name, span in ranges.items():
         if name in proposed:
@@ -79,9 +80,16 @@ def initial_positions(
             is_set = (
                 known is not None and known.category in sizes() and part_and_role(known, span.joint)[1] == "control"
             )
-            sure = span.joint.openness_confidence >= settings.sure_of_closed and not is_set
+            least = 1.0 if known is not None and known.metric and drawn_within(span) else settings.sure_of_closed
+            sure = span.joint.openness_confidence >= least and not is_set
             starts[name] = Start(span, span.clamp(span.closed if sure else 0.0), Source.RULE, False)
     return starts
+
+
+def drawn_within(span: Range) -> bool:
+    """Whether a joint's zero, where its file draws its part, lies between its ends."""
+    edge = ROUNDING_SHARE * span.span
+    return span.lower is not None and span.upper is not None and span.lower + edge < 0.0 < span.upper - edge
 
 
 def hanging_starts(
