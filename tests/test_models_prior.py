@@ -113,9 +113,22 @@ def test_doors_are_weighed_by_the_leaf() -> None:
     def most(leaves: int) -> float:
         parts = [hinged(f"d{i}", "rotation_door") for i in range(leaves)]
         asked = "a door of steel"
-        return float(ask(thing("Door", *parts), asked)["mass_change"]["why"].split(" to ")[1].split(" kg")[0])
+        (said,) = (note for note in ask(thing("Door", *parts), asked)["notes"] if note.startswith("mass:"))
+        return float(said.split(" to ")[-1].split(" kg")[0])
 
     assert most(2) == pytest.approx(2.0 * most(1), rel=0.01)
+
+
+def test_a_doors_leaf_weighs_the_same_whatever_walls_stand_about_it() -> None:
+    def built(wall_m2: float) -> tuple[float, float]:
+        leaf, hinge = hinged("leaf", "rotation_door")
+        leaf |= {"box_m": [0.9, 0.04, 2.0], "hull_volume_m3": 0.072, "volume_m3": 0.072, "outer_m2": 3.8}
+        asked = thing("Door", (leaf, hinge), size=2.05)
+        asked["links"][0] |= {"hull_volume_m3": 0.1 * wall_m2, "volume_m3": 0.1 * wall_m2, "outer_m2": 2.0 * wall_m2}
+        frame, door = ask(asked)["links"]
+        return door["wall_m"], frame["wall_m"]
+
+    assert built(8.0) == built(0.2), "walls of 8 m2 made it a third of its weight"
 
 
 def test_half_a_phone_is_built_as_a_phone() -> None:

@@ -102,11 +102,14 @@ def propose_links(
     factors = {wish.link: HEAVY if wish.heavy else LIGHT for wish in guidance.weights}
     pieces = [p.times(factors[p.link.name]) if p.link.name in factors else p for p in pieces]
     usual = _usual_masses(size, pieces, ratio, scale) if guidance.mass is None else _stated_mass(guidance.mass)
+    hung = [p for p in pieces if p.part not in _FRAME] if size.category == "Door" and not usual.asked else []
+    pieces, around = (hung, [p for p in pieces if p not in hung]) if _leaves(hung) else (pieces, [])
     if not usual.asked and not tables.is_built(size.category) and sum(p.mass(scale) for p in pieces) < usual.low:
         pieces = [p if p.part in _FRAME else replace(p, fixed=True) for p in pieces]
     pieces, note, change = _fitted(pieces, scale, usual)
     pieces = pieces if tables.is_built(size.category) else _filled(pieces, scale, usual.low)
     notes.append(note)
+    pieces = [*pieces, *around]
     return tuple(piece.proposal() for piece in pieces), tuple(notes), change
 
 
@@ -229,6 +232,11 @@ class _MassRange:
     asked: bool = False
 
 
+def _leaves(pieces: Sequence[_Piece]) -> int:
+    """The number of leaves. Doors are weighed by the leaf: frames, and walls about them, are no part of that."""
+    return sum(piece.part == "door" for piece in pieces)
+
+
 def _stated_mass(wish: AskedMass) -> _MassRange:
     return _MassRange(wish.mass_kg, wish.mass_kg, "the guidance", asked=True)
 
@@ -238,15 +246,14 @@ def _usual_masses(size: Size, pieces: Sequence[_Piece], ratio: float, scale: flo
     than usual. Where no row says how such objects are built, the middle is the least: walls alone are too light."""
     least = LEAST_EXPONENT if scale == 1.0 else SHRUNK_EXPONENT
     ends = (ratio**least, ratio**MOST_EXPONENT)
-    usual = tables.part_material(size.category, "").material
     body = max(pieces, key=lambda piece: piece.mass(scale), default=None)
+    usual = tables.part_material(size.category, "" if body is None else body.part).material
     other = 1.0
-    if body is not None and body.part == "" and body.material != usual:
+    if body is not None and body.part in ("", "door") and body.material != usual:
         table = tables.materials()
         other *= table[body.material].density_kg_m3 * table[body.material].wall_factor
         other /= table[usual].density_kg_m3 * table[usual].wall_factor
-    # Doors are weighed by the leaf.
-    leaves = max(sum(piece.part == "door" for piece in pieces), 1) if size.category == "Door" else 1
+    leaves = max(_leaves(pieces), 1) if size.category == "Door" else 1
     low, high = size.mass_min_kg * min(ends) * other, size.mass_max_kg * max(ends) * other * leaves
     if not tables.is_built(size.category):
         low = max(low, math.sqrt(size.mass_min_kg * size.mass_max_kg) * ratio**CONTENT_EXPONENT * other)
