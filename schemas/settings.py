@@ -173,6 +173,9 @@ class CollisionSettings(Frozen):
     """... or of this share of the object's longest extent, whichever is smaller: 2 cm on 40 cm."""
     sheet_thickness_m: Positive = 2e-3
     """Thickness given to flat shapes, m: engines refuse or lose shapes without one."""
+    cut_primitives: bool = False
+    """Whether boxes and cylinders of the file collide as hulls, which can be cut. Else that is tried where an object
+    fails, or starts elsewhere than asked, with them as they are."""
 
 
 class SearchSettings(Frozen):

@@ -36,7 +36,8 @@ def recipe_of(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, fo
     if folder is None:
         return None
     opened, settings = extraction.opened, job.settings
-    collision = settings.collision.model_copy(update={"mode": folder.mode})
+    made = {"mode": folder.mode, "cut_primitives": folder.cut_primitives}
+    collision = settings.collision.model_copy(update=made)
     decided = settings.model_copy(update={"collision": collision}).model_dump(mode="json", include=DECIDING)
     return Recipe(
         asset_id=job.ref.asset_id,
@@ -141,7 +142,8 @@ def write_again(ref: AssetRef, recipe: Recipe, brought: Path, target: Path, inpu
     whole, _ = collision_shapes(extraction, overlay.scale, settings.collision)
     mode = settings.collision.mode
     hulls = whole if mode is CollisionMode.KEEP else cut_again(whole, recipe.cuts)
-    write_folder(extraction, overlay, hulls, target, settings.physics, mode)
+    cut_primitives = settings.collision.cut_primitives
+    write_folder(extraction, overlay, hulls, target, settings.physics, mode, cut_primitives=cut_primitives)
     for name in recipe.boxed:
         text = obj_text(box_corners(mesh_points(target / name)))
         assert text is not None, "a box with thickness has volume"

@@ -34,6 +34,8 @@ class Folder:
     """Link whose hulls were cut → how each was made."""
     boxed: tuple[str, ...] = ()
     """Hulls' files that hold their boxes in their place."""
+    cut_primitives: bool = False
+    """Whether the hulls stand for the boxes and cylinders of the file, too."""
 
     @property
     def urdf(self) -> Path:
@@ -48,9 +50,11 @@ def write_folder(
     target: Path,
     settings: PhysicsSettings,
     mode: CollisionMode = CollisionMode.REPAIR,
+    *,
+    cut_primitives: bool = False,
 ) -> Folder:
     """Write meshes, companions, collision hulls and the URDF. Where ``mode`` is ``keep``, collision meshes are brought
-    as authored and ``hulls`` are not written."""
+    as authored and ``hulls`` are not written. With ``cut_primitives`` boxes and cylinders are among the hulls."""
     target.mkdir(parents=True, exist_ok=True)
     roles = ("visual", "collision") if mode is CollisionMode.KEEP else ("visual",)
     looks = {mesh.file for link in extraction.features.links for mesh in link.meshes if mesh.role in roles}
@@ -59,7 +63,7 @@ def write_folder(
     places = copy_meshes(wanted, extraction.source.parent, target)
     for name, file in extraction.companions.items():
         shutil.copyfile(file, target / name)
-    folder = replace_hulls(Folder(target, places, {}, mode), hulls)
+    folder = replace_hulls(Folder(target, places, {}, mode, cut_primitives=cut_primitives), hulls)
     write_urdf(extraction, overlay, folder, settings)
     return folder
 
@@ -74,7 +78,14 @@ def replace_hulls(folder: Folder, hulls: Hulls) -> Folder:
 def write_urdf(extraction: Extraction, overlay: PhysicsOverlay, folder: Folder, settings: PhysicsSettings) -> None:
     """Write the folder's URDF."""
     document = refined_urdf(
-        extraction.urdf, extraction.features, overlay, folder.mesh_places, folder.collision, settings, folder.mode
+        extraction.urdf,
+        extraction.features,
+        overlay,
+        folder.mesh_places,
+        folder.collision,
+        settings,
+        folder.mode,
+        cut_primitives=folder.cut_primitives,
     )
     folder.urdf.write_bytes(document)
 

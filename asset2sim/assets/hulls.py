@@ -12,7 +12,9 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.assets.links import LinkGeometry
 from asset2sim.assets.meshes.cylinder import Cylinder, cylinder_of
 from asset2sim.assets.meshes.hull import hull_of, spread_directions
+from asset2sim.assets.urdf.capsule import Capsule
 from asset2sim.physics.arrays import Array, corners_of_box
+from asset2sim.physics.kinematics import apply
 
 Hulls = dict[str, tuple[Array, ...]]
 """Link → (k, 3) hull points of each convex piece, m at the final scale in the link's frame."""
@@ -32,9 +34,30 @@ def collision_hulls(extraction: Extraction, scale: float) -> Hulls:
 
 
 def exact_links(extraction: Extraction) -> frozenset[str]:
-    """Links whose hulls equal their meshes: every mesh is closed and convex."""
+    """Links whose hulls equal what is drawn: every mesh is closed and convex, or there is none."""
     parts = {name: geometry.parts for name, geometry in extraction.geometry.items()}
-    return frozenset(name for name, own in parts.items() if own and all(part.exact for part in own))
+    return frozenset(name for name, own in parts.items() if all(part.exact for part in own))
+
+
+def primitive_hulls(extraction: Extraction, scale: float) -> Hulls:
+    """Link → the hulls of the boxes and cylinders that collide (``add_primitive_collisions``), of links that have
+    some."""
+    found: Hulls = {}
+    for name, link in extraction.links.items():
+        pieces = []
+        for item in link.collisions or link.visuals:
+            origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+            form = item.geometry
+            if form is not None and form.box is not None:
+                half = np.asarray(form.box.size, dtype=float) / 2.0
+                pieces.append(apply(origin, corners_of_box(np.array([-half, half]))) * scale)
+            elif form is not None and form.cylinder is not None and not isinstance(form.cylinder, Capsule):
+                own = form.cylinder
+                lengths = own.radius * scale, own.length * scale
+                pieces.append(Cylinder(origin[:3, 3] * scale, origin[:3, 2], *lengths).corners)
+        if pieces:
+            found[name] = tuple(pieces)
+    return found
 
 
 def link_hulls(geometry: LinkGeometry, scale: float) -> tuple[Array, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
-from asset2sim.assets.hulls import Hulls, obj_text
+from asset2sim.assets.hulls import Hulls, obj_text, primitive_hulls
 from asset2sim.checks.deaths import corners_of, fatal_parts
 from asset2sim.checks.known_reports import KnownReports, verify_known
 from asset2sim.checks.verdict import overall_verdict
@@ -99,9 +99,12 @@ class RefinementResult:
 
 def shape_folder(job: RefinementJob) -> ShapedFolder:
     """Write the folder with the overlay and collision shapes of the settings' mode."""
-    mode = job.settings.collision.mode
-    hulls, told = collision_shapes(job.extraction, job.overlay.scale, job.settings.collision, job.cache)
-    folder = write_folder(job.extraction, job.overlay, hulls, job.path, job.settings.physics, mode)
+    collision, physics = job.settings.collision, job.settings.physics
+    hulls, told = collision_shapes(job.extraction, job.overlay.scale, collision, job.cache)
+    cut_primitives = collision.cut_primitives and collision.mode is not CollisionMode.KEEP
+    folder = write_folder(
+        job.extraction, job.overlay, hulls, job.path, physics, collision.mode, cut_primitives=cut_primitives
+    )
     return ShapedFolder(folder, hulls, told)
 
 
@@ -109,7 +112,7 @@ def refine(job: RefinementJob, shaped: ShapedFolder, ask: ModelAsk) -> Refinemen
     """Refine an asset written by ``shape_folder``; the result lists all model calls of all attempts."""
     search = job.settings.search
     questions = AskedSoFar(ask, search.max_iterations if by_model(job) else search.max_model_calls)
-    chosen, best = attempt_pieces_then_hulls(job, shaped, questions)
+    chosen, best = with_cut_primitives(*attempt_pieces_then_hulls(job, shaped, questions), questions)
     best = opened_less(chosen, without_fatal_shapes(chosen, best), questions)
     told = (*best.notes, *best.state.findings, *questions.findings, *best.mended.findings)
     job.known.keep()
@@ -156,6 +159,28 @@ def attempt_pieces_then_hulls(
         note = warning(stage=Stage.MEASURE, code="collision_fallback", message=text)
         return plain, replace(hulls, notes=(*hulls.notes, note))
     return job, attempt_again(job, questions)
+
+
+def with_cut_primitives(
+    job: RefinementJob, tried: RefinedAttempt, questions: AskedSoFar
+) -> tuple[RefinementJob, RefinedAttempt]:
+    """The attempt, or, where it fails or starts elsewhere than asked though nothing but boxes and cylinders of the file
+    may be in the way, one in which these are hulls, and cut, and which does neither."""
+    collision = job.settings.collision
+    drawn = not collision.cut_primitives and collision.mode is not CollisionMode.KEEP
+    if is_as_asked(tried) or not drawn or not primitive_hulls(job.extraction, 1.0):
+        return job, tried
+    collision = collision.model_copy(update={"cut_primitives": True})
+    other = replace(job, settings=job.settings.model_copy(update={"collision": collision}))
+    again = attempt_again(other, questions)
+    # Where it is no better the folder must be as it was; what engines said of it is known.
+    return (other, again) if is_as_asked(again) else (job, replace(attempt_again(job, questions), notes=tried.notes))
+
+
+def is_as_asked(tried: RefinedAttempt) -> bool:
+    """Whether an attempt passes, with every joint where it is asked to start."""
+    searched = [joint for joint in tried.mended.overlay.joints if joint.position_source is Source.SEARCH]
+    return tried.verdict.passed and not searched
 
 
 def unmendable(tried: RefinedAttempt, settings: Settings) -> tuple[FailureMode, ...]:

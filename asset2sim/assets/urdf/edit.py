@@ -36,13 +36,16 @@ def refined_urdf(
     collision_files: Mapping[str, Sequence[str | Cylinder]],
     settings: PhysicsSettings,
     mode: CollisionMode = CollisionMode.REPAIR,
+    *,
+    cut_primitives: bool = False,
 ) -> bytes:
     """The refined URDF as UTF-8 XML.
 
     ``mesh_places`` maps each mesh reference to its path beside the new file; references without one are dropped, having
     been found missing. ``collision_files`` holds each link's hulls, at the final scale in the link's frame; they
     replace its collision meshes, while collision primitives stay and are scaled. Where ``mode`` is ``keep``, collision
-    geometry stays as authored, its meshes re-pointed and scaled as the visual ones are, and no hull is added.
+    geometry stays as authored, its meshes re-pointed and scaled as the visual ones are, and no hull is added. With
+    ``cut_primitives`` hulls replace boxes and cylinders, too.
     URDF has no field for initial positions: a comment lists them (``overlay.json`` holds them too).
     """
     robot = read_document(source).robot
@@ -52,6 +55,8 @@ def refined_urdf(
     for link in robot.findall("link"):
         if link.find("collision") is None and not keep:
             add_primitive_collisions(link)
+        if cut_primitives:
+            drop_boxes_and_cylinders(link)
         split_capsules(link)
         edit_geometry(link, overlay.scale, mesh_places, keep)
         if not keep:
@@ -137,6 +142,13 @@ def add_primitive_collisions(link: Element) -> None:
         if geometry is not None and geometry.find("mesh") is None:
             collision = etree.SubElement(link, "collision")
             collision.extend([copy.deepcopy(node) for node in visual if node.tag in ("origin", "geometry")])
+
+
+def drop_boxes_and_cylinders(link: Element) -> None:
+    """Remove a link's collision shapes that hulls stand for (``primitive_hulls``)."""
+    for item in link.findall("collision"):
+        if item.find("geometry/box") is not None or item.find("geometry/cylinder") is not None:
+            link.remove(item)
 
 
 def write_collision(link: Element, shapes: Sequence[str | Cylinder]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from asset2sim.assets.extract import Extraction
-from asset2sim.assets.hulls import Hulls, collision_hulls, simplified
+from asset2sim.assets.hulls import Hulls, collision_hulls, primitive_hulls, simplified
 from asset2sim.assets.meshes.array_file import read_clouds, write_clouds
 from asset2sim.assets.meshes.hollow import samples
 from asset2sim.assets.meshes.load import scale_vector
@@ -80,6 +80,8 @@ def collision_shapes(
         return {}, ()
     made, told = pieces_of(extraction, scale, settings, cache)
     hulls, rounded = with_round_wheels(made, extraction.features, extraction.geometry)
+    if settings.cut_primitives:
+        hulls = hulls | {link: (*hulls.get(link, ()), *own) for link, own in primitive_hulls(extraction, scale).items()}
     return hulls, (*told, *rounded)
 
 
