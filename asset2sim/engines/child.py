@@ -7,7 +7,6 @@ page by page, 0.05 to 0.1 s of processor time, so engines share one until one of
 
 import os
 import pickle
-import select
 import signal
 import sys
 import time
@@ -15,16 +14,14 @@ import traceback
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from typing import Generic, NoReturn, TypeVar
 
 from asset2sim.assets.child_process import dump_traceback, end_with_parent
 from schemas.errors import Asset2SimError, AssetError
 from schemas.vocabulary import Engine
 
-CHUNK = 1 << 20
-"""Bytes that are read from the child at once."""
-SIZE = 8
-"""Bytes before each outcome that say how many it has."""
 T = TypeVar("T")
 
 
@@ -66,53 +63,52 @@ def _in_one_child(calls: Mapping[Engine, Callable[[], T]], time_limit_s: float) 
     """The outcomes of these calls up to the first that had a problem."""
     sys.stdout.flush()
     sys.stderr.flush()
-    reader, writer = os.pipe()
+    reader, writer = Pipe(duplex=False)
     parent = os.getpid()
     pid = os.fork()
     if pid == 0:
-        os.close(reader)
+        reader.close()
         _work(writer, parent, calls.values())
-    os.close(writer)
+    writer.close()
     found: dict[Engine, ChildOutcome[T]] = {}
     status: int | None = None
     try:
         for engine in calls:
             start = time.perf_counter()
-            said = _read(reader, time.monotonic() + time_limit_s)
             outcome: ChildOutcome[T]
-            if said is None:
-                dump_traceback(pid)
-                why = f"{engine} was not done after {time_limit_s:g} s, and was killed"
-                outcome = ChildOutcome(None, why, timed_out=True, died=True)
-            elif said:
-                outcome = _unpickled(engine, said)
-            else:
+            try:
+                if reader.poll(time_limit_s):
+                    outcome = pickle.loads(reader.recv_bytes())
+                else:
+                    dump_traceback(pid)
+                    why = f"was not done after {time_limit_s:g} s, and was killed"
+                    outcome = ChildOutcome(None, why, timed_out=True, died=True)
+            except (EOFError, OSError):
                 _, status = os.waitpid(pid, 0)
-                outcome = ChildOutcome(None, f"{engine} {_cause_of_death(status)}", died=True)
-            found[engine] = replace(outcome, seconds=time.perf_counter() - start)
-            if outcome.problem is not None:
+                outcome = ChildOutcome(None, _cause_of_death(status), died=True)
+            named = None if outcome.problem is None else f"{engine} {outcome.problem}"
+            found[engine] = replace(outcome, problem=named, seconds=time.perf_counter() - start)
+            if named is not None:
                 break
         return found
     finally:
-        os.close(reader)
+        reader.close()
         # A child that has sent its results may still hang while it ends.
         if status is None:
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
 
 
-def _work(writer: int, parent: int, calls: Iterable[Callable[[], T]]) -> NoReturn:
-    """The child: make the calls, send each outcome behind its size, and end without the parent's exit handlers."""
+def _work(writer: Connection, parent: int, calls: Iterable[Callable[[], T]]) -> NoReturn:
+    """The child: make the calls, send each outcome, and end without the parent's exit handlers."""
     code = 1
     try:
         end_with_parent(parent)
-        with os.fdopen(writer, "wb") as stream:
-            for call in calls:
-                said, sound = _attempt(call)
-                stream.write(len(said).to_bytes(SIZE, "little") + said)
-                stream.flush()
-                if not sound:
-                    break
+        for call in calls:
+            said, sound = _attempt(call)
+            writer.send_bytes(said)
+            if not sound:
+                break
         sys.stdout.flush()
         sys.stderr.flush()
         code = 0
@@ -131,30 +127,6 @@ def _attempt(call: Callable[[], T]) -> tuple[bytes, bool]:
     except Exception as error:  # whatever is raised in here costs this engine's report alone
         traceback.print_exc()
         return pickle.dumps(ChildOutcome(None, f"failed: {type(error).__name__}: {error}")), False
-
-
-def _unpickled(engine: Engine, said: bytes) -> ChildOutcome[T]:
-    """The outcome that the child sent; ``died`` where it is cut short."""
-    try:
-        found: ChildOutcome[T] = pickle.loads(said)
-    except (pickle.UnpicklingError, EOFError, AttributeError, ValueError) as error:
-        return ChildOutcome(None, f"{engine} died while it answered ({error})", died=True)
-    return found if found.problem is None else replace(found, problem=f"{engine} {found.problem}")
-
-
-def _read(reader: int, deadline: float) -> bytes | None:
-    """The next outcome that the child writes, less where it ends before; None where the deadline passes first."""
-    said = b""
-    while len(said) < SIZE or len(said) < SIZE + int.from_bytes(said[:SIZE], "little"):
-        left = deadline - time.monotonic()
-        if left <= 0.0 or not select.select([reader], [], [], left)[0]:
-            return None
-        wanted = SIZE if len(said) < SIZE else SIZE + int.from_bytes(said[:SIZE], "little")
-        chunk = os.read(reader, min(wanted - len(said), CHUNK))
-        if not chunk:
-            break
-        said += chunk
-    return said[SIZE:]
 
 
 def _cause_of_death(status: int) -> str:
