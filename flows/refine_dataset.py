@@ -106,11 +106,11 @@ def refine_dataset(
             by_hand = changes_text(todo.by_hand, settings.run.redo)
             told = report(folder, run, opaque(refined), opaque(previous), len(refs), died, by_hand, output.url)
             # After Ctrl-C the run ends without MLflow, which alone takes seconds.
-            warning = None
+            warning, counted = None, (opaque(refined.records), opaque(told.changes), opaque(refined.unchanged))
             if refined.stopped != INTERRUPTED:
-                warning = log_run(folder, run, opaque(refined), opaque(told.changes), opaque(parts), told.index)
+                warning = log_run(folder, run, *counted, opaque(parts), told.index)
                 if settings.run.keep_days is not None:
-                    removed.append(remove_old(folder, run))
+                    removed.append(remove_old(folder, run, settings.run.keep_days))
         send_rest(output)
     warnings = (*told.warnings, *split, *((warning,) if warning else ()), *held.unknown(present))
     return RunResult(

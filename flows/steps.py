@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable, Collection
-from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
 from prefect import Task, task
@@ -10,7 +9,7 @@ from prefect.cache_policies import NO_CACHE
 from prefect.utilities.annotations import quote
 
 from asset2sim.catalog import mlflow_log
-from asset2sim.catalog.changes import Changes, read_previous
+from asset2sim.catalog.changes import read_previous
 from asset2sim.catalog.history import remove_old_history
 from asset2sim.catalog.index import write_index
 from asset2sim.catalog.mlflow_store import prepare_mlflow
@@ -46,6 +45,8 @@ find_previous = step("find-previous")(read_previous)
 assemble = step("put-together")(put_together)
 report = step("report")(publish_report)
 alert = step("alert")(result.alert)
+log_run = step("log-run")(mlflow_log.log_run)
+remove_old = step("remove-old")(mlflow_log.remove_old_artifacts)
 
 
 @step("discover")
@@ -103,18 +104,3 @@ def publish(
     write_index(folder, output.url)
     mark_published(folder, refined.records, stored_asset_ids(output, views=False))
     return removed
-
-
-@step("log-run")
-def log_run(
-    out: Path, run: RunRow, refined: RunRecords[AssetSummary], changes: Changes, parts: Parts, index: Path | None
-) -> str | None:
-    """Log settings, figures, failures and the report's index; returns a warning where MLflow could not take them."""
-    return mlflow_log.log_run(out, run, refined.records, changes, refined.unchanged, parts, index)
-
-
-@step("remove-old")
-def remove_old(out: Path, run: RunRow) -> str | None:
-    """Remove MLflow's artifacts of runs that are too old; returns a line that says which, if any are."""
-    days = run.settings.run.keep_days
-    return mlflow_log.remove_old_artifacts(out, run, days) if days is not None else None

@@ -6,6 +6,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from concurrent.futures import Future
 from types import TracebackType
 from typing import Self, TypeVar
 
@@ -37,20 +38,17 @@ class Commands:
         self._waiting.put(command)
 
     def ask(self, question: Callable[[], Answer], timeout_s: float = 60.0) -> Answer:
-        """The answer to a question asked in the other thread. Raises what it raises, queue.Empty where it is late."""
-        answer: queue.SimpleQueue[tuple[list[Answer], Exception | None]] = queue.SimpleQueue()
+        """The answer to a question asked in the other thread. Raises what it raises, TimeoutError where it is late."""
+        answer: Future[Answer] = Future()
 
         def reply() -> None:
             try:
-                answer.put(([question()], None))
+                answer.set_result(question())
             except Exception as error:
-                answer.put(([], error))
+                answer.set_exception(error)
 
         self.put(reply)
-        found, error = answer.get(timeout=timeout_s)
-        if error is not None:
-            raise error
-        return found[0]
+        return answer.result(timeout_s)
 
     def obey(self, failed: Callable[[Exception], None]) -> None:
         """Carry out what has come; ``failed`` hears of each that raised."""
