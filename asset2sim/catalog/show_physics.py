@@ -13,7 +13,7 @@ from schemas.settings import Thresholds
 CHECKS = ("drop", "nudge", "jam", "hold", "release", "reset")
 """The interaction checks in the order of the columns."""
 
-_UNITS = {
+UNITS = {
     "m": {"position": "m", "damping": "N·s/m", "friction": "N", "stiffness": "N/m", "inertia": "kg"},
     "rad": {"position": "rad", "damping": "N·m·s/rad", "friction": "N·m", "stiffness": "N·m/rad", "inertia": "kg·m²"},
 }
@@ -52,7 +52,7 @@ def _wall(link: FrameRow) -> str:
 
 
 def _joint(joint: FrameRow) -> tuple[str, ...]:
-    units = _UNITS[joint["position_unit"]]
+    units = UNITS[joint["position_unit"]]
     limits = "no limits" if joint["lower"] is None else f"{significant(joint['lower'])} … {significant(joint['upper'])}"
     sure = joint["openness_confidence"]
     return (

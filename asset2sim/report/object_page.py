@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asset2sim.catalog.read import FrameRow
+from asset2sim.catalog.show_physics import UNITS
 from asset2sim.catalog.summarize import WAYS
 from asset2sim.catalog.text import NOTHING, further_lines, plus_or_minus, significant
 from asset2sim.checks.known_checks import failure_guide
@@ -30,10 +31,6 @@ SOURCES = {
     Source.AUTHORED: "as the asset's own file has it",
 }
 """Where a number may come from, in words."""
-UNITS = {
-    "m": {"damping": "N·s/m", "friction": "N", "stiffness": "N/m"},
-    "rad": {"damping": "N·m·s/rad", "friction": "N·m", "stiffness": "N·m/rad"},
-}
 CHECKS = {
     "stands": "stands as set down",
     "state": "joints stay where asked",

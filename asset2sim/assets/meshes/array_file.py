@@ -1,10 +1,10 @@
 """Named arrays and a JSON value in one file, without pickling; many processes may share its folder."""
 
+import io
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asset2sim.physics.arrays import Array
+from asset2sim.storage.regular_files import write_whole
 
 TEXT = "text"
 """The name under which the JSON value is kept."""
@@ -27,19 +28,12 @@ def read_arrays(path: Path, names: tuple[str, ...]) -> tuple[dict[str, NDArray[A
 
 
 def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], said: object = None) -> None:
-    """Write atomically (temporary file, then rename). OSError is ignored: the files are caches."""
+    """Write in one step. OSError is ignored: the files are caches."""
     named: dict[str, Any] = {**arrays, TEXT: np.frombuffer(json.dumps(said).encode(), dtype=np.uint8)}
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    except OSError:
-        return
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez(stream, **named)
-        os.replace(name, path)
-    except OSError:
-        Path(name).unlink(missing_ok=True)
+    stream = io.BytesIO()
+    np.savez(stream, **named)
+    with suppress(OSError):
+        write_whole(path, stream.getvalue())
 
 
 def read_clouds(path: Path) -> tuple[list[Array], Any] | None:
