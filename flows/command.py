@@ -12,6 +12,8 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from pydantic_settings import get_subcommand
+
 from asset2sim.engines.console import QuietFinder
 from asset2sim.experiments.interrupt import lost_interrupts_repeated, sigterm_as_interrupt
 from asset2sim.runs import options as asked
@@ -75,7 +77,10 @@ def _dispatch(options: Options, refine: Refine, nightly: Nightly) -> int:
         from asset2sim.models.gateway.environment import quiet_environment
 
         quiet_environment()
-    return object_at(command.run)(options, settings_of(options)) or DONE
+    # Where a command has commands of its own, the chosen one has the options.
+    inner = get_subcommand(options, is_required=False)
+    settings = settings_of(inner if isinstance(inner, Options) else options)
+    return object_at(command.run)(options, settings) or DONE
 
 
 def check(request: "RefineRequest") -> "RefineRequest":

@@ -6,7 +6,6 @@ from rich.text import Text
 from asset2sim.catalog.text import output
 from asset2sim.runs.option_groups import ApplyOverlaysOptions, ExportOverlaysOptions, OverlaysOptions, PackOptions
 from asset2sim.runs.overlays import apply_overlays, export_overlays
-from asset2sim.runs.request import settings_of
 from schemas.errors import DONE, FAILED, complain
 from schemas.settings import Settings
 
@@ -24,7 +23,7 @@ def print_pack(options: PackOptions, _: Settings) -> None:
     output().print(Text(f"{len(packed)} objects for {pack.title} in {options.out}\n  cd {options.out}; {pack.opens}"))
 
 
-def print_overlays(options: OverlaysOptions, _: Settings) -> int:
+def print_overlays(options: OverlaysOptions, settings: Settings) -> int:
     """Export overlays or apply them, and print what was written. Returns the exit code: 1 where not all was."""
     chosen = get_subcommand(options, is_required=True)
     if isinstance(chosen, ExportOverlaysOptions):
@@ -34,7 +33,6 @@ def print_overlays(options: OverlaysOptions, _: Settings) -> int:
             complain(line)
         return FAILED if left_out else DONE
     assert isinstance(chosen, ApplyOverlaysOptions)
-    settings = settings_of(chosen)
     made = apply_overlays(
         chosen.overlays, chosen.data, chosen.out, settings.run, REMAKE, chosen.assets, settings.inputs
     )

@@ -79,9 +79,7 @@ def stated_settings(options: Options) -> dict[str, Any]:
     """The settings that the options given on a command line state, nested as in a settings file."""
     found: dict[str, Any] = {}
     for name in SETS.keys() & options.model_fields_set:
-        value = getattr(options, name)
-        if not isinstance(value, Options):  # ``overlays export``, a command, is no ``--export``
-            found = merged_mappings(found, _nested(SETS[name], value))
+        found = merged_mappings(found, _nested(SETS[name], getattr(options, name)))
     if isinstance(options, RefineOptions) and (options.force or options.retry_failed):
         found = merged_mappings(found, _nested("run.redo", Redo.ALL if options.force else Redo.FAILED))
     return found
