@@ -243,12 +243,15 @@ def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> No
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1" density="0"/>', 2.0),
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1"/>', None),
         ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="box" size=".01 .01 .01" contype="0"/>', 2.008),
+        ('<geom type="box" size=".1 .1 .1" mass="2"/><geom type="sphere" size=".1" contype="0" conaffinity="0"/>', 2.0),
+        ('<geom type="sphere" size=".1" mass="0"/><geom type="sphere" size=".1" contype="0" conaffinity="0"/>', None),
         ('<geom type="box" size=".1 .1 .1"/>', None),
         ('<geom type="box" size=".1 .1 .1" density="600"/><geom type="sphere" size=".1" mass=".5"/>', 5.3),
         ('<geom type="box" size=".1 .1 .1" density="600"/><geom type="sphere" size=".1"/>', None),
         ('<geom type="box" size=".1 .1 .1" density="100"/>', None),
     ],
-    ids=["each", "a weightless one", "one at the default density", "a small one", "none", "a material's density",
+    ids=["each", "a weightless one", "one at the default density", "a small one", "looks", "looks alone",
+         "none", "a material's density",
          "a density beside none", "a density of nothing"],
 )  # fmt: skip
 def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | None, tmp_path: Path) -> None:

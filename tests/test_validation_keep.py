@@ -178,6 +178,24 @@ def test_a_plate_lighter_than_foam_is_not_believed(thickness: float, mass: float
     assert (done.links[1].mass_source is Source.AUTHORED) is kept
 
 
+@pytest.mark.parametrize(
+    ("name", "mass", "kept"),
+    [("door", 0.1, False), ("door", 0.8, True), ("panel", 0.1, True), ("door_handle", 0.1, True)],
+)
+def test_a_door_of_a_tenth_of_what_it_is_built_of_was_not_weighed(
+    name: str, mass: float, kept: bool, tmp_path: Path
+) -> None:
+    """A door of 0.5 m by 0.6 m of two boards, 3.3 kg as built: its hull of 40 mm has 8 kg/m³ at 0.1 kg."""
+    parts = [
+        link("body", WEIGHED.format(mass=20.0, i=1.0) + shape("0.5 0.4 0.6")),
+        link(name, WEIGHED.format(mass=mass, i=mass * 0.02) + shape("0.5 0.04 0.6")),
+    ]
+    hinge = joint("hinge", "revolute", "body", name, xyz="0 0.2 0", axis="0 0 1", limit="0 1.5")
+    board = LinkProposal(name=name, material="particleboard", density_kg_m3=680.0, wall_m=0.008)
+    done, _ = complete(read(written(tmp_path, robot(*parts, hinge))), Overlay(scale=1.0, links=(board,)))
+    assert (done.links[1].mass_source is Source.AUTHORED) is kept
+
+
 @pytest.mark.parametrize(("offset", "metric"), [("0.1575", True), ("0.1575331", False)])
 def test_where_few_drawn_shapes_stand_speaks_for_metres_too(offset: str, metric: bool, tmp_path: Path) -> None:
     """A plate of two lengths on a mesh's hinge: four lengths with the offsets of its shape and its hinge."""

@@ -1,5 +1,6 @@
 """Belief in what a file in metres says of its links: masses, centres of mass and inertias. Pure."""
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
@@ -12,12 +13,15 @@ from asset2sim.assets.metric import (
     is_plate_of_nothing,
     placeholders,
 )
+from asset2sim.guidance.parts import part_name
 from asset2sim.intake.authored_numbers import BOX_MARGIN, TRIANGLE_SLACK
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.inertia import tensor_of
+from asset2sim.validation.build import built_link
 from asset2sim.validation.trust import Opinion, doubtful_belief, impossible_belief
 from schemas.authored import Belief
 from schemas.features import Features, LinkFeatures, LinkInertial
+from schemas.overlay import LinkProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import Quantity, Trust
 
@@ -30,11 +34,16 @@ LUMP = Belief(
     trust=Trust.PLAUSIBLE,
     reason="it has no geometry, is no heavier than a part that it is joined to, and lies within the object",
 )
+LEAVES = frozenset(("door", "drawer", "lid"))
+"""Parts that all makers build alike, of sheet or board, so that what a proposal builds tells what they weigh."""
 
 
-def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings) -> None:
-    """Add how far the masses, centres and inertias of an object are believed."""
+def judge_links(
+    opinion: Opinion, features: Features, proposals: Mapping[str, LinkProposal], settings: PhysicsSettings
+) -> None:
+    """Add how far the masses, centres and inertias of an object are believed, beside ``proposals`` for its links."""
     tied = {joint.child for joint in features.joints if joint.mimic is not None}
+    joints = {joint.child: joint.name for joint in features.movable_joints}
     unweighed = placeholders(features.links, tied)
     # Links without geometry last: they are believed beside others.
     for link in sorted(features.links, key=lambda link: not link.has_geometry):
@@ -49,6 +58,9 @@ def judge_links(opinion: Opinion, features: Features, settings: PhysicsSettings)
         belief = judged_mass(link, link.inertial, link.name not in unweighed, least)
         if belief.trust is Trust.PLAUSIBLE and is_of_another_shape(link, link.inertial, settings):
             belief = doubtful_belief("its centre and inertia are another shape's")
+        leaf = part_name(link.label, link.name, joints.get(link.name, "")) in LEAVES and link.name not in tied
+        if belief.trust is Trust.PLAUSIBLE and leaf and link.name in joints:
+            belief = judged_leaf(link, link.inertial, proposals.get(link.name), settings)
         other = partial(judged_other_mass, link, link.inertial, least)
         mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
         rest = (ALONE, ALONE)
@@ -78,6 +90,18 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: 
     if least > 0.0 and is_plate_of_nothing(link):
         return doubtful_belief(f"its plates would be of a material of less than {LEAST_MATERIAL_KG_M3:g} kg/m³")
     return PLAUSIBLE_MASS
+
+
+def judged_leaf(
+    link: LinkFeatures, stated: LinkInertial, proposal: LinkProposal | None, settings: PhysicsSettings
+) -> Belief:
+    """Belief in the stated mass of a door, drawer or lid, by what one built as proposed weighs."""
+    if proposal is None or proposal.density_kg_m3 is None:
+        return PLAUSIBLE_MASS
+    built = built_link(link, proposal.model_copy(update={"mass_kg": None}), 1.0, settings, np.eye(3)).mass
+    if stated.mass_kg >= settings.least_leaf_share * built:
+        return PLAUSIBLE_MASS
+    return doubtful_belief(f"one of {proposal.material or 'its material'} weighs {built:.2g} kg")
 
 
 def heaviest_neighbour(name: str, opinion: Opinion, features: Features) -> float:

@@ -98,7 +98,7 @@ def validate(
     note_mass_change(overlay, notes)
     opinion = Opinion(features.keep, in_metres, Disputes.of(overlay, settings))
     opinion.disputes.refuse_size(features.metric)
-    judge_links(opinion, features, settings)
+    judge_links(opinion, features, {item.name: item for item in overlay.links}, settings)
     judge_shapes(opinion, features.links)
     coefficient = judge_contact(opinion, features, settings)
     proposed = {item.name for item in overlay.joints if item.spring_rest is not None}

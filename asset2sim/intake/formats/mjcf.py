@@ -28,7 +28,7 @@ from asset2sim.intake.formats.format import (
     unconvertible_error,
     world_name,
 )
-from asset2sim.intake.formats.mjcf_compiled import compiled
+from asset2sim.intake.formats.mjcf_compiled import compiled, states_mass
 from asset2sim.intake.formats.mjcf_document import is_mjcf, models_of
 from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, let_pass, masks_of, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
@@ -54,9 +54,6 @@ SEE_THROUGH = 0.5
 """Opacity of a geom up to which one sees through it."""
 MOSTLY = 0.9
 """Share of a body's compiled mass from which what its geoms state is its mass; the rest is at the density of water."""
-DEFAULT_DENSITY_KG_M3, LEAST_DENSITY_KG_M3 = 1000.0, 200.0
-"""A geom's density where its file states none, and the least that says what it is made of: benchmarks of robots write
-10, 50 or 100 into whatever it is, light woods have 350."""
 
 
 class _MjcfAsset:
@@ -232,7 +229,7 @@ class _MjcfAsset:
         counted = [geom for geom in own.geoms if low <= geom.group <= high and geom.density > 0.0 and geom.mass != 0.0]
         stated = [geom.mass for geom in counted if np.isfinite(geom.mass)]
         # Any share of a total that the file sets (settotalmass) is stated where every geom states its own.
-        every = bool(counted) and all(np.isfinite(geom.mass) or is_of_material(geom.density) for geom in counted)
+        every = bool(counted) and all(map(states_mass, counted))
         return bool(own.explicitinertial or every or sum(stated) > MOSTLY * self.model.body_mass[body])
 
     def add_mass(self, link: Element, body: int, body_to_link: Array) -> None:
@@ -276,11 +273,6 @@ class _MjcfAsset:
         if m.nkey:
             dynamics["start"] = float(m.key_qpos[self.key()][at]) - zero
         add_child(element, "dynamics", **{key: short_numbers([value]) for key, value in dynamics.items()})
-
-
-def is_of_material(density_kg_m3: float) -> bool:
-    """Whether a file states this density of a geom, as that of what it is made of."""
-    return density_kg_m3 >= LEAST_DENSITY_KG_M3 and density_kg_m3 != DEFAULT_DENSITY_KG_M3
 
 
 def linear_term(value: object) -> float:
