@@ -33,6 +33,21 @@ def test_a_pole_pinned_in_its_carts_rail_passes_it(tmp_path: Path, pole: str, li
     assert found == [("rail", "pole")] * pinned
 
 
+@pytest.mark.parametrize(("gap", "pinned"), [(0.0, True), (1e-4, False)])
+def test_a_knob_that_turns_face_on_face_on_its_stand_passes_it(tmp_path: Path, gap: float, pinned: bool) -> None:
+    can = '<{{}}><origin xyz="{xyz}"/><geometry><cylinder radius="{radius}" length="{length}"/></geometry></{{}}>'
+    stand = can.format(xyz="0 0 0.015", radius=0.05, length=0.03).format(*["collision"] * 2)
+    knob = can.format(xyz="0 0 0", radius=0.025, length=0.09).format(*["collision"] * 2)
+    text = robot(
+        link("base", ""), link("stand", stand), link("knob", knob), joint("on", "fixed", "base", "stand"),
+        joint("turn", "continuous", "base", "knob", xyz=f"0 0 {0.075 + gap}", axis="0 0 1"),
+    )  # fmt: skip
+    item = read(written(tmp_path, text))
+    shapes = authored_shapes(item, 1.0)
+    found = pinned_pairs(tree_of(item.features.joints), "base", {}, {"turn": 0.0}, [("stand", "knob")], shapes, {})
+    assert found == [("stand", "knob")] * pinned
+
+
 @pytest.mark.parametrize(
     ("before", "offset", "turns", "stacked"),
     [

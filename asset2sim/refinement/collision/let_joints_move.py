@@ -27,6 +27,10 @@ from schemas.vocabulary import OverlapCause, Source
 MOST_JOINTS, SAMPLES = 2, 7
 """Most joints between two links on one pin, and positions of each, ends and middle among them, that must overlap."""
 
+ROUNDING_M = 1e-6
+"""Distance, m, within which parts that are drawn face on face touch, as a knob turns on its stand."""
+SIDES = np.vstack([np.eye(3), -np.eye(3)])
+
 
 def pinned_pairs(
     tree: Sequence[TreeJoint],
@@ -60,9 +64,10 @@ def pinned_pairs(
 def links_meet(
     tree: Sequence[TreeJoint], root: str, positions: Mapping[str, float], a: str, b: str, authored: AuthoredShapes
 ) -> bool:
-    """Whether two links meet as drawn with joints at these positions."""
+    """Whether two links meet as drawn with joints at these positions, be it that rounding parts them."""
     poses = link_to_root(tree, root, positions)
-    return intersect(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
+    place = np.linalg.inv(poses[b]) @ poses[a]
+    return intersect(authored, a, b, place) or any(intersect(authored, a, b, place, ROUNDING_M * way) for way in SIDES)
 
 
 ONE_LINE = 0.02
