@@ -19,7 +19,7 @@ from schemas.asset import AssetRef
 from schemas.overlay import Overlay
 from tests import prior_objects as known
 from tests.marks import OBJECTS, needs_objects
-from tests.prior_objects import Json, ask, felt, hinged, link, prompt, thing
+from tests.prior_objects import Json, ask, felt, hinged, joint, link, prompt, thing
 
 PARTNET_MOBILITY = [
     "Bottle", "Box", "Bucket", "Camera", "Cart", "Chair", "Clock", "CoffeeMachine", "Dishwasher", "Dispenser",
@@ -588,3 +588,12 @@ def test_a_sinks_tap_is_of_brass_and_a_teapots_spout_of_what_the_pot_is() -> Non
     }
     assert sink == {"body": "ceramic", "tap_link": "brass", "grip_link": "brass"}
     assert {item["material"] for item in ask(thing("Teapot", hinged("tap", "spout"), size=0.2))["links"]} == {"ceramic"}
+
+
+@pytest.mark.parametrize(("box_m", "material"), [([0.11, 0.11, 0.04], "aluminium"), ([0.04, 0.11, 0.11], "rubber")])
+def test_a_wheel_that_lies_flat_is_turned_by_hand_though_nothing_is_below_it(box_m: list[float], material: str) -> None:
+    upright = box_m[2] > box_m[0]
+    turns = joint("spin", "wheel", "continuous", axis=(1.0, 0.0, 0.0) if upright else (0.0, 0.0, 1.0))
+    alone = {**thing("", ({**link("wheel", "wheel"), "box_m": box_m}, turns)), "size_m": box_m, "size_closed_m": box_m}
+    alone["links"] = alone["links"][1:]
+    assert {item["name"]: item["material"] for item in ask(alone)["links"]} == {"wheel": material}

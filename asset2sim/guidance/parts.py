@@ -23,6 +23,8 @@ WHICH_ONE = {
     *("revolute", "prismatic", "continuous", "rotation", "translation", "motion"),
 }
 """Last words of names that say which part, or how it moves, and not what it is."""
+LIES_SHARE = 0.5
+"""Height of a wheel over its shorter edge along the ground, below which it lies flat."""
 THUMB_TURN_SHARE = 0.018
 """Most longest edge of a thumb turn, as a share of its door's height, 2 m: those of bolts are 0.02 to 0.035 m, and
 knobs that work a latch 0.05 to 0.065 m across (makers' data)."""
@@ -139,7 +141,9 @@ def drawn_pressed(part: str, motion: str, lower: float | None, upper: float | No
 
 
 def rolls(info: ObjectInfo, wheel: LinkInfo) -> bool:
-    """Whether a wheel reaches down to where the object stands; one further up is turned by hand."""
+    """Whether a wheel stands upright and low enough to roll on the ground; others are turned by hand."""
+    if wheel.box_m[UP] < LIES_SHARE * min(wheel.box_m[:UP]):
+        return False
     lowest = min(link.center_m[2] - link.box_m[2] / 2.0 for link in info.links if link.has_geometry)
     return wheel.center_m[2] - wheel.box_m[2] / 2.0 - lowest <= ROLLS_SHARE * info.size_m[2]
 
