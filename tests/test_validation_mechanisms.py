@@ -441,3 +441,13 @@ def test_a_staplers_arm_presses_back_as_it_is_pressed_shut_and_opens_lightly_to_
     assert pressed == pytest.approx(3.0 * 0.16, rel=0.1), "3 N at its edge; it was pressed by 0.4 N"
     opened = -made.bias.at(rest + 0.5)
     assert 0.0 < made.friction < opened < pressed, "it comes back from wherever it is opened to, and swings no more"
+
+
+def test_a_chairs_gas_spring_is_locked_where_it_is_set_down(tmp_path: Path) -> None:
+    seat = shape("0.45 0.45 0.08") + shape("0.05 0.4 0.5", xyz="-0.2 0 0.3")
+    overlay = described(tmp_path, "chair", "Chair", "An office chair.", seat, "seat", body=shape("0.5 0.5 0.4"),
+                        kind="prismatic", axis="0 0 -1", xyz="0 0 0.25", limit="0 0.07")  # fmt: skip
+    made, kg = only(overlay), next(link.mass_kg for link in overlay.links if link.name == "part")
+    fall_j, sags_m = 9.81 * kg * 0.02, 0.1 * 0.07 * overlay.scale
+    braked_n = made.friction - abs(made.gravity_load + made.exerted(made.initial_position))
+    assert made.holds and braked_n * sags_m > fall_j, "of a fall of 2 cm it keeps nine tenths of its height"
