@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder, write_folder, write_urdf
@@ -168,10 +169,16 @@ def with_cut_primitives(
     may be in the way, one in which these are hulls, and cut, and which does neither."""
     collision = job.settings.collision
     drawn = not collision.cut_primitives and collision.mode is not CollisionMode.KEEP
-    if is_as_asked(tried) or not drawn or not primitive_hulls(job.extraction, 1.0):
+    boxes = primitive_hulls(job.extraction, 1.0) if drawn and not is_as_asked(tried) else {}
+    if not boxes:
         return job, tried
     collision = collision.model_copy(update={"cut_primitives": True})
     other = replace(job, settings=job.settings.model_copy(update={"collision": collision}))
+    with TemporaryDirectory() as aside:
+        shaped = shape_folder(replace(other, path=Path(aside)))
+        state = lower_penetration(context_of(other, shaped.hulls), shaped.folder, AskedSoFar(questions.ask, 0))
+    if not state.folder.cuts.keys() & boxes.keys():
+        return job, tried
     again = attempt_again(other, questions)
     # Where it is no better the folder must be as it was; what engines said of it is known.
     return (other, again) if is_as_asked(again) else (job, replace(attempt_again(job, questions), notes=tried.notes))
