@@ -48,6 +48,22 @@ def test_what_other_datasets_call_their_objects_is_known_by_its_last_noun(name: 
     assert identify(info, ())[0] == category
 
 
+@pytest.mark.parametrize(
+    ("asset_id", "category"),
+    [
+        ("simpleTable", "Table"),
+        ("hingecabinet", "StorageFurniture"),
+        ("kitchen2Fridge", "Refrigerator"),
+        ("adjustable_clamp", "*"),
+        ("vegetable", "*"),
+        ("trashcan_07", "TrashCan"),
+    ],
+)
+def test_an_objects_own_name_is_read_in_words(asset_id: str, category: str) -> None:
+    info = ObjectInfo.from_json(known.thing("", known.hinged("part", "part"), asset_id=asset_id))
+    assert identify(info, ())[0] == category
+
+
 def test_the_table_of_sizes_agrees_with_itself_and_its_nouns() -> None:
     sizes = tables.sizes()
     for size in sizes.values():

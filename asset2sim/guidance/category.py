@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from asset2sim.guidance import tables
 from asset2sim.guidance.edges import LEVEL, fitted_kind
-from asset2sim.guidance.lexicon import head_of, noun_spans, segments
+from asset2sim.guidance.lexicon import head_of, name_words, noun_spans, segments
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import parts_of
 from asset2sim.guidance.sizing import asked_size, size_word
@@ -70,34 +70,27 @@ def _category(stated: str) -> str:
     for name in tables.sizes():
         if plain and plain in (name.lower(), name.lower() + "s"):
             return name
-    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", stated)
-    found = _nouns(words)
+    found = _nouns(stated)
     return found[-1] if found else ""
 
 
-def _nouns(text: str) -> list[str]:
-    tokens = tuple(re.findall(r"[a-z]+", text.lower()))
-    return [category for _, _, category in sorted(noun_spans(tokens), key=lambda span: span[0] - span[1])]
+def _nouns(name: str) -> list[str]:
+    return [category for _, _, category in sorted(noun_spans(name_words(name)), key=lambda span: span[0] - span[1])]
 
 
 def named_in_file(asset_id: str, robot: str, links: Sequence[str]) -> str:
     """The category that an object without a stated one is named by in its file: by its robot's name, else by a noun
     that all its links' names have or that its root link's has; "" where its own name says one, or nothing does. A door
     is a part of most things, and no object's name where another part is none."""
-    if any(noun not in _GENERIC for noun in _nouns(spaced(asset_id))):
+    if any(noun not in _GENERIC for noun in _nouns(asset_id)):
         return ""
-    own = [noun for noun in _nouns(spaced(robot)) if noun not in _GENERIC]
+    own = [noun for noun in _nouns(robot) if noun not in _GENERIC]
     if own:
         return own[-1]
-    nouns = [[noun for noun in _nouns(spaced(name)) if noun not in _GENERIC] for name in links]
+    nouns = [[noun for noun in _nouns(name) if noun not in _GENERIC] for name in links]
     shared = set(nouns[0]).intersection(*nouns[1:]) if nouns else set[str]()
     found = [noun for noun in (nouns[0] if nouns else []) if noun in shared or noun != "Door"]
     return found[0] if found else ""
-
-
-def spaced(name: str) -> str:
-    """A name as words: CamelCase and underscores apart."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])|_", " ", name)
 
 
 def row_of(stated: str, read: str) -> str:
@@ -115,7 +108,7 @@ def is_generic(category: str) -> bool:
 def _label_votes(info: ObjectInfo) -> list[str]:
     votes: Counter[str] = Counter()
     for link in info.links:
-        for category in _nouns(re.sub(r"_(body|base|frame|leg)$", "", link.label).replace("_", " ")):
+        for category in _nouns(re.sub(r"_(body|base|frame|leg)$", "", link.label)):
             if category != "Door" and link.label.endswith(("_body", "_base", "_frame")):
                 votes[category] += 3
     labels = {link.label for link in info.links}

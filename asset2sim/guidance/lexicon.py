@@ -48,6 +48,9 @@ _QUANTIFIERS = {
     "other": "other", "others": "other", "rest": "other", "remaining": "other", "else": "other",
     "everything": "everything", "anything": "everything",
 }  # fmt: skip
+LONG_NOUN, LEAST_LETTERS = 6, 3
+"""Letters of a noun with which a compound may end, and of what stands before it: shorter ones end other words, too
+("portable", "headphone")."""
 _COUNTS = {"one": 1, "two": 2, "three": 3, "four": 4}
 _RESISTS = ("damping", "damped", "friction")
 _TRAVEL = frozenset(("travel", "range", "stroke", "throw", "swing", "way"))
@@ -173,6 +176,19 @@ def longest_spans(tokens: tuple[str, ...], table: dict[tuple[str, ...], str]) ->
                 break
         index += 1
     return spans
+
+
+def name_words(name: str) -> tuple[str, ...]:
+    """The words of a name, CamelCase, underscores and digits apart; of one word the noun that it ends with, as of
+    "hingecabinet", where that is long enough to be no ending of other words."""
+    words = re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())
+    known = tables.nouns()
+    return tuple(next((noun for noun in _endings(word) if (noun,) in known), word) for word in words)
+
+
+def _endings(word: str) -> list[str]:
+    """The word itself, and what of it may be a compound's last word, longest first."""
+    return [word, *(word[start:] for start in range(LEAST_LETTERS, len(word) - LONG_NOUN + 1))]
 
 
 def singular(word: str) -> str:

@@ -3,9 +3,9 @@
 import re
 from functools import lru_cache
 
-from asset2sim.guidance.category import is_generic, spaced
+from asset2sim.guidance.category import is_generic
 from asset2sim.guidance.csv_rows import csv_rows
-from asset2sim.guidance.lexicon import head_of, longest_spans
+from asset2sim.guidance.lexicon import head_of, longest_spans, name_words
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.tables import Phrase, nouns
 from schemas.support import Mount, SupportKind, SupportProposal
@@ -73,9 +73,12 @@ def usual_support(info: ObjectInfo, called: str | None, kind: str = "") -> Suppo
     """The usual support of such an object: by its category, or the ``kind`` of it that it is where the table has a row
     of that, else by what the guidance calls it, else by the last noun of the asset's name, with less confidence; None
     where the tables do not know it, or leave it to its shape."""
-    places = [("the guidance calls it", called, 1.0), ("its name says", _last_noun(_words(info.asset_id)), NAMED_SHARE)]
+    places = [
+        ("the guidance calls it", called, 1.0),
+        ("its name says", _last_noun(name_words(info.asset_id)), NAMED_SHARE),
+    ]
     if info.category and not is_generic(info.category):
-        nouns_of = [_last_noun(_words(spaced(name))) for name in (kind, info.category)]
+        nouns_of = [_last_noun(name_words(name)) for name in (kind, info.category)]
         known = [noun for noun in nouns_of if noun in _phrases("object").values()]
         places = [("its category is", known[0] if known else nouns_of[-1], 1.0)]
     for why, noun, share in places:
@@ -104,10 +107,6 @@ def _last_noun(tokens: Phrase) -> str | None:
         return None
     name = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", spans[-1][2]).lower()
     return None if name == "furniture" else name
-
-
-def _words(text: str) -> Phrase:
-    return tuple(re.findall(r"[a-z]+", text.lower()))
 
 
 @lru_cache
