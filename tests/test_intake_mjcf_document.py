@@ -249,10 +249,11 @@ def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> No
         ('<geom type="box" size=".1 .1 .1" density="600"/><geom type="sphere" size=".1" mass=".5"/>', 5.3),
         ('<geom type="box" size=".1 .1 .1" density="600"/><geom type="sphere" size=".1"/>', None),
         ('<geom type="box" size=".1 .1 .1" density="100"/>', None),
+        ('<geom type="box" size=".1 .1 .1" density="50000"/>', None),
     ],
     ids=["each", "a weightless one", "one at the default density", "a small one", "looks", "looks alone",
          "none", "a material's density",
-         "a density beside none", "a density of nothing"],
+         "a density beside none", "a density of nothing", "of no material"],
 )  # fmt: skip
 def test_masses_of_geoms_are_the_masses_of_their_body(geoms: str, mass: float | None, tmp_path: Path) -> None:
     file = tmp_path / "thing.xml"

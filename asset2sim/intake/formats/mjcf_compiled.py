@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from asset2sim.assets.metric import MOST_DENSITY_KG_M3
 from asset2sim.assets.urdf.references import AllowedFolders
 from asset2sim.intake.formats.format import unconvertible_error
 from asset2sim.intake.formats.mjcf_document import check_files, is_in_radians, mended_document
@@ -77,7 +78,7 @@ def compiled_model(spec: Any, radians: bool) -> tuple[Any, Any]:
 
 def states_mass(geom: Any) -> bool:
     """Whether a geom states its mass (one that states none has NaN), or a density, as that of what it is made of."""
-    of_material = geom.density >= LEAST_DENSITY_KG_M3 and geom.density != DEFAULT_DENSITY_KG_M3
+    of_material = LEAST_DENSITY_KG_M3 <= geom.density <= MOST_DENSITY_KG_M3 and geom.density != DEFAULT_DENSITY_KG_M3
     return bool(np.isfinite(geom.mass) or of_material)
 
 
