@@ -55,6 +55,13 @@ def test_a_tap_is_off_where_it_is_drawn_at_an_end(tmp_path: Path, limit: str, of
     assert found.closed == (before.closed if off is None else off)
 
 
+def test_a_bins_swing_lid_is_shut_where_it_is_drawn(tmp_path: Path) -> None:
+    bin_ = thing(shape("0.2 0.3 0.02", xyz="0 0 -0.03"), "revolute", "0 0 0.55", "0 1 0", "-1.2 1.15", "lid")
+    item = read(written(tmp_path, bin_), "TrashCan")
+    (found,) = with_likelier_ends(item, 1.1).features.joints
+    assert (found.closed, found.open) == (0.0, 1.15)
+
+
 def test_of_two_doors_that_are_drawn_shut_both_are_shut_where_they_are_drawn(tmp_path: Path) -> None:
     """Beside what is far larger, as a kitchen, their shape tells nothing, or a little of the wrong end."""
     leaf = "0.02 0.4 0.5"

@@ -99,6 +99,14 @@ def test_wall_switches_take_what_rockers_take(tmp_path: Path, label: str) -> Non
         assert 2.8 * 0.02 < pressed < 11.0 * 0.03 and pressed > 5.0 * made.friction, "it snaps to either"
 
 
+@pytest.mark.parametrize("category", ["Lamp", "FloorLamp"])
+def test_a_lamps_switch_snaps_though_its_arms_stay_anywhere(tmp_path: Path, category: str) -> None:
+    hinge = {"kind": "revolute", "axis": "0 1 0", "limit": "0 0.25", "xyz": "0 0 0.11"}
+    snaps = only(described(tmp_path, "a", category, "", shape("0.02 0.016 0.004"), "switch", body=BODY, **hinge))
+    stays = only(described(tmp_path, "b", category, "", STICK, "rotation_bar", body=BODY, **hinge))
+    assert (snaps.mechanism, stays.mechanism) == ("bistable", "friction")
+
+
 @pytest.mark.parametrize(
     ("category", "words", "label", "part", "kind", "holds"),
     [
@@ -399,6 +407,32 @@ def test_what_is_lifted_open_is_balanced_over_its_whole_arc(
         left = made.exerted(position) - 9.81 * panel.mass_kg * half * math.sin(position)
         assert abs(left) < made.friction, f"it stays at {position:.2f}"
         assert abs(left) + made.friction < most_n * 2.0 * half
+
+
+@pytest.mark.parametrize(
+    ("category", "limit", "words", "free", "start"),
+    [
+        ("TrashCan", "-1.2 1.15", "", True, 0.0),
+        ("TrashCan", "-1.2 1.15", "A swing bin, its flap half open.", True, 0.575),
+        ("TrashCan", "0 1.2", "", False, 0.0),
+        ("Box", "-1.2 1.15", "", False, None),
+    ],
+)
+def test_a_bins_lid_that_opens_to_either_side_swings(
+    tmp_path: Path, category: str, limit: str, words: str, free: bool, start: float | None
+) -> None:
+    """It hangs shut below its pins, as it is drawn, and falls back there; boxes are drawn half open."""
+    flap, hinge = shape("0.2 0.2 0.02", xyz="0 0 -0.03"), {"kind": "revolute", "axis": "0 1 0", "xyz": "0 0 0.6"}
+    body = shape("0.3 0.3 0.5", xyz="0 0 0.25") + shape("0.3 0.02 0.15", xyz="0 0.14 0.575")
+    overlay = described(tmp_path, "bin", category, words, flap, "lid", body=body, limit=limit, **hinge)
+    made = only(overlay)
+    assert (made.mechanism == "free") is free and made.holds is not free
+    if start is not None:
+        assert made.initial_position == pytest.approx(start, abs=0.03)
+    if free:
+        mass = next(item.mass_kg for item in overlay.links if item.name == "part")
+        falls = mass * 9.81 * 0.03 * overlay.scale * math.sin(0.3)
+        assert made.closed == pytest.approx(0.0, abs=0.03) and made.friction < falls, "from 17 degrees it falls back"
 
 
 def test_a_screw_is_said_to_turn_in_its_plane(tmp_path: Path) -> None:

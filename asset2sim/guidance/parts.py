@@ -42,6 +42,8 @@ PRESSED = ("button", "key")
 AT_END, EITHER_WAY = 0.01, 0.02
 """Shares of a button's travel: drawn so near to an end it is drawn there, and by so much its ways to both sides may
 differ for it to be pushed to either."""
+EITHER_SIDE = 0.2
+"""Difference of a lid's ways to either side, as a share of its range, up to which it swings."""
 LEAF_THIN, LEAF_SHARE = 0.2, 0.25
 """Thickness of a leaf over its second longest edge, at most, and that edge over the object's longest, at least."""
 UP = 2
@@ -93,6 +95,7 @@ def parts_of(info: ObjectInfo, category: str) -> tuple[MovablePart, ...]:
             name = held_as(name, category, joint.motion, extent)
             shaped = shape_name(joint.type, joint.axis, link.box_m, info.size_closed_m, joint.lower, joint.upper)
             name = by_shape(name, shaped, category, link.label, joint.child, joint.name)
+        name = swinging(name, category, joint.type, joint.lower, joint.upper)
         found.append(MovablePart(joint, link, name, tables.mechanism(name, category, joint.motion)))
     return tuple(found)
 
@@ -113,6 +116,15 @@ def by_shape(name: str, shaped: str, category: str, *called: str) -> str:
     upright = name == "lid" and shaped == "door" and not any("lid" in text.lower() for text in called)
     lies = name == "door" and shaped == "lid" and tables.has_part(category, "lid")
     return shaped if upright or lies or not name else name
+
+
+def swinging(name: str, category: str, motion: str, lower: float | None, upper: float | None) -> str:
+    """The part, a "swing lid" for a lid on a hinge (``motion`` its joint's type, limits in rad) that opens as far to
+    either side of where it is drawn, where objects of its category have such."""
+    if name != "lid" or motion != "revolute" or lower is None or upper is None or not lower < 0.0 < upper:
+        return name
+    swings = tables.mechanism("swing lid", category, "hinge").role == "roll"
+    return "swing lid" if swings and abs(lower + upper) <= EITHER_SIDE * (upper - lower) else name
 
 
 def shape_name(

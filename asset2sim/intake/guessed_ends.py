@@ -9,7 +9,7 @@ import numpy as np
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes.openness import outer_end
 from asset2sim.assets.urdf.mimic import with_followed_ends
-from asset2sim.guidance.parts import PRESSED, drawn_pressed, part_name
+from asset2sim.guidance.parts import PRESSED, drawn_pressed, part_name, swinging
 from asset2sim.guidance.tables import mechanism
 from asset2sim.intake.blocked_joints import LinkShapes, links_overlap, moving_pair
 from asset2sim.physics.arrays import Array
@@ -157,6 +157,8 @@ def likelier(
     parts whose shape tells, those that are drawn at an end are closed there."""
     assert joint.closed is not None and joint.open is not None, "movable joints have ends"
     has, other = joint.closed, joint.open
+    if swinging(part_of(joint, features), features.category, joint.type, joint.lower, joint.upper) == "swing lid":
+        return joint.model_copy(update={"closed": 0.0, "open": joint.upper})
     if part_of(joint, features) in EITHER_SIDE:
         here, there = (middle_at(joint, at, features, tree, points) for at in (has, other))
         lower = here[2] - there[2] > SINKS * float(np.linalg.norm(there - here))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.guidance.parts import by_shape, held_as, part_name, shape_name
+from asset2sim.guidance.parts import by_shape, held_as, part_name, shape_name, swinging
 from asset2sim.guidance.tables import mechanism, part_effort, turns_as_its_kind
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.felt import press_forces
@@ -116,6 +116,7 @@ def handling(
     box = features.link_boxes.get(joint.child, (0.0, 0.0, 0.0))
     shaped = shape_name(joint.type, joint.axis_in_root, box, features.closed_size, joint.lower, joint.upper)
     named = by_shape(named, shaped, features.category, label, joint.child, joint.name)
+    named = swinging(named, features.category, joint.type, joint.lower, joint.upper)
     stays = stays_put(named, features.category, joint, proposal)
     named = "handwheel" if named == "wheel" and stays else named
     if joint.type == "continuous" and turns_as_its_kind(named, features.category):
