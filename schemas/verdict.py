@@ -69,4 +69,4 @@ class Guide(NamedTuple):
 
 FAILURE_GUIDE = {mode: Guide(row["cause"], row["remedy"]) for mode, row in FAILURE_ROWS.items() if row["cause"]}
 """Failure mode that no check shows → its cause and remedy; those of checks stand with them, and
-``asset2sim.checks.known_checks`` has all."""
+``asset2sim.checks.declared_check`` has all."""

@@ -10,8 +10,8 @@ from lxml import etree
 
 from asset2sim.assets.folder import write_folder
 from asset2sim.assets.hulls import collision_hulls
+from asset2sim.checks.declared_check import check_of
 from asset2sim.checks.effort import effort_verdict
-from asset2sim.checks.known_checks import check_of
 from asset2sim.checks.plain import MODE
 from asset2sim.checks.verify import verify
 from asset2sim.validation.validate import validate

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.declared_check import interaction_verdicts
 from asset2sim.checks.mechanism import Mechanism
 from asset2sim.checks.reset import held_start, held_starts
 from asset2sim.checks.rest import measure

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asset2sim.checks import verify as verifying
-from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.declared_check import interaction_verdicts
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import measure
 from asset2sim.checks.rig import opener_of, shared_world

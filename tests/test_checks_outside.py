@@ -8,7 +8,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from asset2sim.checks.known_checks import known_checks, require_bounds
+from asset2sim.checks.declared_check import known_checks, require_bounds
 from schemas.declared import VARIABLE
 from schemas.errors import UsageError
 from schemas.settings import Thresholds

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.checks.declared_check import interaction_verdicts
 from asset2sim.checks.effort import efforts
-from asset2sim.checks.known_checks import interaction_verdicts
 from asset2sim.checks.opening import openings
 from asset2sim.checks.set_down import point_clouds, set_down
 from asset2sim.checks.state import settled_positions

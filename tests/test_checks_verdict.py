@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from asset2sim.checks.at_rest import measurement_verdict, oscillates, oscillating_joints
-from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.declared_check import interaction_verdicts
 from asset2sim.checks.rest import STILL, amplitude, drift, sign_changes
 from asset2sim.checks.sweep import hull_loss
 from asset2sim.engines.contacts import ContactPoint, by_pair, penetration

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.known_checks import failure_guide
+from asset2sim.checks.declared_check import failure_guide
 from asset2sim.packs.declared_pack import known_packs
 from flows.schedule import nightly_schedule
 from lab.pages import reference

@@ -23,7 +23,7 @@ from asset2sim.assets.extract import Extraction
 from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.run import start_run
 from asset2sim.checks import verify as verification
-from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.declared_check import interaction_verdicts
 from asset2sim.engines.child import ChildOutcome
 from asset2sim.experiments.isolation.pipe_messages import Ending, Outcome
 from asset2sim.guidance.read import read_guidance

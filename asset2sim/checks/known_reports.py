@@ -19,7 +19,7 @@ import asset2sim.checks
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.folder import Folder
 from asset2sim.assets.meshes.array_file import read_arrays, write_arrays
-from asset2sim.checks.known_checks import known_checks
+from asset2sim.checks.declared_check import known_checks
 from asset2sim.checks.verify import cause_for, verify
 from asset2sim.engines.registry import OWN, engine_version, versions_of
 from schemas.interaction import EngineReport

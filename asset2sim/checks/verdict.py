@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from asset2sim.checks.at_rest import measurement_verdict, oscillating_joints
-from asset2sim.checks.known_checks import interaction_verdicts
+from asset2sim.checks.declared_check import interaction_verdicts
 from schemas.finding import Finding
 from schemas.interaction import EngineReport
 from schemas.overlay import PhysicsOverlay

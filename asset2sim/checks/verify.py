@@ -11,7 +11,7 @@ from asset2sim.assets.authored_overlap import authored_shapes, overlap_cause
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.collision_points import know_points
 from asset2sim.checks.at_rest import CHECK as AT_REST
-from asset2sim.checks.known_checks import run_for
+from asset2sim.checks.declared_check import run_for
 from asset2sim.checks.mechanism import Mechanism, mechanism
 from asset2sim.checks.rest import measure, measurement
 from asset2sim.checks.rig import CauseOf, Rig, opener_of, shared_world

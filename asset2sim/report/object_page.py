@@ -11,7 +11,7 @@ from asset2sim.catalog.read import FrameRow
 from asset2sim.catalog.show_physics import UNITS
 from asset2sim.catalog.summarize import WAYS
 from asset2sim.catalog.text import NOTHING, further_lines, plus_or_minus, significant
-from asset2sim.checks.known_checks import failure_guide
+from asset2sim.checks.declared_check import failure_guide
 from asset2sim.report.charts import line
 from asset2sim.report.hand_feel import position_in_words, sensations
 from asset2sim.report.index_page import longest_edge, method_of

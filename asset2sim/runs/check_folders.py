@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import quote
 
 from asset2sim.assets.urdf.base import WORLD
-from asset2sim.checks.known_checks import failure_guide
+from asset2sim.checks.declared_check import failure_guide
 from asset2sim.checks.verdict import failures_of
 from asset2sim.engines.registry import require
 from asset2sim.experiments.isolation.children import warm_up

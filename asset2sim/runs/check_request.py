@@ -13,7 +13,7 @@ from typing import cast
 from urllib.parse import urlsplit
 
 from asset2sim.checks.alignment import expectations as expected
-from asset2sim.checks.known_checks import require_bounds
+from asset2sim.checks.declared_check import require_bounds
 from asset2sim.engines.registry import require
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work, in_child

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from asset2sim.catalog.text import NOTHING, markdown_table, percent
-from asset2sim.checks.known_checks import known_checks
+from asset2sim.checks.declared_check import known_checks
 from lab.comparisons.figure_specs import ZERO_MM
 from lab.comparisons.object_rows import drift_passes, oscillation_passes, true_of
 from schemas.settings import Settings, Thresholds

@@ -10,7 +10,7 @@ from pathlib import Path
 import pyarrow as pa
 
 from asset2sim.catalog.text import NOTHING, markdown_table
-from asset2sim.checks.known_checks import failure_guide, known_checks
+from asset2sim.checks.declared_check import failure_guide, known_checks
 from asset2sim.runs.settings_file import settings_text
 from lab.pages.blocks import write_block
 from lab.schemas.tables import JUDGED

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from asset2sim.checks.known_checks import known_checks
+from asset2sim.checks.declared_check import known_checks
 from flows import PIPELINE
 from lab.defects import remaining as left
 from lab.defects.defect_results import (

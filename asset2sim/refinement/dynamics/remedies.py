@@ -9,8 +9,7 @@ from functools import partial
 
 from scipy.spatial.transform import Rotation
 
-from asset2sim.checks.declared_check import Case, Remedy
-from asset2sim.checks.known_checks import check_of
+from asset2sim.checks.declared_check import Case, Remedy, check_of
 from asset2sim.physics.arrays import floats_of
 from asset2sim.physics.mass_matrix import GRAVITY_M_S2
 from asset2sim.validation.lying import AS_AUTHORED_RAD, is_laid_down
