@@ -72,16 +72,16 @@ def write_joint(stage: Usd.Stage, joint: ExportJoint, names: PrimPaths) -> Usd.P
     if joint.lower is not None and joint.upper is not None:
         usd_joint.CreateLowerLimitAttr(joint.lower * unit)
         usd_joint.CreateUpperLimitAttr(joint.upper * unit)
-    word, terms = word_of(joint), joint.dynamics
+    instance, terms = instance_name(joint), joint.dynamics
     # PhysX from 5.6 on takes dry friction as a torque or force; its older coefficient has no unit and is switched off.
     prim.AddAppliedSchema("PhysxJointAPI")
     set_unregistered(prim, "physxJoint:jointFriction", 0.0)
     # PhysX has no such joint term: a user applies a mechanism's effort in each step.
     for name, value in zip(BIAS, terms.bias, strict=True) if terms.bias[0] != 0.0 else ():
         set_unregistered(prim, f"asset2sim:{name}", value)
-    prim.AddAppliedSchema(f"PhysxJointAxisAPI:{word}")
-    set_unregistered(prim, f"physxJointAxis:{word}:staticFrictionEffort", terms.friction)
-    set_unregistered(prim, f"physxJointAxis:{word}:dynamicFrictionEffort", terms.friction)
+    prim.AddAppliedSchema(f"PhysxJointAxisAPI:{instance}")
+    set_unregistered(prim, f"physxJointAxis:{instance}:staticFrictionEffort", terms.friction)
+    set_unregistered(prim, f"physxJointAxis:{instance}:dynamicFrictionEffort", terms.friction)
     prim.AddAppliedSchema("NewtonJointAPI")
     set_unregistered(prim, "newton:friction", terms.friction)
     # kg, or kg·m² also where angles are in degrees: it is added to the joint-space inertia as it is.
@@ -101,8 +101,8 @@ def write_frame(prim: Usd.Prim, joint: ExportJoint, zero: float) -> None:
 
 def write_drive(prim: Usd.Prim, joint: ExportJoint) -> None:
     """Spring and damper as a drive, and the initial position."""
-    unit, word, terms = unit_of(joint.turns), word_of(joint), joint.dynamics
-    drive = UsdPhysics.DriveAPI.Apply(prim, word)
+    unit, instance, terms = unit_of(joint.turns), instance_name(joint), joint.dynamics
+    drive = UsdPhysics.DriveAPI.Apply(prim, instance)
     drive.CreateTypeAttr(UsdPhysics.Tokens.force)
     drive.CreateStiffnessAttr(terms.stiffness / unit)
     drive.CreateDampingAttr(terms.damping / unit)
@@ -111,9 +111,9 @@ def write_drive(prim: Usd.Prim, joint: ExportJoint) -> None:
     if joint.effort is not None and joint.effort > 0.0:
         # In N·m also where the rest is per degree.
         drive.CreateMaxForceAttr(joint.effort)
-    prim.AddAppliedSchema(f"PhysicsJointStateAPI:{word}")
-    set_unregistered(prim, f"state:{word}:physics:position", joint.initial * unit)
-    set_unregistered(prim, f"state:{word}:physics:velocity", 0.0)
+    prim.AddAppliedSchema(f"PhysicsJointStateAPI:{instance}")
+    set_unregistered(prim, f"state:{instance}:physics:position", joint.initial * unit)
+    set_unregistered(prim, f"state:{instance}:physics:velocity", 0.0)
 
 
 def write_passive(prim: Usd.Prim, joint: ExportJoint, timestep_s: float) -> None:
@@ -198,8 +198,8 @@ def unit_of(turns: bool) -> float:
     return math.degrees(1.0) if turns else 1.0
 
 
-def word_of(joint: ExportJoint) -> str:
-    """The instance of drives and states of a joint."""
+def instance_name(joint: ExportJoint) -> str:
+    """The instance of the drive and state schemas that a joint of its kind takes."""
     return "angular" if joint.turns else "linear"
 
 
