@@ -42,6 +42,8 @@ SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )  # fmt: skip
 """Measured block → rooms and modules that decide it beside those that decide an asset's result."""
+_KNOWN_CODE: dict[str, str] = {}
+"""Hash of a source's text → that of its code: studies share most sources, each is parsed once a process."""
 NOISY_STUDIES = ("judged", "learn", "probe")
 """Studies of variants that the simulation of a fallible model proposed; others have the default model."""
 _MODELS = re.compile(r"\b(?:prior/\w+(?:@[\d.]+)?|recorded/[\w./-]*\w)")
@@ -122,7 +124,7 @@ def code_hash(name: str, root: Path = CHECKOUT) -> str:
         place = root / room
         found = [place] if place.is_file() else place.rglob("*")
         files |= {file.relative_to(root).as_posix(): file for file in found if file.suffix in SUFFIXES}
-    return hashlib.sha256((source_version(root) + code_digest(files)).encode()).hexdigest()[:DIGITS]
+    return hashlib.sha256((source_version(root) + code_digest(files, known=_KNOWN_CODE)).encode()).hexdigest()[:DIGITS]
 
 
 def text_hash(block: str) -> str:
