@@ -40,15 +40,13 @@ def swept(env: ObjectEnv, rng: np.random.Generator) -> dict[str, bool]:
 
 @pytest.mark.parametrize(
     ("asset_id", "seed", "seconds", "episodes", "least"),
-    [
-        ("box_wooden", 0, 10.0, 18, 0.5), ("box_wooden", 1, 5.0, 40, 0.5), ("box_chest", 0, 10.0, 18, 0.5),
-        ("bucket_yellow", 0, 10.0, 18, 0.1),
-    ],
-)  # fmt: skip
+    [("box_wooden", 1, 5.0, 40, 0.5), ("box_chest", 0, 10.0, 6, 0.5), ("bucket_yellow", 0, 10.0, 18, 0.1)],
+)
 def test_random_sweeps_reach_the_target_and_do_not_count(
     asset_id: str, seed: int, seconds: float, episodes: int, least: float, tmp_path: Path
 ) -> None:
-    """Short ones end before the object lies elsewhere: two of these 40 strike the lid shut."""
+    """Short ones end before the object lies elsewhere. Of the first 40, two are refused for the strike that shuts the
+    lid alone, nine for the box that lies elsewhere alone, one for the lid that moves untouched alone."""
     refine_asset(sample(asset_id), tmp_path, NO_VIEWS, prior)
     settings, rng = LearningSettings(ends_displaced=False, episode_s=seconds), np.random.default_rng(seed)
     env = make_env(tmp_path / "assets" / asset_id, settings=settings).unwrapped
