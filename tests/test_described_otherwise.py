@@ -103,6 +103,12 @@ def far_from_its_origin(robot: "etree._Element") -> None:
     moved_root(robot, pose)
 
 
+def in_other_frames(robot: "etree._Element") -> None:
+    """All three at once: what depends on one of them shows, in two thirds less time."""
+    for way in (in_turned_frames, about_flipped_axes, far_from_its_origin):
+        way(robot)
+
+
 def facing_along_y(robot: "etree._Element") -> None:
     moved_root(robot, turn_of(Rotation.from_euler("z", np.pi / 2.0).as_matrix()))
 
@@ -152,8 +158,7 @@ def drawn_ajar(robot: "etree._Element") -> None:
 
 
 WAYS: tuple[Callable[["etree._Element"], None], ...] = (
-    in_turned_frames, about_flipped_axes, far_from_its_origin, facing_along_y, in_other_units,
-    with_parts_fixed_on,
+    in_other_frames, facing_along_y, in_other_units, with_parts_fixed_on,
 )  # fmt: skip
 
 
