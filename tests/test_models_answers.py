@@ -94,12 +94,12 @@ def test_a_cut_off_object_is_not_taken_for_one_of_its_parts() -> None:
 
 
 def test_hostile_lengths_are_refused_quickly() -> None:
-    start = time.monotonic()
+    start = time.process_time()
     openings = ("{", '{"', '{"a":', "```\n", "<think>", "<think>{a:", "/*", '{/*"', "[{'")
-    for text in (opening * (900_000 // len(opening)) for opening in openings):
+    for text in (opening * (300_000 // len(opening)) for opening in openings):
         with pytest.raises(InvalidAnswerError):
             parse_json(text)
-    assert time.monotonic() - start < 120.0, "what takes the square of a length would take hours"
+    assert time.process_time() - start < 30.0, "what takes the square of a length would take minutes of each"
 
 
 @settings(deadline=None)
