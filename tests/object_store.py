@@ -12,6 +12,9 @@ from typing import Any
 
 import pytest
 
+from asset2sim.runs.plan.content_hash import shared_hash
+from schemas.settings import Settings
+
 KEY, SECRET = "AKIATESTTESTTESTTEST", "wJalrXUtnFEMItestK7MDENGtestbPxRfiCYtestKEY"
 """Made up: the server takes any."""
 
@@ -82,6 +85,8 @@ def store_server() -> Iterator[Store]:
 @pytest.fixture
 def store(store_server: Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Store:
     """The server with an empty bucket, found by this process and its children as a user's store is: by environment."""
+    # Once a process, by what the cache of this user knows of the sources: with an empty one it takes 3 s.
+    shared_hash(Settings(), "")
     for name, value in environment(store_server, tmp_path / "cache").items():
         monkeypatch.setenv(name, value)
     found = Store(store_server.address, f"s3://bucket-{next(_numbers)}", store_server.requests, store_server.doomed)

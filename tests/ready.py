@@ -27,6 +27,8 @@ from typing import IO, Any
 
 import pytest
 
+from asset2sim.runs.plan.content_hash import shared_hash
+from schemas.settings import Settings
 from tests.assets import ROOT
 from tests.of_all import folder_of_all, one_of_all
 from tests.processes import MARK, wait_until
@@ -203,6 +205,7 @@ def main() -> None:
     """Serve at a socket; in a fork, run what was asked for and end as a program ends."""
     for name in MODULES:
         importlib.import_module(name)
+    shared_hash(Settings(), "")  # hashes the sources, once for all
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(sys.argv[1])
         listener.listen()
