@@ -85,16 +85,16 @@ def network_attempts() -> Iterator[list[str]]:
 
 SLOWEST_FIRST = (
     "test_flows_serve_nightly", "test_flows_faults", "test_project_walks", "test_project_walk_nights",
-    "test_flows_refine_dataset", "test_gym_learn", "test_flows_serving", "test_hostile", "test_tasks_ask_again",
-    "test_methods_agent", "test_gym_random_sweeps", "test_checks_outside", "test_gym_hand_used",
-    "test_runs_hostile_answers", "test_runs_remote_output", "test_speed", "test_project_walk_data",
-    "test_flows_remote", "test_project_walk_models", "test_tasks_paper9", "test_runs_plan",
-    "test_models_gateway_secrets", "test_assets_origins", "test_runs_settings_file", "test_catalog_parts",
-    "test_catalog_history", "test_flows_secrets", "test_probes_scene", "test_comparisons_method_runs",
-    "test_judged_video_judge", "test_viewer_page", "test_runs_plan_records", "test_flows_scripted_model",
-    "test_runs_refine_all", "test_flows_record_motion", "test_tasks_formats", "test_catalog_write",
-    "test_described_otherwise", "test_pages_figures", "test_weights", "test_trials_motion", "test_comparisons_origins",
-    "test_assets_usd_hulls", "test_load", "test_mechanisms_planted", "test_tasks_pipeline", "test_runs_record_answers",
+    "test_flows_refine_dataset", "test_gym_learn", "test_runs_remote_output", "test_tasks_ask_again",
+    "test_tasks_paper9", "test_hostile", "test_report_browser", "test_flows_serving", "test_runs_plan",
+    "test_assets_origins", "test_gym_random_sweeps", "test_viewer_page", "test_runs_refine_all",
+    "test_tasks_pipeline", "test_probes_scene", "test_judged_rating_page", "test_flows_remote",
+    "test_described_otherwise", "test_project_notebook", "test_catalog_parts", "test_refinement_turn_over",
+    "test_runs_plan_records", "test_judged_video_judge", "test_project_walk_data", "test_load",
+    "test_probes_probe_study", "test_catalog_write", "test_runs_record_answers", "test_mechanisms_planted",
+    "test_report_site", "test_trials_motion", "test_gym_hand_used", "test_packs",
+    "test_storage_empty_databases", "test_runs_hostile_answers", "test_assets_usd_hulls", "test_tasks_formats",
+    "test_weights", "test_gym_hand_contents", "test_project_walk_models", "test_speed", "test_checks_outside",
 )  # fmt: skip
 """Files of tests that take longest: 10 s of a core and more; those that wait most first, then in the order of what was
 measured."""

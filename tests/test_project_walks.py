@@ -8,9 +8,9 @@ from tests.walks import BLOCKS, DATA_PERSON, ELSEWHERE, FIRST, LOADING, NIGHTLY,
 
 
 @pytest.fixture(scope="module")
-def refined(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
+def refined(tmp_path_factory: pytest.TempPathFactory, ready: list[str]) -> Checkout:
     """A checkout after the README's first commands, which start a Prefect server of their own."""
-    made = fresh(tmp_path_factory.mktemp("walks"))
+    made = fresh(tmp_path_factory.mktemp("walks")).at_hand(ready)
     made.walk(FIRST)
     return made
 
@@ -34,8 +34,8 @@ def test_a_first_night_starts_a_server_of_its_own(refined: Checkout) -> None:
 
 
 @pytest.mark.system
-def test_the_data_person(refined: Checkout, ready: list[str]) -> None:
-    folder, said = refined.folder, refined.at_hand(ready).walk(*DATA_PERSON)
+def test_the_data_person(refined: Checkout) -> None:
+    folder, said = refined.folder, refined.walk(*DATA_PERSON)
     assert "asset_id,mass_kg" in (folder / "masses.csv").read_text(encoding="utf-8")
     assert (folder / "data/refined/report/objects/laptop_silver/before.webp").is_file()
     assert "[kg]" in said[3] or "comment" in said[3]

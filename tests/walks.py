@@ -14,8 +14,9 @@ from tests.processes import free_port
 LIMIT_S = 400.0
 INTERRUPT, INTERRUPT_EARLY = "INT 15 ", "INT 3 "
 """When nightly.md interrupts a run, s: of these few samples, it would be over by then on a quick machine."""
-UNHURRIED = "--force"
-"""Option by which the command that nightly.md interrupts is told from others."""
+REAL = ("*--force*", "'refine data/raw --out data/refined'")
+"""Patterns of the shell for what is never at hand: the command that nightly.md interrupts, which would be done, and the
+first one of README.md, which shows that a program of its own does the same."""
 PLANTED = ("planted_missing_mesh", "planted_not_xml")
 SAMPLES = ("laptop_silver", "box_wooden", *PLANTED)
 BLOCKS = {(block.page, block.number): block for page in PAGES for block in blocks(page)}
@@ -83,6 +84,20 @@ def block(page: str, start: str) -> Block:
     return found
 
 
+def command_at_hand(folder: Path, ready: Sequence[str]) -> Path:
+    """A new folder with a program ``asset2sim`` that is ready, but for what is ``REAL``."""
+    folder.mkdir()
+    real = shlex.quote(str(Path(sys.executable).with_name("asset2sim")))
+    program = folder / "asset2sim"
+    program.write_text(
+        f'#!/bin/sh\ncase "$*" in {"|".join(REAL)}) exec {real} "$@";; esac\n'
+        f'exec {shlex.join(ready)} -m flows.command "$@"\n',
+        encoding="utf-8",
+    )
+    program.chmod(0o755)
+    return folder
+
+
 class Checkout(NamedTuple):
     """A folder that looks like a checkout, and what commands in it find in their environment."""
 
@@ -90,17 +105,9 @@ class Checkout(NamedTuple):
     environment: dict[str, str]
 
     def at_hand(self, ready: Sequence[str]) -> "Checkout":
-        """The same where ``asset2sim`` is a command that is ready, but for what is interrupted: it would be done."""
-        program = self.folder.with_name("programs") / "asset2sim"
-        program.parent.mkdir()
-        real = shlex.quote(str(Path(sys.executable).with_name("asset2sim")))
-        program.write_text(
-            f'#!/bin/sh\ncase "$*" in *{UNHURRIED}*) exec {real} "$@";; esac\n'
-            f'exec {shlex.join(ready)} -m flows.command "$@"\n',
-            encoding="utf-8",
-        )
-        program.chmod(0o755)
-        path = f"{program.parent}{os.pathsep}{self.environment['PATH']}"
+        """The same where ``asset2sim`` is a command that is ready, but for ``REAL``."""
+        programs = command_at_hand(self.folder.with_name("programs"), ready)
+        path = f"{programs}{os.pathsep}{self.environment['PATH']}"
         return self._replace(environment={**self.environment, "PATH": path})
 
     def walk(self, *steps: tuple[str, str]) -> list[str]:

@@ -13,11 +13,12 @@ CELL_S = 300
 _STYLE = re.compile("\x1b\\[[0-9;]*m")
 
 
-def run_notebook(page: Path, root: Path) -> nbformat.NotebookNode:
+def run_notebook(page: Path, root: Path, *programs: Path) -> nbformat.NotebookNode:
     """The notebook with the outputs of its cells as they are now, run in ``root``, texts without colours and without
-    that folder's own path. Commands are found beside this Python. Raises CellExecutionError where a cell fails."""
+    that folder's own path. Commands are those of the folders ``programs``, then those beside this Python. Raises
+    CellExecutionError where a cell fails."""
     found: nbformat.NotebookNode = nbformat.read(page, as_version=4)
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    path = os.pathsep.join([*map(str, programs), str(Path(sys.executable).parent), os.environ["PATH"]])
     client = NotebookClient(found, timeout=CELL_S, resources={"metadata": {"path": str(root)}}, coalesce_streams=True)
     client.execute(env=os.environ | {"PATH": path, "PYTHONWARNINGS": "ignore", "COLUMNS": "110"})
     for cell in found.cells:
