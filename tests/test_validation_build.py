@@ -140,7 +140,7 @@ def test_a_door_drawn_as_a_sheet_is_as_heavy_as_its_kind(
         link("leaf", shape(f"{drawn_m} {width} {height}", xyz=f"0 {width / 2} 0")),
         joint("hinge", "revolute", "body", "leaf", xyz="-0.26 -0.24 0", axis="0 0 1", limit="0 1.6"),
     )
-    folder = written(tmp_path, urdf, {"semantics.txt": f"body hinge body\nleaf hinge {label}\n"})
+    folder = written(tmp_path / "thing", urdf, {"semantics.txt": f"body hinge body\nleaf hinge {label}\n"})
     extraction = read(folder, category)
     answer = prior(overlay_request(SYNTHESIS, extraction.features, "")).content
     assert answer is not None
