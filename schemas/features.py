@@ -182,6 +182,8 @@ class Features(Frozen):
     """Why its lengths are metres as authored; empty where nothing says so, as of normalised meshes."""
     keep: tuple[str, ...] = ("plausible",)
     """Which of its file's numbers stay, in the words of ``--keep``."""
+    hangs: str = Field("", exclude_if=lambda why: not why)
+    """Evidence of its shape, in words, that it hangs on a wall; empty where there is none."""
 
     @property
     def rest_size(self) -> Vector3:

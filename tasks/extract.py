@@ -13,6 +13,7 @@ from asset2sim.intake.guessed_ends import with_likelier_ends, with_told_ends
 from asset2sim.intake.origin import extract
 from asset2sim.intake.up_axis import find_up
 from asset2sim.models.object_facts import rounded_object_info
+from asset2sim.validation.support import wall_evidence
 from schemas.asset import AssetRef
 from schemas.errors import AssetError
 from schemas.features import Features
@@ -40,6 +41,8 @@ def extract_asset(job: AssetJob, *, correct_joints: bool) -> Extracted:
     corrected, told = validate_authored(authored, job.settings.physics)
     extraction = with_shown_front(corrected if correct_joints else authored)
     guidance = guidance_of(job.ref, extraction.features)
+    if correct_joints:
+        extraction = with_wall_evidence(extraction, guidance.category)
     findings = (*authored.findings, *told)
     return Extracted(extraction=extraction, features=extraction.features, guidance=guidance, findings=findings)
 
@@ -51,6 +54,14 @@ def with_shown_front(extraction: Extraction) -> Extraction:
     if front is None:
         return extraction
     return replace(extraction, features=extraction.features.model_copy(update={"front": (*front, 0.0)}))
+
+
+def with_wall_evidence(extraction: Extraction, category: str) -> Extraction:
+    """The extraction of a thing of this category with what of its shape shows that it hangs on a wall."""
+    points = {name: geometry.points for name, geometry in extraction.geometry.items()}
+    made_so, below = wall_evidence(extraction.features, points, 1.0, category)
+    features = extraction.features.model_copy(update={"hangs": below or made_so})
+    return replace(extraction, features=features)
 
 
 def guidance_of(ref: AssetRef, features: Features) -> Guidance:

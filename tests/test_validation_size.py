@@ -221,6 +221,8 @@ def test_things_of_other_names_are_as_large_as_such_things(category: str, words:
     drawn = thing(category, hinged("door", "door")) | {
         key: [2.3 * edge for edge in edges] for key in ("size_closed_m", "size_m")
     }
+    for item in drawn["links"]:
+        item["box_m"] = [2.3 * edge for edge in edges]
     overlay = Overlay.model_validate(ask(drawn, words))
     assert 2.3 * edges[2] * overlay.scale == pytest.approx(edges[2], rel=0.15)
 
@@ -311,6 +313,8 @@ def test_a_cabinet_as_flat_as_mirror_cabinets_are_hangs_without_words(
     edges: tuple[float, ...], words: str, mount: str | None
 ) -> None:
     drawn = thing("StorageFurniture", hinged("a", "rotation_door"), hinged("b", "rotation_door"))
+    for item, width in zip(drawn["links"], (1.0, 0.5, 0.5), strict=True):
+        item["box_m"] = [edges[0], width * edges[1], edges[2]]
     overlay = Overlay.model_validate(ask(drawn | {"size_closed_m": list(edges), "size_m": list(edges)}, words))
     assert overlay.support is not None and overlay.support.mount == mount
 

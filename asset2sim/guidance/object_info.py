@@ -96,6 +96,8 @@ class ObjectInfo:
     edges: tuple[tuple[str, str], ...]
     lengths: str = ""
     """Why its lengths are metres already; empty where nothing says so."""
+    hangs: str = ""
+    """Why its shape is that of a thing that hangs on a wall; empty where it is not."""
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "ObjectInfo":
@@ -111,6 +113,7 @@ class ObjectInfo:
             joints=tuple(_joint(item) for item in joints if item["type"] in _MOVABLE),
             edges=tuple((item["parent"], item["child"]) for item in joints),
             lengths=data.get("lengths", ""),
+            hangs=data.get("made_to_hang", ""),
         )
 
     @cached_property

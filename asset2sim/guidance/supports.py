@@ -30,6 +30,9 @@ DENIED_WITHIN = 3
 """Tokens before a phrase in which such a word counts."""
 STANDS_CONFIDENCE = 0.6
 """Confidence that a thing of a known category which no row names stands or lies by its own weight."""
+HANGS_CONFIDENCE = 0.5
+"""Confidence that what is made as wall cupboards are hangs: some stand on a sideboard."""
+MADE_SO = "it is made as wall cupboards are"
 NAMED_SHARE = 0.7
 """Confidence that remains where only the asset's name says what it is: files are named carelessly."""
 
@@ -71,8 +74,8 @@ def called_by(tokens: Phrase) -> str | None:
 
 def usual_support(info: ObjectInfo, called: str | None, kind: str = "") -> SupportProposal | None:
     """The usual support of such an object: by its category, or the ``kind`` of it that it is where the table has a row
-    of that, else by what the guidance calls it, else by the last noun of the asset's name, with less confidence; None
-    where the tables do not know it, or leave it to its shape."""
+    of that, else by what the guidance calls it, else by the last noun of the asset's name, with less confidence; a wall
+    where it is made to hang and no row says otherwise; None where the tables leave it to its shape."""
     places = [
         ("the guidance calls it", called, 1.0),
         ("its name says", _last_noun(name_words(info.asset_id)), NAMED_SHARE),
@@ -88,6 +91,9 @@ def usual_support(info: ObjectInfo, called: str | None, kind: str = "") -> Suppo
         if row is not None and not row["support"]:
             return None
         told = f"{why} {noun}"
+        if row is None and info.hangs:
+            reason, fixed = f"{MADE_SO}: {info.hangs}", SupportKind.FIXED
+            return SupportProposal(kind=fixed, mount=Mount.WALL, confidence=HANGS_CONFIDENCE, reason=reason)
         if row is None:
             usual = SupportProposal(
                 kind=SupportKind.FREESTANDING, confidence=STANDS_CONFIDENCE, reason=f"{told}, which stands or lies"

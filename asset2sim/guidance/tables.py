@@ -39,8 +39,8 @@ class Size:
 class Proportions:
     """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), how
     that kind is ``placed`` where that is not as its category is (a cupboard of a "wall", what "stands" or "hangs"), the
-    ``category`` that it is of its own, "" for none, and what it ``has``, or with a minus before it does not have: a
-    part, several "doors", or a "level hinge"."""
+    ``category`` that it is of its own, "" for none, and all that it ``has``, or with a minus before does not have: a
+    part, several "doors", a "level hinge", a "plinth"."""
 
     kind: str
     usual_m: tuple[float, float, float]
@@ -48,6 +48,11 @@ class Proportions:
     placed: str
     category: str = ""
     has: str = ""
+    odds: float = 1.0
+
+    def may_have(self, parts: frozenset[str]) -> bool:
+        """Whether an object with these ``parts`` may be of this kind."""
+        return all((part[0] != "-") is (part.removeprefix("-") in parts) for part in self.has.split("|") if part)
 
 
 @dataclass(frozen=True)
@@ -131,6 +136,17 @@ class PartEffort:
 
 
 @dataclass(frozen=True)
+class PartSize:
+    """The usual length, m, of an ``edge`` of a part, its height or its larger one across, and its relative spread."""
+
+    part: str
+    edge: str
+    usual_m: float
+    spread: float
+    source: str
+
+
+@dataclass(frozen=True)
 class MotionWord:
     """Meaning of a word about motion: seconds to fall shut from half open, metres (slider) or radians (hinge)
     that it glides when let go, seconds in which a spring brings it back."""
@@ -204,10 +220,16 @@ def proportions() -> dict[str, tuple[Proportions, ...]]:
     for row in csv_rows("proportions"):
         usual = (float(row["depth_m"]), float(row["width_m"]), float(row["height_m"]))
         spread = (float(row["depth_spread"]), float(row["width_spread"]), float(row["height_spread"]))
-        kind = Proportions(row["kind"], usual, spread, row["placed"], row["as"], row["has"])
+        kind = Proportions(row["kind"], usual, spread, row["placed"], row["as"], row["has"], float(row["odds"] or 1.0))
         for category in filter(None, (row["category"], row["as"])):
             found[category] = (*found.get(category, ()), kind)
     return found
+
+
+@lru_cache
+def part_sizes(category: str) -> tuple[PartSize, ...]:
+    """The parts that have about the same size on all things of a category, or of the one of which it is a kind."""
+    return tuple(size for row, size in typed_rows("part_sizes", PartSize) if row["category"] in built_as(category))
 
 
 @lru_cache

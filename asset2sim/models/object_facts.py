@@ -26,6 +26,7 @@ def object_facts(features: Features) -> dict[str, object]:
         "asset_id": features.asset_id,
         "category": features.category,
         **({"lengths": features.metric} if features.metric else {}),
+        **({"made_to_hang": features.hangs} if features.hangs else {}),
         "size_m": features.rest_size,
         "size_closed_m": features.closed_size,
         "links": [

@@ -130,8 +130,10 @@ def swings_below(features: Features, points: Mapping[str, Array], scale: float, 
         way = float(np.clip((joint.open or 0.0) - closed[joint.name], -FLAP_RAD, FLAP_RAD))
         opened, moved = heights({**closed, joint.name: closed[joint.name] + way}), rigid_links(tree, joint.name)
         below = max((float(whole.min() - opened[link].min()) for link in moved if link in opened), default=0.0)
-        if below > BELOW_SHARE * float(np.ptp(whole)):
-            return f"the flap of '{joint.name}' swings {below:.2g} m below its bottom, where a floor would stop it"
+        share = below / max(float(np.ptp(whole)), 1e-12)
+        if share > BELOW_SHARE:
+            how_far = f"{100.0 * share:.2g} % of its height"
+            return f"the flap of '{joint.name}' swings {how_far} below its bottom, where a floor would stop it"
     return ""
 
 

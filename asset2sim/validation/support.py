@@ -7,7 +7,7 @@ import numpy as np
 
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.urdf.base import WORLD
-from asset2sim.guidance.supports import STANDS_CONFIDENCE, usual_support
+from asset2sim.guidance.supports import HANGS_CONFIDENCE, MADE_SO, STANDS_CONFIDENCE, usual_support
 from asset2sim.models.object_facts import object_info
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.convex_hull import hull_volume
@@ -38,8 +38,6 @@ BACK_M = 0.005
 """Distance from that plane within which points lie in it, m: a plate's edge, a felt pad."""
 SHAPE_CONFIDENCE = 0.4
 """Confidence in what only the shape says."""
-HANGS_CONFIDENCE = 0.5
-"""Confidence that what is made as wall cupboards are hangs: some stand on a sideboard."""
 
 
 def forced_support(kind: SupportKind | None, extraction: Extraction | None = None) -> Support | None:
@@ -151,7 +149,7 @@ def support_of(
 
 def on_a_wall(why: str) -> Support:
     """The record of a cupboard that its shape shows to hang on a wall."""
-    reason = f"it is made as wall cupboards are: {why}"
+    reason = f"{MADE_SO}: {why}"
     kind, mount = SupportKind.FIXED, Mount.WALL
     return Support(kind=kind, mount=mount, source=Source.RULE, confidence=HANGS_CONFIDENCE, reason=reason)
 
