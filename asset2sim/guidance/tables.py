@@ -40,7 +40,7 @@ class Proportions:
     """Usual depth, width and height of one ``kind`` of a category, m, each with its spread (σ of its logarithm), how
     that kind is ``placed`` where that is not as its category is (a cupboard of a "wall", what "stands" or "hangs"), the
     ``category`` that it is of its own, "" for none, and all that it ``has``, or with a minus before does not have: a
-    part, several "doors", a "level hinge", a "plinth"."""
+    part, several "doors", a "level hinge", a "plinth"; ``odds``: how often it is met, for once of most others."""
 
     kind: str
     usual_m: tuple[float, float, float]
