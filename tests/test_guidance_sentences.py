@@ -418,8 +418,8 @@ def test_feel(information: Json, guidance: str, name: str, expected: Json) -> No
         (known.DRAWERS, "upper drawer pulled out 8 cm, lower one shut", {"d0": 0.08 / SIDE_TABLE, "d2": 0.0}),
         (
             known.DRAWERS,
-            "top drawer out by 20 cm, everything else shut",
-            {"d0": 0.20 / SIDE_TABLE, "d1": 0.0, "d2": 0.0},
+            "top drawer out by 12 cm, everything else shut",
+            {"d0": 0.12 / SIDE_TABLE, "d1": 0.0, "d2": 0.0},
         ),
         (known.SAFE, "door shut and sticky, 20 N to pull open", {"door": 0.0}),
         (known.BOX, "a box at 45% of its travel", {"lid": -0.136}),

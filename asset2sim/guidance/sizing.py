@@ -147,7 +147,8 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
     if real and size.min_m / REAL_SLACK <= authored <= size.max_m * REAL_SLACK:
         return Scale(1.0, True, authored, f"scale 1: real size, and {authored:.3g} m is plausible")
     # A normalised dataset's furniture is metres long by chance: only what is near the typical size counts as real.
-    fits = abs(authored / target - 1.0) <= KEEP_WITHIN and size.min_m * factor <= authored <= size.max_m * factor
+    within = KEEP_WITHIN if fit is None else min(KEEP_WITHIN, fit.sigma)
+    fits = abs(authored / target - 1.0) <= within and size.min_m * factor <= authored <= size.max_m * factor
     widest = narrow_enough(info, size) * factor
     fits, target = fits and authored <= widest, min(target, widest, tabletop_limit(info, size, phrase) * factor)
     if fits and size.category != "*":
