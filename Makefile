@@ -147,11 +147,11 @@ rules: $(INSTALLED) ## refine DATA as it came, with the paper's ranges and by ou
 dataset: $(INSTALLED) ## runs over whole datasets, ARGS="NAME=OUT …": a column each of a table of docs/measured.md
 	@$(BIN)/python -m lab.comparisons.dataset_table docs/measured.md $(ARGS)
 
-withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/measured.md
-	@$(BIN)/python -m lab.flows.compare withheld "$(DATA)" "$(OUT)" docs/measured.md
+withheld: $(INSTALLED) ## DATA without labels, and with each category left out of the tables: a table of docs/compared.md
+	@$(BIN)/python -m lab.flows.compare withheld "$(DATA)" "$(OUT)" docs/compared.md
 
-corrections: $(INSTALLED) ## answers of models as they are, corrected, asked again: a table of docs/measured.md; ARGS="--models … --subset paper9"
-	@$(BIN)/python -m lab.flows.compare corrections "$(DATA)" "$(OUT)" --page docs/measured.md $(ARGS)
+corrections: $(INSTALLED) ## answers of models as they are, corrected, asked again: a table of docs/compared.md; ARGS="--models … --subset paper9"
+	@$(BIN)/python -m lab.flows.compare corrections "$(DATA)" "$(OUT)" --page docs/compared.md $(ARGS)
 
 origins: $(INSTALLED) ## objects from other hands, each folder of SHARED (../shared)/other_origins, or DATA, a row of a table of docs/measured.md
 	@$(BIN)/python -m lab.flows.compare origins $(if $(filter file,$(origin DATA)),"$(or $(SHARED),../shared)"/other_origins/*/ \
@@ -160,10 +160,10 @@ origins: $(INSTALLED) ## objects from other hands, each folder of SHARED (../sha
 compare: $(INSTALLED) ## methods and models on the same objects: the paper's tables and charts, into OUT
 	@$(BIN)/python -m lab.flows.compare_methods "$(DATA)" "$(OUT)" $(ARGS)
 
-first: $(INSTALLED) ## a table of docs/measured.md: models and methods on the paper's nine, into OUT; SHARED (../shared)
+first: $(INSTALLED) ## a table of docs/compared.md: models and methods on the paper's nine, into OUT; SHARED (../shared)
 	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
 		--methods asset2sim,no-semantics,ivw,direct,constant,reference --engines pybullet,mujoco,sapien \
-		--models "prior/household,prior/noisy,recorded/lab/answers" --settings lab/answers/settings.yaml --first docs/measured.md
+		--models "prior/household,prior/noisy,recorded/lab/answers" --settings lab/answers/settings.yaml --first docs/compared.md
 
 recorded: $(INSTALLED) ## a scripted arm does a task with each object of OUT; ARGS="--page docs/trials.md"
 	@$(BIN)/python -m flows.command record-motion "$(OUT)" $(ARGS)
@@ -171,10 +171,10 @@ recorded: $(INSTALLED) ## a scripted arm does a task with each object of OUT; AR
 figures: $(INSTALLED) ## every measured block of docs/ that is older than what it measures, hours; ONLY=first,weights; SHARED (../shared)
 	@$(BIN)/python -m lab.pages.figures "$(or $(SHARED),../shared)" "$(OUT)/figures" $(ONLY)
 
-shapes: $(INSTALLED) ## a table of docs/measured.md: Φ of methods on the same shapes, the paper's nine, into OUT; SHARED (../shared)
+shapes: $(INSTALLED) ## a table of docs/compared.md: Φ of methods on the same shapes, the paper's nine, into OUT; SHARED (../shared)
 	@$(BIN)/python -m lab.flows.compare_methods "$(or $(SHARED),../shared)/partnet_mobility" "$(OUT)" --subset paper9 \
 		--methods reference,ivw,direct,asset2sim --no-interaction --models "prior/noisy,recorded/lab/answers" \
-		--settings lab/answers/settings.yaml --shapes docs/measured.md
+		--settings lab/answers/settings.yaml --shapes docs/compared.md
 
 bench-defects: $(INSTALLED) ## plant known defects in clean objects: what share is caught, and what is mended
 	@$(BIN)/python -m lab.flows.bench_defects "$(OUT)"

@@ -51,7 +51,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             'dataset OUT={out} ARGS="PartNet-Mobility={out}/rules/ours furniture={out}/furniture"',
         ),
         "compare": (
-            'compare DATA={shared}/partnet_mobility OUT={out}/compared ARGS="--no-interaction --page docs/measured.md"',
+            'compare DATA={shared}/partnet_mobility OUT={out}/compared ARGS="--no-interaction --page docs/compared.md"',
         ),
         "withheld": ("withheld DATA={shared}/partnet_mobility OUT={out}/rules",),
     }
