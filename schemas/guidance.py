@@ -104,12 +104,14 @@ class SizeWord(Wish):
 
 
 class AskedSize(Frozen):
-    """All that is said of the object's size; ``real`` words ask for the real thing's ("actual", "full")."""
+    """All that is said of the object's size; ``real`` words ask for the real thing's ("actual", "full"), and ``kinds``
+    are named that have proportions of their own ("desk", "coffee table")."""
 
     scale: AskedScale | None = None
     lengths: tuple[AskedLength, ...] = ()
     words: tuple[SizeWord, ...] = ()
     real: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
 
 
 class AskedMass(Wish):

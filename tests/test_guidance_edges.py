@@ -108,3 +108,11 @@ def test_parts_have_usual_sizes_of_categories_that_have_kinds() -> None:
     for category in ("StorageFurniture", "Table"):
         assert tables.part_sizes(category) and category in tables.proportions()
     assert tables.part_sizes("Wardrobe") == tables.part_sizes("StorageFurniture") and not tables.part_sizes("Bottle")
+
+
+@pytest.mark.parametrize(("said", "height_m"), [("a desk", 0.74), ("a coffee table", 0.43)])
+def test_words_choose_the_kind_where_edges_leave_it_open(said: str, height_m: float) -> None:
+    edges = {key: [1.5, 3.0, 1.38] for key in ("size_closed_m", "size_m")}
+    overlay = Overlay.model_validate(ask(thing("Table") | edges, said))
+    assert overlay.scale * 1.38 == pytest.approx(height_m, abs=0.1)
+    assert f"of a {said.removeprefix('a ')} " in " ".join(overlay.notes)

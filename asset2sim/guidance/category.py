@@ -9,7 +9,7 @@ from asset2sim.guidance.edges import LEVEL, fitted_kind
 from asset2sim.guidance.lexicon import head_of, name_words, noun_spans, segments
 from asset2sim.guidance.object_info import ObjectInfo
 from asset2sim.guidance.parts import parts_of
-from asset2sim.guidance.sizing import asked_size, size_word
+from asset2sim.guidance.sizing import asked_size, named_kinds, size_word
 
 FEWEST_FLAPS = 3
 _GENERIC = ("", "*", "Furniture")
@@ -29,7 +29,7 @@ def identify(info: ObjectInfo, tokens: tuple[str, ...]) -> tuple[str, str]:
             return "Carton", "its flaps, a kind of Box"
         if known == "Knife" and has_folding_blade(info):
             return "PocketKnife", "its hinged blade, a kind of Knife"
-        shape = fitted_kind(info, known)
+        shape = fitted_kind(info, known, named_kinds(tokens))
         if shape is not None and shape.category in tables.sizes() and not _asked_smaller(tokens, known, shape.category):
             return shape.category, f"its edges, those of a {shape.kind}"
         return known, "as stated"

@@ -42,9 +42,10 @@ class Fit:
     category: str = ""
 
 
-def fitted_kind(info: ObjectInfo, category: str, *, hangs: bool = False) -> Fit | None:
+def fitted_kind(info: ObjectInfo, category: str, named: Sequence[str] = (), *, hangs: bool = False) -> Fit | None:
     """The kind of its category that an object is likeliest by its edges and the parts that it has, of those that hang
-    on a wall where it ``hangs`` and the table has some; else none whose edges do not show that it does."""
+    on a wall where it ``hangs`` and the table has some; else none whose edges do not show that it does. Of those that
+    are ``named``, where its edges may be of one."""
     parts = parts_of(info, category)
     hinges = [part.joint for part in parts if part.joint.motion == "hinge"]
     names = {part.name for part in parts}
@@ -63,6 +64,7 @@ def fitted_kind(info: ObjectInfo, category: str, *, hangs: bool = False) -> Fit 
         placed=ON_WALL if hangs else ("", "stands", "hangs"),
         shown=shown_front(info, parts) is not None,
         known=part_scales(parts, category),
+        named=named,
     )
 
 
@@ -103,10 +105,12 @@ def fitted_edges(
     placed: Collection[str] = ("", "stands", *ON_WALL),
     shown: bool = False,
     known: Sequence[tuple[float, float]] = (),
+    named: Sequence[str] = (),
 ) -> Fit | None:
     """The scale at which depth, width and height, m, are likeliest together, of the kinds of their category that are
     ``placed`` so where the table has some, and whose part is or is not among its ``parts``; None where that has no
-    proportions that would be like it. ``known``: logarithms of the scale by parts of known size, each with its σ.
+    proportions that would be like it. ``known``: logarithms of the scale by parts of known size, each with its σ;
+    ``named``: the kinds that count where its edges may be of one.
     Unless its front is ``shown``, what is taken for its depth may be its width where that fits far better.
 
     Of each kind the maximum of a normal likelihood of these logarithms: their mean, each weighed by 1 / σ². Its σ grows
@@ -132,6 +136,7 @@ def fitted_edges(
             fits.append((kind.odds * math.exp(-unlikely / 2.0), mean, sigma, kind))
     if not fits:
         return None
+    fits = [fit for fit in fits if fit[3].kind in named] or fits
     most, *_, best = max(fits, key=lambda fit: fit[0])
     chosen = [
         fit for fit in fits if fit[0] >= LEAST_SHARE * most and (fit[3].placed in ON_WALL) is (best.placed in ON_WALL)

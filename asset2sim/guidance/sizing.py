@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from asset2sim.guidance import tables
 from asset2sim.guidance.amounts import LARGEST_M, LEAST_SCALE, MOST_SCALE, plain_guidance
 from asset2sim.guidance.edges import fitted_kind
-from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, longest_spans, noun_spans, place_of
+from asset2sim.guidance.lexicon import HEAD_ENDS, Segment, head_of, longest_spans, noun_spans, place_of
 from asset2sim.guidance.object_info import ObjectInfo, Vector
 from asset2sim.guidance.parts import depth_width_height
 from asset2sim.guidance.tables import Size
@@ -55,7 +55,14 @@ def asked_size(guidance: str, tokens: tuple[str, ...], statements: Sequence[Segm
         lengths=_lengths(statements),
         words=_size_words(tokens, statements),
         real=tuple(_REAL.findall(" ".join(tokens))),
+        kinds=named_kinds(tokens),
     )
+
+
+def named_kinds(tokens: tuple[str, ...]) -> tuple[str, ...]:
+    """The kinds with proportions of their own that the first phrase of the guidance names."""
+    kinds = {tuple(kind.kind.split()): kind.kind for rows in tables.proportions().values() for kind in rows}
+    return tuple(kind for _, _, kind in longest_spans(head_of(tokens), kinds))
 
 
 def _scale(guidance: str) -> AskedScale | None:
@@ -138,7 +145,7 @@ def propose_scale(info: ObjectInfo, size: Size, asked: AskedSize, carried: Suppo
     if not phrase and usual_as_it_is(info, size):
         return Scale(1.0, real, authored, f"scale 1: {authored:.3g} m is usual, and less than what is normalised")
     hangs = carried is not None and carried.mount is Mount.WALL
-    fit = fitted_kind(info, size.category, hangs=hangs)
+    fit = fitted_kind(info, size.category, asked.kinds, hangs=hangs)
     fit = None if fit is not None and fit.category not in ("", size.category) else fit  # words say that it is none
     usual = size.typical_m if fit is None else min(max(fit.scale * authored, size.min_m), size.max_m)
     target = usual * factor

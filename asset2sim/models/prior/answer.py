@@ -62,7 +62,7 @@ def prior_overlay(info: ObjectInfo, words: str) -> Overlay:
     guidance = read_guidance(words, info)
     size, parts = tables.sizes()[guidance.category], parts_of(info, guidance.category)
     support = guidance.support or usual_support(info, guidance.called, guidance.category)
-    shape = fitted_kind(info, size.category)
+    shape = fitted_kind(info, size.category, guidance.size.kinds)
     scale = propose_scale(info, size, guidance.size, support)
     like = shape is not None and abs(math.log(scale.value / shape.scale)) < math.log(_SAME_SIZE)
     if guidance.support is None and shape is not None and like and shape.placed in _PLACED:
