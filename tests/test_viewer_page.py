@@ -134,7 +134,7 @@ def test_a_slider_moves_the_joint(viewer: Any, page: Any) -> None:
     slider = page.get_by_role("slider").first
     slider.focus()
     slider.press("End")
-    assert soon(page, lambda: opening(viewer, "joint_0") > 0.4)
+    assert soon(page, lambda: opening(viewer, "joint_0") > 0.3)
     page.get_by_role("button", name="Reset").click()
     assert soon(page, lambda: opening(viewer, "joint_0") < 0.01)
 
