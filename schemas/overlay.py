@@ -15,7 +15,7 @@ Level = Literal["super low", "low", "medium", "high", "super high"]
 """The paper's words for a place in a range."""
 
 NoteKind = Literal["size", "mass", "motion", "state", "support", "data", "unmet"]
-"""What a model's remark is about: ``data`` is odd about the given object, ``unmet`` cannot be done as asked."""
+"""Subject of a model's remark: ``data`` is odd about the given object, ``unmet`` cannot be done as asked."""
 
 
 class ModelNote(Frozen):
@@ -284,7 +284,7 @@ class PhysicsOverlay(Frozen):
     passing: tuple[tuple[str, str], ...] = Field((), exclude_if=lambda pairs: not pairs)
     """Pairs of links that pass through each other, since they meet as drawn in every state."""
     authored: tuple[Authored, ...] = Field((), exclude_if=lambda judged: not judged)
-    """What a file in metres says, by how far it is believed; one whose source is ``authored`` is kept."""
+    """Numbers of a file in metres, by how far each is believed; one whose source is ``authored`` is kept."""
 
     @property
     def all_joints(self) -> tuple[JointPhysics, ...]:

@@ -1,13 +1,12 @@
 """A published table: an Arrow schema with units and a description in every field, its grain and its key."""
 
-import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import pyarrow as pa
 
+from schemas.csv_rows import rows_of
 from schemas.vocabulary import Stage
 
 Column = tuple[str, pa.DataType, str, str]
@@ -66,18 +65,11 @@ def make_table(
     return Table(name, grain, key, description, pa.schema(fields, metadata=metadata))
 
 
-@cache
-def listed(file: Path) -> tuple[dict[str, str], ...]:
-    """The rows of a file of columns."""
-    with file.open(encoding="utf-8", newline="") as stream:
-        return tuple(csv.DictReader(stream))
-
-
 def columns_of(
     table: str, file: Path = COLUMNS, further: Mapping[str, Sequence[Column]] | None = None
 ) -> Iterator[Column]:
     """The columns that a file lists of a table, in its order; ``further``: NAME → columns that no file has."""
-    for row in (row for row in listed(file) if row["table"] == table):
+    for row in (row for row in rows_of(file) if row["table"] == table):
         name, kind, unit, text = (row[key] for key in ("column", "type", "unit", "description"))
         if name.startswith("*"):
             part = name.removeprefix("*")

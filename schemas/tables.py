@@ -1,9 +1,8 @@
 """The catalog's tables: an Arrow schema each, with units in column names and a description in every field."""
 
-import csv
 from collections.abc import Iterable
-from pathlib import Path
 
+from schemas.csv_rows import rows_beside
 from schemas.extensions import further_columns
 from schemas.table import Column, Table, columns_of, make_table
 
@@ -19,8 +18,7 @@ OUTCOME_COLUMNS = (
 COST_COLUMNS = ("queries", "cached_calls", "prompt_tokens", "completion_tokens", "cost_usd", "seconds_total")
 """What the run spent on the asset: nothing where it was unchanged."""
 
-with Path(__file__).with_name("tables.csv").open(encoding="utf-8", newline="") as _stream:
-    _ABOUT = {row["name"]: row for row in csv.DictReader(_stream)}
+_ABOUT = {row["name"]: row for row in rows_beside(__file__, "tables.csv")}
 
 
 def _table(name: str, columns: Iterable[Column] | None = None) -> Table:

@@ -1,9 +1,8 @@
 """Enumerations of the values that tables, files and options may hold."""
 
-import csv
 from enum import StrEnum
-from pathlib import Path
 
+from schemas.csv_rows import rows_beside
 from schemas.declared import OpenValues
 
 
@@ -36,8 +35,7 @@ class FailureMode(OpenValues):
     BUDGET = "budget"
 
 
-with Path(__file__).with_name("failure_modes.csv").open(encoding="utf-8", newline="") as _stream:
-    FAILURE_ROWS = {FailureMode(row["mode"]): row for row in csv.DictReader(_stream)}
+FAILURE_ROWS = {FailureMode(row["mode"]): row for row in rows_beside(__file__, "failure_modes.csv")}
 """Failure mode → its row: the paper's name for it, whether every run tries it ``again``, and where no check shows it,
 its ``cause`` and ``remedy``."""
 PAPER_FAILURE_MODES = {mode: row["paper"] for mode, row in FAILURE_ROWS.items() if row["paper"]}

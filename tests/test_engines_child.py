@@ -35,6 +35,18 @@ def test_a_large_result_comes_back_whole() -> None:
     assert ended.value is not None and ended.value.sum() == 1_999_999 * 1_000_000
 
 
+class Garbled:
+    """What a process with a broken heap may send: it cannot be read back."""
+
+    def __reduce__(self) -> tuple[type[int], tuple[str]]:
+        return int, ("no number",)
+
+
+def test_an_answer_that_cannot_be_read_costs_its_report_alone() -> None:
+    ended = in_child(ENGINE, Garbled, time_limit_s=60.0)
+    assert ended.died and str(ended.problem).startswith("pybullet died while it answered (invalid literal")
+
+
 def test_what_the_child_changes_stays_in_it() -> None:
     kept = [1]
     assert in_child(ENGINE, kept.append, 2, time_limit_s=60.0).problem is None

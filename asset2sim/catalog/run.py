@@ -56,7 +56,7 @@ class RunRow(Frozen):
 
 
 def selection_of(asset_ids: Sequence[str], limit: int | None) -> str | None:
-    """Assets that ``--assets`` and ``--limit`` leave, as text; None for all. Unlike ones are not compared."""
+    """Assets that ``--assets`` and ``--limit`` leave, as text; None for all. Runs of others cannot be compared."""
     digest = hashlib.sha256("\0".join(sorted(asset_ids)).encode(errors="surrogateescape")).hexdigest()
     listed = ",".join(sorted(asset_ids))
     shown = listed if len(listed) <= MAX_SELECTION else f"{listed[:MAX_SELECTION]}… ({len(asset_ids)}, {digest[:8]})"

@@ -83,6 +83,8 @@ def _in_one_child(calls: Mapping[Engine, Callable[[], T]], time_limit_s: float) 
                     dump_traceback(pid)
                     why = f"was not done after {time_limit_s:g} s, and was killed"
                     outcome = ChildOutcome(None, why, timed_out=True, died=True)
+            except (pickle.UnpicklingError, AttributeError, ValueError) as error:
+                outcome = ChildOutcome(None, f"died while it answered ({error})", died=True)
             except (EOFError, OSError):
                 _, status = os.waitpid(pid, 0)
                 outcome = ChildOutcome(None, _cause_of_death(status), died=True)

@@ -118,6 +118,11 @@ def by_shape(name: str, shaped: str, category: str, *called: str) -> str:
     return shaped if upright or lies or not name else name
 
 
+def is_switch(part: str, mechanism: str) -> bool:
+    """Whether a part with a mechanism of this kind is a switch or a tap's handle: on at one end, off at the other."""
+    return part == "rocker" or mechanism == "bistable"
+
+
 def swinging(name: str, category: str, motion: str, lower: float | None, upper: float | None) -> str:
     """The part, a "swing lid" for a lid on a hinge (``motion`` its joint's type, limits in rad) that opens as far to
     either side of where it is drawn, where objects of its category have such."""

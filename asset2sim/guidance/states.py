@@ -7,7 +7,7 @@ from typing import Any
 from asset2sim.guidance.clauses import GENERIC, NO_MENTION, Mention, mentioned_parts, parts_of_whole, split_states
 from asset2sim.guidance.lexicon import Item, Segment, place_of
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import MovablePart, outermost_parts
+from asset2sim.guidance.parts import MovablePart, is_switch, outermost_parts
 from schemas.guidance import WHOLE_OBJECT, AskedOpening, AskedState, State
 
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off", "on", "out")
@@ -103,12 +103,11 @@ def _ends(item: Item, segment: Segment) -> bool:
 def _of_whole(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment) -> tuple[MovablePart, ...]:
     """The parts that a state of the whole object is about; of what is switched on or off, its switches."""
     switched = segment.of("switched") and not segment.of("open", "closed", "ajar")
-    return tuple(part for part in parts if _switches(part)) if switched else parts_of_whole(info, parts)
-
-
-def _switches(part: MovablePart) -> bool:
-    """Whether a part is a switch or a tap's handle: it is on at one end, and off at the other."""
-    return part.name == "rocker" or part.mechanism.kind == "bistable"
+    return (
+        tuple(part for part in parts if is_switch(part.name, part.mechanism.kind))
+        if switched
+        else parts_of_whole(info, parts)
+    )
 
 
 def _follows_part(item: Item, segment: Segment) -> bool:
@@ -124,7 +123,7 @@ def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment)
     turned = _open(None if ends[-1].kind == "on" else 0.0) if ends else state
     return [
         AskedState(
-            state=turned if _switches(part) else state,
+            state=turned if is_switch(part.name, part.mechanism.kind) else state,
             subject=subject.words,
             joint=part.joint.name,
             **place_of(segment),

@@ -9,7 +9,7 @@ import numpy as np
 from asset2sim.assets.extract import Extraction
 from asset2sim.assets.meshes.openness import outer_end
 from asset2sim.assets.urdf.mimic import with_followed_ends
-from asset2sim.guidance.parts import PRESSED, drawn_pressed, part_name, swinging
+from asset2sim.guidance.parts import PRESSED, drawn_pressed, is_switch, part_name, swinging
 from asset2sim.guidance.tables import mechanism
 from asset2sim.intake.blocked_joints import LinkShapes, links_overlap, moving_pair
 from asset2sim.physics.arrays import Array
@@ -133,7 +133,7 @@ def is_drawn_off(joint: JointFeatures, features: Features, sure: float) -> bool:
     if joint.type != "revolute" or joint.lower is None or joint.upper is None or joint.openness_confidence >= sure:
         return False
     part = part_of(joint, features)
-    switches = part == "rocker" or mechanism(part, features.category, "hinge").kind == "bistable"
+    switches = is_switch(part, mechanism(part, features.category, "hinge").kind)
     return switches and min(abs(joint.lower), abs(joint.upper)) <= DRAWN_AT * (joint.upper - joint.lower)
 
 

@@ -121,7 +121,7 @@ def find_up(extraction: Extraction) -> tuple[UpAxis, Finding | None]:
 
 
 def raised_by_file(extraction: Extraction) -> bool:
-    """Whether a fixed joint of a root without a shape turns y up into z up: whoever wrote it knew which way is up."""
+    """Whether all fixed joints on a root without a shape turn y up into z up, as in PartNet-Mobility's files."""
     features = extraction.features
     fixed = {joint.name for joint in features.joints if joint.type == "fixed" and joint.parent == features.root}
     turns = [node.child_to_parent[:3, 1] for node in tree_of(features.joints) if node.name in fixed]

@@ -23,7 +23,7 @@ COLUMNS = (
     *ASSET_KEY, "run_id", "content_hash", "refined_path", "source_path", "category", "prompt", "status", "failure_mode",
     "reason", "support", "size_x_m", "size_y_m", "size_z_m", "mass_kg", "penetration_mm", "seconds_total", "cost_usd",
 )  # fmt: skip
-"""What an index shows of an asset, and pages and pictures depend on: whole rows take five times the memory."""
+"""Columns of an asset that index, pages and pictures need: whole rows take five times the memory."""
 NEEDED: Mapping[str, TableSlice] = {
     "assets": TableSlice(columns=COLUMNS),
     "runs": TableSlice(),
@@ -31,7 +31,7 @@ NEEDED: Mapping[str, TableSlice] = {
     "interactions": TableSlice((*ASSET_KEY, "test", "way", "value"), [("test", "==", "effort")]),
     HISTORY.name: TableSlice(("run_id", *ASSET_KEY, "failure_mode")),
 }
-"""What an index shows of the tables: few columns, and few rows of the largest, so that ten thousand assets fit."""
+"""Columns of the tables that an index shows: few, and few rows of the largest, so that ten thousand assets fit."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """The options of the command ``asset2sim``, a model for each of its commands."""
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -25,6 +24,7 @@ from asset2sim.runs.option_groups import (
     Selection,
 )
 from schemas.authored import KEEP_WORDS
+from schemas.csv_rows import rows_beside
 from schemas.declared import DeclaredCommand
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, object_at
@@ -238,8 +238,7 @@ class Command(Options):
 
 def all_commands() -> tuple[DeclaredCommand, ...]:
     """The product's commands, a row of ``commands.csv`` each, and those that extensions add."""
-    with Path(__file__).with_name("commands.csv").open(encoding="utf-8", newline="") as stream:
-        return (*(DeclaredCommand(**row) for row in csv.DictReader(stream)), *commands())
+    return (*(DeclaredCommand(**row) for row in rows_beside(__file__, "commands.csv")), *commands())
 
 
 def parse(words: Sequence[str]) -> Options:

@@ -1,6 +1,5 @@
 """Requests of ``asset2sim refine`` and ``asset2sim nightly``, and what this machine lets a run have at once."""
 
-import csv
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -13,13 +12,13 @@ from asset2sim.runs.command_line import Options
 from asset2sim.runs.options import NightlyOptions, RefineOptions, parse
 from schemas.asset import FoundAssets
 from schemas.base import Frozen
+from schemas.csv_rows import rows_beside
 from schemas.errors import UsageError
 from schemas.location import Location
 from schemas.settings import Settings
 from schemas.vocabulary import Method, Redo
 
-with Path(__file__).with_name("options.csv").open(encoding="utf-8", newline="") as _stream:
-    SETS = {row["option"]: row["setting"] for row in csv.DictReader(_stream)}
+SETS = {row["option"]: row["setting"] for row in rows_beside(__file__, "options.csv")}
 """Option → the setting that it states."""
 
 
