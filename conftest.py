@@ -2,11 +2,13 @@
 
 import gc
 import os
+import shutil
 import signal
 import socket
 import sys
 import tempfile
 from collections.abc import Generator, Iterator
+from multiprocessing.util import Finalize
 from typing import Any
 
 import hypothesis
@@ -105,9 +107,10 @@ def pytest_configure(config: pytest.Config) -> None:
     ``tmp_path`` stay where they are."""
     if not hasattr(config, "workerinput"):
         os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
-        folder = tempfile.TemporaryDirectory(prefix="tests-", ignore_cleanup_errors=True)
-        config.add_cleanup(folder.cleanup)
-        os.environ["TMPDIR"], tempfile.tempdir = folder.name, None
+        os.environ["TMPDIR"] = tempfile.mkdtemp(prefix="tests-")
+        tempfile.tempdir = None
+        # After multiprocessing's own folder in it, which has -100.
+        Finalize(None, shutil.rmtree, (os.environ["TMPDIR"], True), exitpriority=-200)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,7 +1,8 @@
 """The commands for objects on this machine: check, describe, convert and refine, with no server and no catalog."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from json import dumps, loads
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from asset2sim.catalog.text import NOTHING, output
+from asset2sim.checks.verdict import failures_of
 from asset2sim.engines.registry import HOW_TO_INSTALL, installed
 from asset2sim.engines.static_object import with_pybullet
 from asset2sim.intake.dataset import load_dataset
@@ -23,11 +25,13 @@ from flows import PIPELINE
 from schemas.asset import AssetRecord
 from schemas.errors import DONE, FAILED, UsageError, complain
 from schemas.settings import Settings
-from schemas.vocabulary import Severity, Status
+from schemas.vocabulary import Severity, Stage, Status
 
 CHECK_PIPELINE, CONVERT_PIPELINE = "tasks.check:check_asset", "tasks.convert:convert_asset"
-SAID_BESIDE = ("changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
-"""Codes of findings of a check that the terminal shows beside the verdict."""
+SAID_BESIDE = ("no_inertials", "changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
+"""Codes of findings of a check that the terminal shows beside the verdict, and the warnings on what the file states."""
+MOST_SAID = 5
+"""Things that the terminal says are wrong with one object, at most."""
 
 
 def refine_listed(request: RefineRequest) -> int:
@@ -37,7 +41,7 @@ def refine_listed(request: RefineRequest) -> int:
         raise UsageError("--out is a URL: runs write there; pip install 'asset2sim[pipeline]'")
     say_what_is_absent()
     records = refine_here(request.found.refs, request.out.folder, request.settings, PIPELINE)
-    print_records(records, request.settings)
+    print_records(records, request.settings, reason_of)
     output().print(Text(f"assets: {request.out.folder / 'assets'}"))
     return FAILED if request.strict and failed_of(records) else DONE
 
@@ -84,13 +88,15 @@ def check_listed(options: CheckOptions, settings: Settings) -> int:
     if options.json_:
         print_json([check_as_json(record, settings) for record in records])
     else:
-        print_records(records, settings)
+        print_records(records, settings, partial(all_that_is_wrong, settings=settings))
     failed = failed_of(records)
     if fix is None or not failed:
+        if failed and not options.json_:
+            output().print(Text("--fix FOLDER refines what fails"))
         return FAILED if failed else DONE
     mended = refine_here([record.ref for record in failed], fix, settings, PIPELINE)
     if not options.json_:
-        print_records(mended, settings)
+        print_records(mended, settings, reason_of)
         output().print(Text(f"mended: {fix / 'assets'}"))
     return FAILED if failed_of(mended) else DONE
 
@@ -105,8 +111,8 @@ def print_json(told: Any) -> None:
     sys.stdout.write(f"{dumps(loads(dumps(told), parse_constant=lambda _: None), indent=1)}\n")
 
 
-def print_records(records: Sequence[AssetRecord], settings: Settings) -> None:
-    """Print each asset's verdict, that of each engine, the reason, and what would mend it."""
+def print_records(records: Sequence[AssetRecord], settings: Settings, say: Callable[[AssetRecord], list[str]]) -> None:
+    """Print each asset's verdict, that of each engine, and what there is to say of it, a line each."""
     engines = list(dict.fromkeys(report.engine for record in records for report in record.reports))
     table = Table(box=box.SIMPLE_HEAD)
     for name in ("asset", "verdict", *engines, "reason"):
@@ -114,16 +120,38 @@ def print_records(records: Sequence[AssetRecord], settings: Settings) -> None:
     for record in records:
         seen = {report.engine: engine_verdict(record, report, settings) for report in record.reports}
         ok = record.status is Status.OK
-        warned = [item.message for item in record.findings if item.code in SAID_BESIDE]
-        verdict = Text("ok", style="green") if ok else Text(record.failure_mode, style="bold red")
-        told = [] if ok else [record.reason, f"remedy: {remedy_of(record.failure_mode)}"]
         table.add_row(
-            *(Text(record.ref.asset_id), verdict),
+            Text(record.ref.asset_id),
+            Text("ok", style="green") if ok else Text(record.failure_mode, style="bold red"),
             *(Text(seen.get(name, NOTHING)) for name in engines),
-            Text("; ".join(told + warned)),
+            Text("\n".join(f"- {line}" for line in say(record))),
         )
     output().print(table)
     output().print(Text(f"{len(records) - len(failed_of(records))} of {len(records)} ok"))
+
+
+def reason_of(record: AssetRecord) -> list[str]:
+    """Why a refined object failed, and what would mend it; nothing of one that is ok."""
+    failed = record.status is not Status.OK
+    return [record.reason, f"remedy: {remedy_of(record.failure_mode)}"] if failed else []
+
+
+def all_that_is_wrong(record: AssetRecord, settings: Settings) -> list[str]:
+    """All that is wrong with an object as it is, once a kind: what its file lacks or misstates, what it failed in any
+    engine, and what would mend the first failure."""
+    stated: dict[str, str] = {}
+    for item in record.findings:
+        if item.code in SAID_BESIDE or (item.severity is Severity.WARNING and item.stage is not Stage.MEASURE):
+            stated.setdefault(item.code, item.message)
+    first, *remedy = reason_of(record) or [""]
+    failed = {(record.failure_mode, ""): first}
+    for report in record.reports:
+        assert record.overlay is not None, "what was measured has an overlay"
+        for failure in failures_of(report, record.overlay, settings.thresholds):
+            failed.setdefault((failure.mode, failure.subject), failure.reason)
+    said = list(dict.fromkeys(filter(None, (*stated.values(), *failed.values()))))
+    more = len(said) - MOST_SAID
+    return [*said[:MOST_SAID], *([f"and {more} more, which --json has"] if more > 0 else []), *remedy]
 
 
 def say_what_is_absent() -> None:

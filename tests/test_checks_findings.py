@@ -58,6 +58,8 @@ def test_every_failing_test_is_told_and_the_first_is_the_verdict() -> None:
     told = [item for item in report_findings(reports, overlay(), Settings()) if item.severity is Severity.ERROR]
     assert [item.code for item in told] == ["drift", "drop"] and told[0].value == 0.5
     assert overall_verdict(reports, overlay(), Settings()).reason == told[0].message
+    refused = make_report(Engine.SAPIEN, measurement=None, interaction=None, problem="no mass", refused=True)
+    assert overall_verdict((*reports, refused), overlay(), Settings()).mode is FailureMode.ENGINE_REFUSED
 
 
 def test_engines_that_disagree_are_told_with_all_numbers() -> None:

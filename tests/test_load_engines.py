@@ -4,6 +4,7 @@ alone, so it also runs where the project is not: ``pytest --noconftest tests/tes
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -300,10 +301,13 @@ def test_a_description_says_what_a_user_must_know(tmp_path: Path) -> None:
     lid = body("lid", MASS, "0.2 0 0", 0.01, box("0.4 0.2 0.02", "0.2 0 0"))
     folder = written(tmp_path, BASE + drawer + lid, {
         "slide": {"kind": "prismatic", "child": "drawer", "axis": "1 0 0", "lower": 0.0, "upper": 0.3, "holds": True},
-        "hinge": {"child": "lid", "xyz": "0 0 0.6", "lower": 0.0, "upper": 1.0, "initial_position": 0.5},
+        "hinge": {"child": "lid", "xyz": "0 0 0.6", "lower": -0.0, "upper": 1.0, "initial_position": 0.5},
     })  # fmt: skip
     about = describe(folder)
     slide, hinge = about.joints
+    others = replace(hinge, gravity_load=-0.2), replace(hinge, stiffness=1.0)
+    for other, does in zip((hinge, *others), ("moves freely", "gravity moves it", "springs back"), strict=True):
+        assert f"revolute, 0 to 1 rad, starts at 0.5, {does}, pull lid" in str(other)
     assert (about.support, about.mass_kg, slide.unit, hinge.unit) == ("fixed", 10.5, "m", "rad")
     assert (slide.lower, slide.upper, slide.holds, hinge.initial_position) == (0.0, 0.3, True, 0.5)
     assert slide.pull == pytest.approx((0.1, 0.0, 0.0)) and hinge.pull == pytest.approx((0.4, 0.0, 0.0))

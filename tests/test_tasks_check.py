@@ -124,6 +124,18 @@ def test_the_command_checks_folders_as_they_are(tmp_path: Path, capsys: pytest.C
     assert code == 1 and told["remedy"] and told["remedy"] in log["runs"][0]["results"][0]["message"]["text"]
 
 
+@pytest.mark.system
+def test_a_file_without_masses_is_said_to_have_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    parts = (link(name, BOX.format("collision", "0.3 0.3 0.2", "0 0 0.1")) for name in ("body", "lid"))
+    hinge = joint("hinge", "revolute", "body", "lid", xyz="0 0 0.2", axis="0 -1 0", limit="0 1.5")
+    folder = written(tmp_path / "bare", robot(*parts, hinge))
+    code = run_command(["check", str(folder), "--engines", "pybullet,mujoco"], refine=never, nightly=never_serve)
+    said = " ".join(capsys.readouterr().out.split())
+    assert code == 1 and "bare engine_refused" in said, "what PyBullet makes up for it is no verdict on the file"
+    for told in ("no link states a mass and an inertia", "remedy: mend what it names", "0 of 1 ok --fix FOLDER"):
+        assert told in said, said
+
+
 def test_a_folder_that_is_none_is_a_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for words, said in ((str(tmp_path / "no"), "no dataset at"), ("s3://bucket/a", "copy it first")):
         code, out, err = checked(capsys, words)

@@ -26,7 +26,7 @@ from schemas.settings import Thresholds
 from schemas.vocabulary import Stage
 
 _FINDING_HEADINGS = ("severity", "stage", "code", "where", "message")
-_STEP_HEADINGS = ("step", "proposer", "Φ before mm", "Φ after mm", "kept", "evaluations", "moved")
+_STEP_HEADINGS = ("step", "proposer", "moved", "Φ before mm", "Φ after mm", "kept", "evaluations")
 _CALL_HEADINGS = ("purpose", "model", "outcome", "attempt", "tokens in", "out", "USD", "s")
 _SEVERITY_STYLES = {"error": "bold red", "warning": "yellow", "info": "dim"}
 
@@ -129,7 +129,7 @@ def _rest(asset: FrameRow, own: Mapping[str, Sequence[FrameRow]]) -> list[Render
     if own["findings"]:
         parts.append(number_table("Findings", _FINDING_HEADINGS, map(_finding, own["findings"]), left=5))
     if own["trace"]:
-        parts.append(number_table("Refinement", _STEP_HEADINGS, map(_step, own["trace"]), left=2))
+        parts.append(number_table("Refinement", _STEP_HEADINGS, map(_step, own["trace"]), left=3))
     if own["model_calls"]:
         parts.append(number_table("Model calls", _CALL_HEADINGS, map(_call, own["model_calls"]), left=3))
     stages = [(stage.value, asset[f"seconds_{stage.value}"]) for stage in Stage]
@@ -151,7 +151,8 @@ def _step(step: FrameRow) -> tuple[object, ...]:
     shown = ", ".join(f"{joint} → {significant(position)}" for joint, position in moved)
     before, after = significant(step["phi_before_mm"]), significant(step["phi_after_mm"])
     kept = "yes" if step["accepted"] else "no"
-    return step["step"], step["proposer"], before, after, kept, step["evaluations"], f"{shown}\n{step['reason']}"
+    words = f"{shown}\n{step['reason']}".strip()
+    return step["step"], step["proposer"], words, before, after, kept, step["evaluations"]
 
 
 def _call(call: FrameRow) -> tuple[object, ...]:

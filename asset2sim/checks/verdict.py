@@ -79,10 +79,12 @@ def deciding_reports(reports: Sequence[EngineReport], settings: EngineSettings) 
 
 
 def overall_verdict(reports: Sequence[EngineReport], overlay: PhysicsOverlay, settings: Settings) -> Verdict:
-    """The verdict over the engines that decide: the first failure in the order of the reports, or passed."""
+    """The verdict over the engines that decide: the first failure in the order of the reports, or passed. A document
+    that an engine refuses goes before what another measured, which then measured what it had made up."""
     decide = deciding_reports(reports, settings.engine)
-    verdicts = (report_verdict(report, overlay, settings.thresholds) for report in decide)
-    return next((verdict for verdict in verdicts if not verdict.passed), PASSED)
+    verdicts = [report_verdict(report, overlay, settings.thresholds) for report in decide]
+    failed = [verdict for verdict in verdicts if not verdict.passed]
+    return next((verdict for verdict in failed if verdict.mode is FailureMode.ENGINE_REFUSED), [*failed, PASSED][0])
 
 
 def disagreements(reports: Sequence[EngineReport], overlay: PhysicsOverlay, limits: Thresholds) -> list[Finding]:

@@ -67,10 +67,19 @@ class Joint:
         off = math.remainder(off, period) if period > 0.0 else off
         return float(min(max(self.bias["slope"] * off, self.bias["least"]), self.bias["most"]))
 
+    @property
+    def let_go(self) -> str:
+        """How it moves where it is let go, in words."""
+        if self.holds:
+            return "holds"
+        if self.stiffness > 0.0:
+            return "springs back"
+        return "gravity moves it" if abs(self.gravity_load) > self.friction else "moves freely"
+
     def __str__(self) -> str:
-        ends = "endless" if self.lower is None or self.upper is None else f"{self.lower:.4g} to {self.upper:.4g}"
+        ends = "endless" if self.lower is None or self.upper is None else f"{self.lower:z.4g} to {self.upper:z.4g}"
         pull = "" if self.pull is None else f", pull {self.link} at ({', '.join(f'{v:.3f}' for v in self.pull)}) m"
-        does = f"starts at {self.initial_position:.4g}, {'holds' if self.holds else 'moves freely'}"
+        does = f"starts at {self.initial_position:z.4g}, {self.let_go}"
         return f"{self.name} ({self.label or self.link}): {self.type}, {ends} {self.unit}, {does}{pull}"
 
 
