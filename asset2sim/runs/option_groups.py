@@ -1,24 +1,16 @@
 """Options that several commands share, and those of pages, of objects as they are, and of handing objects on."""
 
 from pathlib import Path
-from typing import Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 from pydantic_settings import CliDualFlag, CliPositionalArg, CliSubCommand, CliToggleFlag
 
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from schemas.extensions import checks
 from schemas.location import Location
-from schemas.settings import ModelSettings
-from schemas.support import SupportKind
-from schemas.vocabulary import Correction, Engine, Export, UpAxis
+from schemas.vocabulary import Engine
 
-PACKAGE = Field((), description="a folder outside data that is read as package://NAME/…, repeatable")
-MACRO = Field(
-    "", description="the macro that is read of xacro files that only define macros, its arguments at their defaults"
-)
-ALLOW_OUTSIDE = Field(False, description="read files outside data that an asset names or links to")
 SOME = Field((), description="only these assets, separated by commas")
 INTERACTION = Field(True, description="drops, nudges, sweeps and resets beside the paper's tests")
 AT_ONCE = Field(None, description="assets at work at once (default: all cores)")
@@ -30,15 +22,6 @@ class FileOptions(Options):
     settings: typed.FILE | None = Field(
         None, description="a YAML or TOML file of settings; what an option says goes first"
     )
-
-
-class ModelOptions(FileOptions):
-    """Which models are asked."""
-
-    model: typed.NAME = Field(ModelSettings().model, description="any LiteLLM model, or recorded/FOLDER")
-    api_base: typed.URL | None = Field(None, description="the address of a server of your own for that model")
-    refinement_model: typed.NAME | None = Field(None, description="another model for steps of the state")
-    judge_model: typed.NAME | None = Field(None, description="a vision model that scores the result against its prompt")
 
 
 class ChosenAssets(Options):
@@ -57,24 +40,6 @@ class Selection(ChosenAssets):
         (), description=f"further checks, seconds an object: {', '.join(checks()) or 'none is installed'}"
     )
     workers: typed.N | None = AT_ONCE
-
-
-class AnswerOptions(Options):
-    """How far a model's answer is taken as it is."""
-
-    correct: typed.CORRECT | None = Field(
-        None,
-        description=f"{', '.join(Correction)}: what rules may change of an answer (default: semantic for prior/…, "
-        "units for other models)",
-    )
-    ask_again: CliDualFlag[bool] = Field(
-        True,
-        description="ask once more, with what an answer comes to, where that is doubtful; of prior/… and with "
-        "--correct semantic only where stated",
-    )
-    samples: typed.N | None = Field(
-        None, description="the most answers where a model is unsure; their median (default: 1)"
-    )
 
 
 class CatalogOptions(Options):
@@ -113,21 +78,13 @@ class PagesOptions(CatalogOptions):
     mlflow_port: typed.PORT = Field(5000, description="port for MLflow's pages")
 
 
+@typed.with_settings("check")
 class CheckOptions(FileOptions):
     """Check objects as they are, in any format: refined, edited by hand, or foreign. Exits with 0 where all
     pass, 1 where one fails, 2 for a mistake in the command."""
 
     folders: CliPositionalArg[typed.FOLDERS] = Field(description="assets' folders or files, or folders of those")
-    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
-        None, description=f"engines to check in: {', '.join(Engine)} (default: all installed)"
-    )
     interaction: CliDualFlag[bool] = INTERACTION
-    support: typed.SUPPORT | None = Field(
-        None, description=f"{', '.join(SupportKind)}: what carries them (default: their overlay.json, else found)"
-    )
-    up: typed.AXIS | None = Field(
-        None, description=f"{', '.join(UpAxis)}: the axis that points up in the files (default: z)"
-    )
     json_: CliToggleFlag[bool] = Field(False, alias="json", description="JSON instead of a table")
     sarif: typed.FILE | None = Field(
         None, description="a file to write failures and warnings to as SARIF 2.1.0, which GitHub shows"
@@ -138,15 +95,12 @@ class CheckOptions(FileOptions):
     workers: typed.N | None = Field(None, description="assets checked at once (default: all cores)")
 
 
+@typed.with_settings("convert")
 class ConvertOptions(FileOptions):
     """Convert objects of any format to URDF, MJCF and USD, their numbers as they are. Exits with 1 if one fails."""
 
     data: CliPositionalArg[Location] = Field(description="objects, as asset2sim refine takes them")
     out: typed.FILE = Field(description="the output folder: OUT/assets/<asset_id>")
-    to: typed.Listed[typed.FORMATS] = Field((), description=f"formats beside the URDF: {', '.join(Export)}")
-    up: typed.AXIS | None = Field(None, description=f"{', '.join(UpAxis)}: the axis that points up in the files")
-    package: typed.Listed[typed.PACKAGES] = PACKAGE
-    macro: typed.NAME = MACRO
     workers: typed.N | None = Field(None, description="objects converted at once (default: all cores)")
 
 
@@ -164,6 +118,7 @@ class ExportOverlaysOptions(Options):
     assets: typed.Chosen[typed.IDS] = SOME
 
 
+@typed.with_settings("apply")
 class ApplyOverlaysOptions(FileOptions):
     """Make the refined objects of an overlay folder on your copy of its dataset. Exits with 1 if one differs."""
 
@@ -172,8 +127,6 @@ class ApplyOverlaysOptions(FileOptions):
     out: Path = Field(description="the output folder")
     assets: typed.Chosen[typed.IDS] = SOME
     workers: typed.N | None = AT_ONCE
-    package: typed.Listed[typed.PACKAGES] = PACKAGE
-    allow_outside: CliDualFlag[bool] = ALLOW_OUTSIDE
 
 
 class PackOptions(Options):

@@ -1,35 +1,25 @@
 """Types of options: their names are what the help shows in the place of a value."""
 
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from enum import EnumType
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
-from pydantic import AfterValidator, BeforeValidator, Field
-from pydantic_settings import NoDecode
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, create_model
+from pydantic_settings import CliDualFlag, NoDecode
 from typing_extensions import TypeAliasType
 
 from asset2sim.runs.command_line import Options
 from schemas.authored import KeepWords
 from schemas.base import Fraction, NonNegative, Positive
+from schemas.csv_rows import rows_beside
 from schemas.errors import UsageError
 from schemas.extensions import CheckName
-from schemas.inputs import Package
 from schemas.location import Location
-from schemas.support import SupportKind
-from schemas.vocabulary import (
-    BaseMode,
-    CollisionMode,
-    Correction,
-    DynamicsRule,
-    Engine,
-    Export,
-    Gate,
-    Grouping,
-    Method,
-    Proposer,
-    StateMode,
-    UpAxis,
-)
+from schemas.settings import Settings
+from schemas.vocabulary import Engine, Grouping
 
 
 def comma_separated(text: object) -> object:
@@ -88,7 +78,6 @@ PORT = TypeAliasType("PORT", Annotated[int, Field(ge=1, le=65_535)])
 CRON = TypeAliasType("CRON", str)
 USD = TypeAliasType("USD", NonNegative)
 URL = TypeAliasType("URL", str)
-TEXT = TypeAliasType("TEXT", str)
 DAY = TypeAliasType("DAY", Annotated[datetime, BeforeValidator(utc)])
 RUN = TypeAliasType("RUN", tuple[str, str])
 SHELL = TypeAliasType("SHELL", str)
@@ -96,21 +85,9 @@ ENGINES = TypeAliasType("ENGINES", tuple[Engine, ...])
 VIEWED = (Engine.PYBULLET, Engine.MUJOCO)
 """Engines of the viewer."""
 ENGINE = TypeAliasType("ENGINE", Annotated[Engine, AfterValidator(viewed)])
-FORMATS = TypeAliasType("FORMATS", tuple[Export, ...])
 CHECKS = TypeAliasType("CHECKS", tuple[CheckName, ...])
-PACKAGES = TypeAliasType("PACKAGES", tuple[Package, ...])
 GROUP = TypeAliasType("GROUP", Grouping)
-METHOD = TypeAliasType("METHOD", Method)
-MODE = TypeAliasType("MODE", CollisionMode)
-RULE = TypeAliasType("RULE", DynamicsRule)
-PROPOSER = TypeAliasType("PROPOSER", Proposer)
-STATE = TypeAliasType("STATE", StateMode)
 KEEP = TypeAliasType("KEEP", KeepWords)
-CORRECT = TypeAliasType("CORRECT", Correction)
-SUPPORT = TypeAliasType("SUPPORT", SupportKind)
-BASE = TypeAliasType("BASE", BaseMode)
-GATE = TypeAliasType("GATE", Gate)
-AXIS = TypeAliasType("AXIS", UpAxis)
 FORMAT = TypeAliasType("FORMAT", Literal["yaml", "toml"])
 
 
@@ -124,3 +101,40 @@ def exclusive(options: Options, one: str, other: str) -> None:
     if {one, other} <= options.model_fields_set and getattr(options, one) and getattr(options, other):
         names = [f"--{name.replace('_', '-')}" for name in (other, one)]
         raise UsageError(f"argument {names[0]}: not allowed with argument {names[1]}")
+
+
+Stated = TypeVar("Stated", bound=Options)
+
+
+def with_settings(command: str) -> Callable[[type[Stated]], type[Stated]]:
+    """Decorator that gives a command those options that state a setting: the rows of ``options.csv`` that name it."""
+
+    def extended(options: type[Stated]) -> type[Stated]:
+        rows = [row for row in rows_beside(__file__, "options.csv") if command in row["commands"].split()]
+        fields: dict[str, Any] = {row["option"]: option_of(row) for row in rows}
+        return create_model(
+            options.__name__, __base__=options, __doc__=options.__doc__, __module__=options.__module__, **fields
+        )
+
+    return extended
+
+
+def option_of(row: Mapping[str, str]) -> tuple[Any, Any]:
+    """Type and field of an option: its setting's type and default, ``shown`` in the place of a value."""
+    model: type[BaseModel] = Settings
+    *sections, name = row["setting"].split(".")
+    for section in sections:
+        model = cast(type[BaseModel], model.model_fields[section].annotation)
+    field, listed = model.model_fields[name], cast(Any, Listed)
+    kinds = get_args(field.annotation) if get_origin(field.annotation) in (Union, UnionType) else (field.annotation,)
+    kind, optional = kinds[0], NoneType in kinds
+    several = get_origin(kind) is tuple
+    one = get_args(kind)[0] if several else kind
+    choices = ", ".join(one) if isinstance(one, EnumType) else ""
+    described = Field(field.default, description=row["description"].replace("{choices}", choices))
+    if kind is bool:
+        return CliDualFlag[bool], described
+    shown: Any = TypeAliasType(row["shown"], Annotated[kind, *field.metadata] if field.metadata else kind)
+    if several and optional:
+        return Annotated[listed[shown | None], AfterValidator(none_if_empty)], described
+    return listed[shown] if several else shown | None if optional else shown, described

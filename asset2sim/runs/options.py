@@ -11,39 +11,14 @@ from pydantic_settings import get_subcommand as chosen_command
 from asset2sim.runs import option_types as typed
 from asset2sim.runs.command_line import Options
 from asset2sim.runs.command_line import parse as parse_words
-from asset2sim.runs.option_groups import (
-    ALLOW_OUTSIDE,
-    AT_ONCE,
-    MACRO,
-    PACKAGE,
-    AnswerOptions,
-    CatalogOptions,
-    ChosenAssets,
-    FileOptions,
-    ModelOptions,
-    Selection,
-)
+from asset2sim.runs.option_groups import AT_ONCE, CatalogOptions, ChosenAssets, FileOptions, Selection
 from schemas.authored import KEEP_WORDS
 from schemas.csv_rows import rows_beside
 from schemas.declared import DeclaredCommand
 from schemas.errors import UsageError
 from schemas.extensions import commands, missing, object_at
 from schemas.location import Location
-from schemas.support import SupportKind
-from schemas.vocabulary import (
-    BaseMode,
-    CollisionMode,
-    DynamicsRule,
-    Engine,
-    Export,
-    Gate,
-    Grouping,
-    Keep,
-    Method,
-    Proposer,
-    StateMode,
-    UpAxis,
-)
+from schemas.vocabulary import Grouping, Keep
 
 EXAMPLE = """\
 for example:
@@ -60,101 +35,36 @@ class SettingsOptions(FileOptions):
     format: typed.FORMAT = Field("yaml", description="yaml or toml")
 
 
-class DoctorOptions(ModelOptions):
+@typed.with_settings("doctor")
+class DoctorOptions(FileOptions):
     """Check what works here, and what does not."""
 
     out: typed.OUT = Field(Location("data/refined"), description="where it would go")
 
 
-class RefineOptions(AnswerOptions, ModelOptions, Selection):
+@typed.with_settings("refine")
+class RefineOptions(FileOptions, Selection):
     """Refine a dataset."""
 
     data: CliPositionalArg[Location] = Field(
         description="a folder, or its URL, with manifest.csv, of asset folders, or of one asset; or an asset's file"
     )
     out: typed.OUT = Field(description="the output folder, or its URL")
-    engines: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
-        None, description=f"engines to verify in: {', '.join(Engine)} (default: all installed)"
-    )
-    verify: Annotated[typed.Listed[typed.ENGINES | None], AfterValidator(typed.none_if_empty)] = Field(
-        None, description="those of them whose verdicts decide; the others are recorded (default: all)"
-    )
-    collision: typed.MODE = Field(
-        CollisionMode.DECOMPOSE,
-        description=f"{', '.join(CollisionMode)}: collision geometry as authored, hulls, or pieces with interiors",
-    )
-    dynamics: typed.RULE = Field(
-        DynamicsRule.INERTIA,
-        description=f"{', '.join(DynamicsRule)}: joint dynamics from what a joint moves, or the paper's ranges",
-    )
-    proposer: typed.PROPOSER = Field(
-        Proposer.SEARCH,
-        description=f"{', '.join(Proposer)}: what parts overlapping links, a search first or a model at every step",
-    )
-    state: typed.STATE = Field(
-        StateMode.DOCUMENT,
-        description=f"{', '.join(StateMode)}: keep the authored zero, or make the requested state the zero",
-    )
-    support: typed.SUPPORT | None = Field(
-        None, description=f"{', '.join(SupportKind)}: what carries objects whose manifest row does not say"
-    )
-    prompt: typed.TEXT | None = Field(
-        None, description="what is asked of it, where DATA is one asset: 'its lid half open'"
-    )
-    base: typed.BASE = Field(
-        BaseMode.ROOT,
-        description=f"{', '.join(BaseMode)}: hold a fixed object's root by the loader's flag, or by a link 'world'",
-    )
-    up: typed.AXIS | None = Field(
-        None, description=f"{', '.join(UpAxis)}: the axis that points up in the files, --up=-y (default: found out)"
-    )
-    package: typed.Listed[typed.PACKAGES] = PACKAGE
-    macro: typed.NAME = MACRO
     keep: typed.Listed[typed.KEEP] = Field(
         (Keep.PLAUSIBLE.value,),
         description=f"authored numbers that stay where no words ask otherwise: {', '.join(KEEP_WORDS)}",
     )
-    split: CliDualFlag[bool] = Field(
-        False, description="cut files of several objects (a kitchen) into them, and put the whole together again"
-    )
-    allow_outside: CliDualFlag[bool] = ALLOW_OUTSIDE
-    export: typed.Listed[typed.FORMATS] = Field(
-        (), description=f"formats to write beside the URDF: {', '.join(Export)}"
-    )
-    method: typed.METHOD = Field(Method.ASSET2SIM, description=f"where the physics come from: {', '.join(Method)}")
-    budget_usd: typed.USD | None = Field(None, description="the most that the run's model calls may cost")
-    budget_calls: typed.COUNT | None = Field(None, description="the most model calls of the run")
-    budget_tokens: typed.COUNT | None = Field(None, description="the most tokens of the run")
-    asset_budget_usd: typed.USD | None = Field(None, description="the same for each asset")
-    asset_budget_calls: typed.COUNT | None = Field(None, description="the same for each asset")
-    rpm: typed.RATE | None = Field(None, description="the most requests a minute to one provider, over all workers")
-    answer_cache: CliDualFlag[bool] = Field(True, description="take an answer again that models have given before")
-    scheduler: typed.URL | None = Field(
-        None, description="tcp://…, a Dask scheduler to use instead of a cluster of our own"
-    )
-    keep_days: typed.N | None = Field(
-        None, description="remove what the history and MLflow hold of runs older than N days"
+    ask_again: CliDualFlag[bool] = Field(
+        True,
+        description="ask once more, with what an answer comes to, where that is doubtful; of prior/… and with "
+        "--correct semantic only where stated",
     )
     force: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again")
     retry_failed: CliToggleFlag[bool] = Field(False, description="refine unchanged assets again that failed")
     dry_run: CliToggleFlag[bool] = Field(
         False, description="say what would be refined, why, at what cost; write nothing"
     )
-    asset_timeout: typed.SECONDS | None = Field(
-        None, description="most seconds for an asset, and for its answers (default: 300)"
-    )
-    views: CliDualFlag[bool] = Field(True, description="write pictures; without them, `asset2sim views` can later")
-    report: CliDualFlag[bool] = Field(True, description="write the report for people, OUT/report, after the run")
     strict: CliToggleFlag[bool] = Field(False, description="exit with 1 if an asset failed")
-    min_success: typed.SHARE | None = Field(
-        None, description="gate: least share of the run's assets that must pass, unchanged ones included, as 0.95"
-    )
-    max_new_failures: typed.COUNT | None = Field(
-        None, description="gate: most assets that may fail and did not before; on a first run every failure is new"
-    )
-    gate: typed.GATE = Field(
-        Gate.ERROR, description=f"{', '.join(Gate)}: a run that misses a gate says so, and with error exits with 3"
-    )
     hook: Annotated[typed.SHELL | None, AfterValidator(typed.none_if_empty)] = Field(
         None, description="a shell command to run after the run; ASSET2SIM_… variables say how it went"
     )
@@ -223,12 +133,12 @@ class RecordOptions(CatalogOptions):
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
 
 
+@typed.with_settings("ask")
 class AskOptions(FileOptions, ChosenAssets):
     """Write the questions of a run as files, for a person or another program to answer; again, what follows from it."""
 
     data: CliPositionalArg[Location] = Field(description="a dataset, as asset2sim refine takes it")
     folder: CliPositionalArg[Path] = Field(description="the folder to write to, then --model recorded/FOLDER")
-    method: typed.METHOD = Field(Method.ASSET2SIM, description="whose questions")
     workers: typed.N | None = AT_ONCE
 
 
