@@ -158,7 +158,7 @@ def refine(request: "RefineRequest") -> "RunResult":
 @contextmanager
 def ready(request: "RefineRequest") -> Iterator[Refine]:
     """The flow, to be called within the block, with a server and the libraries that the run will need loading."""
-    from asset2sim.catalog.mlflow_store import load_mlflow
+    from asset2sim.catalog.mlflow_log import load_mlflow
     from asset2sim.catalog.switch import find_catalog
     from asset2sim.experiments.isolation.children import warm_up
     from asset2sim.models.gateway.environment import preload_litellm

@@ -27,7 +27,7 @@ from schemas.errors import DONE, FAILED, UsageError, complain
 from schemas.settings import Settings
 from schemas.vocabulary import Severity, Stage, Status
 
-CHECK_PIPELINE, CONVERT_PIPELINE = "tasks.check:check_asset", "tasks.convert:convert_asset"
+CHECK_PIPELINE, CONVERT_PIPELINE = "tasks.check:check_asset", "tasks.check:convert_asset"
 SAID_BESIDE = ("no_inertials", "changed_by_hand", "refined_state_unread", "refined_joint_unknown", "support_guessed")
 """Codes of findings of a check that the terminal shows beside the verdict, and the warnings on what the file states."""
 MOST_SAID = 5

@@ -12,10 +12,9 @@ from prefect.states import Cancelled, Completed, Failed
 from asset2sim.experiments.interrupt import sigterm_deferred
 from asset2sim.runs.request import settings_for_run
 from asset2sim.runs.result import INTERRUPTED, RunResult, alert_error, exit_code, missed_gates
-from flows.refine_dataset import refine_dataset
+from flows.refine_dataset import alert, opaque, refine_dataset
 from flows.run_report import night_line, print_night
 from flows.server.night_secrets import with_secrets
-from flows.steps import alert, opaque
 from schemas.errors import DONE, FAILED, GATE, MISTAKE, STOPPED, Asset2SimError, UsageError, complain, error_exit_code
 from schemas.location import Location
 from schemas.settings import Settings

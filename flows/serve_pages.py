@@ -86,7 +86,7 @@ def commands(
     out: Path | str, prefect_port: int = 4200, mlflow_port: int = 5000, report_port: int = 4100, host: str = LOOPBACK[0]
 ) -> dict[str, list[str]]:
     """Name → command line of each server: MLflow of this machine, and the report from when there is one."""
-    from asset2sim.catalog.mlflow_store import tracking_uri
+    from asset2sim.catalog.mlflow_log import tracking_uri
 
     programs, folder = Path(sys.executable).parent, report_folder(out)
     # MLflow answers under the names of this machine alone, unless told that others are its own, too.

@@ -1,4 +1,4 @@
-"""Check: any URDF folder, measured and judged as it is; nothing is proposed, changed or written."""
+"""Objects as they are, with nothing proposed or changed: checked, or converted to a URDF with exports beside it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +8,7 @@ from pydantic import ValidationError
 from asset2sim.assets.authored import REFINED_NAME, authored_overlay, read_overlay, with_refined_state
 from asset2sim.assets.checksums import changed_files
 from asset2sim.assets.extract import Extraction, folder_of
+from asset2sim.assets.folder import staged_folder, write_folder
 from asset2sim.validation.support import forced_support, with_support
 from schemas.asset import AssetRecord, AssetRef
 from schemas.errors import AssetError
@@ -16,10 +17,11 @@ from schemas.overlay import PhysicsOverlay
 from schemas.request import ModelAsk
 from schemas.settings import Settings
 from schemas.verdict import Verdict
-from schemas.vocabulary import Source, Stage
+from schemas.vocabulary import CollisionMode, FailureMode, Source, Stage
 from tasks.extract import extract_asset
 from tasks.measure import measure_written
 from tasks.progress import AssetJob, Progress, StageResult
+from tasks.publish import publish_folder
 from tasks.validate import Validated
 
 STATE_READ = "refined_state"
@@ -85,3 +87,30 @@ def read_refined(folder: Path) -> tuple[PhysicsOverlay | None, str]:
     except (OSError, ValueError, ValidationError) as error:
         first = str(error).splitlines()[0]
         return None, f"{REFINED_NAME} cannot be read ({first}): joints start at zero or their nearest limit"
+
+
+def convert_asset(ref: AssetRef, out: Path, settings: Settings, ask: ModelAsk) -> AssetRecord:
+    """Record of one asset converted into ``out/assets/<asset_id>``, with exports; ``ask`` is never called."""
+    progress, job = Progress(), AssetJob(ref, out, settings, ask)
+    verdict = Verdict(FailureMode.NONE, "")
+    try:
+        extraction = progress.run(Stage.EXTRACT, extract_asset, job, correct_joints=False).extraction
+        overlay = progress.run(Stage.VALIDATE, overlay_as_it_is, job, extraction).overlay
+        with staged_folder(out / "assets" / ref.asset_id) as folder:
+            progress.run(Stage.APPLY, write_as_it_is, job, extraction, overlay, folder)
+            progress.run(Stage.PUBLISH, publish_folder, job, folder, overlay, ())
+        progress.written = True
+    except AssetError as error:
+        verdict = progress.failed(error)
+    return progress.record(ref, settings, verdict)
+
+
+def write_as_it_is(job: AssetJob, extraction: Extraction, overlay: PhysicsOverlay, folder: Path) -> StageResult:
+    """URDF and meshes in the folder; a finding that names the links whose mass no file states."""
+    write_folder(extraction, overlay, {}, folder, job.settings.physics, CollisionMode.KEEP)
+    links = [link.name for link in extraction.features.links if link.inertial is None and link.meshes]
+    if not links:
+        return StageResult()
+    said = f"no mass is stated for {', '.join(links[:5])}{' and others' if len(links) > 5 else ''}; they have 1 kg and "
+    said += "1 kg·m², as PyBullet would give them: asset2sim refine finds theirs"
+    return StageResult(findings=(warning(Stage.APPLY, "mass_invented", said),))

@@ -128,10 +128,9 @@ def limited(settings: Settings) -> Settings:
 def main() -> int:
     import flows.command
     import flows.refine_dataset
-    import flows.steps
 
     module: Any = flows.refine_dataset
-    work: Any = flows.steps
+    work: Any = flows.refine_dataset
     flow = module.refine_dataset
 
     def refine_dataset(data: Path, out: Path, settings: Settings, *rest: Any, **more: Any) -> Any:

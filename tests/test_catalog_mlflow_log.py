@@ -12,8 +12,7 @@ from mlflow.entities import Run
 
 from asset2sim.catalog import mlflow_log
 from asset2sim.catalog.changes import Previous, find_changes
-from asset2sim.catalog.mlflow_log import EXPERIMENT, log_run, remove_old_artifacts, run_params
-from asset2sim.catalog.mlflow_store import PART, prepare_mlflow
+from asset2sim.catalog.mlflow_log import EXPERIMENT, PART, log_run, prepare_mlflow, remove_old_artifacts, run_params
 from asset2sim.catalog.parts import open_parts
 from asset2sim.catalog.run import RunRow, start_run
 from asset2sim.catalog.run_figures import run_figures

@@ -18,8 +18,7 @@ from asset2sim.runs.plan.plan import asset_files_hashes
 from asset2sim.runs.plan.state import open_state
 from asset2sim.storage.tree import Tree, local_tree
 from flows import command
-from flows.refine_dataset import refine_dataset
-from flows.steps import discover
+from flows.refine_dataset import discover, refine_dataset
 from schemas.errors import MISTAKE, MOST_MISTAKES, AssetError, UnknownChoiceError, UsageError
 from schemas.location import Location
 from schemas.vocabulary import UpAxis

@@ -10,8 +10,7 @@ from asset2sim.engines.contacts import ContactPoint, penetration
 from asset2sim.engines.static_object import contacts_at
 from asset2sim.models.prompts import TriedProposal
 from asset2sim.refinement.position_bands import Band, Evaluator, band_of, objective
-from asset2sim.refinement.search_state import Ask, refine_state
-from asset2sim.refinement.state_proposals import focus_joints
+from asset2sim.refinement.search_state import Ask, focus_joints, refine_state
 from schemas.asset import AssetRecord
 from schemas.features import JointFeatures
 from schemas.finding import TraceStep

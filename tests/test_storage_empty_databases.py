@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from mlflow.version import VERSION
 
-from asset2sim.catalog.mlflow_store import DATABASE, open_mlflow
+from asset2sim.catalog.mlflow_log import DATABASE, open_mlflow
 from asset2sim.storage.empty_databases import copy_empty, keep_empty
 from flows.server.server import temporary_server
 from tests.prefect_server import answers

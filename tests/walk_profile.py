@@ -31,7 +31,8 @@ from asset2sim.runs import asset_attempt
 from asset2sim.runs.check_request import check_request
 from asset2sim.runs.remote.output import Output
 from asset2sim.runs.spread import refine_all
-from flows import PIPELINE, steps
+from flows import PIPELINE
+from flows import refine_dataset as steps
 from schemas.asset import AssetRecord, AssetRef
 from schemas.location import Location
 from schemas.settings import Settings

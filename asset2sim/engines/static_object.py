@@ -48,7 +48,7 @@ def static_object(
         from asset2sim.engines.pybullet_object import static_pybullet
 
         return static_pybullet(urdf, settings.timestep_s, parents=parents)
-    from asset2sim.engines.mujoco_object import static_mujoco
+    from asset2sim.engines.mujoco_world import static_mujoco
 
     return static_mujoco(urdf, settings.timestep_s, parents=parents)
 

@@ -10,8 +10,15 @@ import math
 from asset2sim.physics.felt import FeltSpring, felt_spring
 from asset2sim.physics.paper_ranges import paper_terms
 from asset2sim.physics.terms import JointLoad, JointTerms, Term, UnmetWish
-from asset2sim.physics.timed import closing_brake, gliding_brake, largest_damping, relaxed_position, timed_return
-from asset2sim.physics.timing import RETURN_CRITICAL, Brake
+from asset2sim.physics.timing import (
+    RETURN_CRITICAL,
+    Brake,
+    closing_brake,
+    gliding_brake,
+    largest_damping,
+    relaxed_position,
+    timed_return,
+)
 from schemas.overlay import JointProposal
 from schemas.settings import PhysicsSettings
 from schemas.vocabulary import DynamicsRule, Source

@@ -8,8 +8,7 @@ from asset2sim.models.prompts import MM_PER_M, TriedProposal
 from asset2sim.refinement.ask_model import ProposedPose, QuestionContext, propose_pose
 from asset2sim.refinement.context import info, warning
 from asset2sim.refinement.position_bands import Evaluator, Pose, objective
-from asset2sim.refinement.search_state import Search, seed_of
-from asset2sim.refinement.state_proposals import MOST, focus_joints, pose_grid, poses_along, poses_around
+from asset2sim.refinement.search_state import MOST, Search, focus_joints, pose_grid, poses_along, poses_around, seed_of
 from schemas.features import JointFeatures
 from schemas.finding import Finding, TraceStep
 from schemas.interaction import ContactPair

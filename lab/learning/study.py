@@ -11,8 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from asset2sim.catalog.mlflow_log import experiment_of
-from asset2sim.catalog.mlflow_store import open_mlflow
+from asset2sim.catalog.mlflow_log import experiment_of, open_mlflow
 from asset2sim.catalog.read import latest_rows
 from asset2sim.experiments.isolation import Ending
 from asset2sim.experiments.isolation.supervise import Work
