@@ -58,15 +58,12 @@ def test_a_value_comes_back_and_a_silent_child_leaves_no_log(log: Path) -> None:
     ("function", "words"),
     [(crashers.segfault, "killed by SIGSEGV"), (crashers.abort, "killed by SIGABRT"), (crashers.vanish, "exit code 3")],
 )
-def test_a_crash_is_an_outcome_that_says_how(log: Path, function: Callable[..., object], words: str) -> None:
+def test_a_crash_is_an_outcome_that_says_how_and_the_log_says_where(
+    log: Path, function: Callable[..., object], words: str
+) -> None:
     outcome = isolated(log, function)
-    assert outcome.ending is Ending.DIED
-    assert words in outcome.reason
-
-
-def test_the_log_says_where_a_crash_was(log: Path) -> None:
-    isolated(log, crashers.segfault)
-    assert "in segfault" in log.read_text(encoding="utf-8")
+    assert outcome.ending is Ending.DIED and words in outcome.reason
+    assert function is not crashers.segfault or "in segfault" in log.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("function", [crashers.hang_holding_the_interpreter, crashers.ignore_every_signal_and_hang])
@@ -255,38 +252,31 @@ def quick_settings() -> Settings:
 
 
 def test_an_assets_record_comes_back_whole(tmp_path: Path) -> None:
-    record = attempt_in_child(f"{__name__}:fine", REF, tmp_path, Settings(), answer).record
-    assert (record.status, record.ref, record.calls) == (Status.OK, REF, (CALL,))
+    found = attempt_in_child(f"{__name__}:fine", REF, tmp_path, Settings(), answer)
+    assert (found.record.status, found.record.ref, found.record.calls) == (Status.OK, REF, (CALL,)) and not found.died
 
 
 def test_a_crash_is_a_failed_record_that_keeps_its_model_calls(tmp_path: Path) -> None:
-    record = attempt_in_child(f"{__name__}:ask_and_crash", REF, tmp_path, Settings(), answer).record
-    assert (record.status, record.failure_mode) == (Status.FAILED, FailureMode.ENGINE_CRASH)
-    assert record.calls == (CALL,)
-    assert "SIGSEGV" in record.reason
-    assert "logs/box-1.log" in record.reason
+    found = attempt_in_child(f"{__name__}:ask_and_crash", REF, tmp_path, Settings(), answer)
+    record = found.record
+    assert (record.status, record.failure_mode, record.calls) == (Status.FAILED, FailureMode.ENGINE_CRASH, (CALL,))
+    assert "SIGSEGV" in record.reason and "logs/box-1.log" in record.reason and "SIGSEGV" in found.died
     assert "box-1" in record.findings[0].message
 
 
 def test_a_hang_is_a_failed_record(tmp_path: Path) -> None:
-    record = attempt_in_child(f"{__name__}:hang", REF, tmp_path, quick_settings(), answer).record
-    assert record.failure_mode is FailureMode.TIMEOUT
-    assert "1 s" in record.reason
+    found = attempt_in_child(f"{__name__}:hang", REF, tmp_path, quick_settings(), answer)
+    assert found.record.failure_mode is FailureMode.TIMEOUT and "1 s" in found.record.reason and "1 s" in found.died
 
 
-def test_only_a_process_that_died_says_so(tmp_path: Path) -> None:
-    def died(pipeline: str, settings: Settings | None = None) -> str:
-        return attempt_in_child(pipeline, REF, tmp_path, settings or Settings(), answer).died
-
-    assert "SIGSEGV" in died(f"{__name__}:ask_and_crash") and "1 s" in died(f"{__name__}:hang", quick_settings())
-    assert died(f"{__name__}:fine") == died(f"{__name__}:forget_the_record") == ""
-    assert died("tests.no_such_module:refine") == ""
-
-
-def test_a_pipeline_without_an_answer_is_a_failed_record(tmp_path: Path) -> None:
-    record = attempt_in_child(f"{__name__}:forget_the_record", REF, tmp_path, Settings(), answer).record
-    assert record.failure_mode is FailureMode.ENGINE_CRASH
-    assert "NoneType" in record.reason
+@pytest.mark.parametrize(
+    ("pipeline", "said"), [(f"{__name__}:forget_the_record", "NoneType"), ("tests.no_such_module:refine", "")]
+)
+def test_a_pipeline_without_an_answer_is_a_failed_record_and_its_process_did_not_die(
+    tmp_path: Path, pipeline: str, said: str
+) -> None:
+    found = attempt_in_child(pipeline, REF, tmp_path, Settings(), answer)
+    assert found.record.failure_mode is FailureMode.ENGINE_CRASH and said in found.record.reason and not found.died
 
 
 def test_a_stopped_asset_has_no_record(tmp_path: Path) -> None:
