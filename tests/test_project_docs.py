@@ -8,16 +8,26 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
+from asset2sim.catalog.read import query
+from asset2sim.catalog.write import write_run
 from asset2sim.checks.declared_check import failure_guide
+from asset2sim.models.gateway.abilities import check_model
+from asset2sim.models.gateway.environment import load_litellm
 from asset2sim.packs.declared_pack import known_packs
 from flows.schedule import nightly_schedule
 from lab.pages import reference
-from lab.pages.blocks import markers, with_block
+from lab.pages.blocks import FOLDER, QUESTIONS, frame_table, markers, question, questions_block, with_block
+from schemas.errors import UsageError
+from schemas.settings import ModelSettings
 from schemas.vocabulary import FailureMode
 from tests.assets import ROOT
+from tests.factories import make_failure, make_record
+from tests.provider_table import PROVIDERS, Provider, provider_table
 from tests.samples.bad_assets import bad_assets
+from tests.test_catalog_history import night
 from tests.test_project_links import unresolved
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -159,3 +169,92 @@ def test_contributing_names_every_room_and_no_other() -> None:
     inside = {f"asset2sim/{path.name}" for path in (ROOT / "asset2sim").iterdir() if (path / "__init__.py").is_file()}
     inside |= {f"asset2sim/{path.stem}" for path in (ROOT / "asset2sim").glob("*.py") if path.stem != "__init__"}
     assert named == {"schemas", "tasks", "flows", "lab"} | inside
+
+
+PAGE = Path(__file__).resolve().parents[1] / "docs/models.md"
+LOCAL = "http://127.0.0.1:8000/v1"
+
+
+@pytest.fixture(autouse=True)
+def no_variables(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [name for provider in PROVIDERS for name in provider.variables]
+    for name in (*names, "OPENAI_API_BASE", "ANTHROPIC_AUTH_TOKEN"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def test_the_readme_has_the_table_as_it_is_made() -> None:
+    assert provider_table() in PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("provider", [p for p in PROVIDERS if p.variables], ids=lambda provider: provider.name)
+@pytest.mark.system  # the first import of LiteLLM opens a socket
+def test_the_variables_are_those_that_litellm_reads(provider: Provider, monkeypatch: pytest.MonkeyPatch) -> None:
+    report = load_litellm().validate_environment(provider.example)
+    assert set(report["missing_keys"]) == set(provider.variables)
+    for name in provider.variables[: 1 if provider.either else None]:
+        monkeypatch.setenv(name, "test-value-0123456789")
+    assert load_litellm().validate_environment(provider.example)["keys_in_environment"]
+    check_model(ModelSettings(model=provider.example))
+
+
+@pytest.mark.parametrize(
+    "provider", [p for p in PROVIDERS if any(n.endswith("_API_KEY") for n in p.variables)], ids=lambda p: p.name
+)
+@pytest.mark.system  # as above
+def test_a_missing_key_is_a_usage_error_that_names_it(provider: Provider) -> None:
+    if provider.name == "Azure OpenAI":
+        pytest.skip("a login may stand for its key")
+    with pytest.raises(UsageError, match=provider.variables[0]):
+        check_model(ModelSettings(model=provider.example))
+
+
+@pytest.mark.parametrize("provider", [p for p in PROVIDERS if not p.variables], ids=lambda provider: provider.name)
+@pytest.mark.system  # as above
+def test_servers_of_ones_own_need_none(provider: Provider) -> None:
+    address = None if provider.name == "Ollama" else LOCAL
+    check_model(ModelSettings(model=provider.example, api_base=address))
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two nights: an asset breaks, another is mended, and one takes long to measure."""
+    folder = tmp_path_factory.mktemp("out")
+    slow = make_record("slow", seconds={"extract": 1.0, "measure": 99.5})
+    write_run(folder, night(1), [make_record("breaks"), make_failure("mended", FailureMode.JAM), slow])
+    write_run(folder, night(2), [make_failure("breaks", FailureMode.DRIFT), make_record("mended"), slow])
+    return folder
+
+
+def answer(out: Path, name: str) -> list[tuple[object, ...]]:
+    return list(query(out, question(name)[1]).itertuples(index=False, name=None))
+
+
+def test_every_file_is_a_question_and_runs(out: Path) -> None:
+    assert {path.stem for path in (ROOT / FOLDER).glob("*.sql")} == set(QUESTIONS)
+    for name in QUESTIONS:
+        assert question(name)[0].endswith("?")
+        assert answer(out, name), name
+
+
+def test_the_answers_are_right(out: Path) -> None:
+    assert [row[:3] for row in answer(out, "modes")] == [("none", 2, 66.7), ("drift", 1, 33.3)]
+    assert answer(out, "changes") == [("breaks", "Box", "none", "drift"), ("mended", "Box", "jam", "none")]
+    calls = answer(out, "calls")
+    assert calls == [("prior", "overlay", 2, 0, 2400, 0.02), ("prior", "state", 2, 2, 0, 0.0)]
+    assert answer(out, "slowest")[0] == ("slow", "Box", 100.5, "measure", 99.5, 2)
+    assert answer(out, "weak")[0][:3] == ("Box", 3, 1)
+
+
+def test_the_documentation_asks_them_all_and_names_files_that_exist(out: Path) -> None:
+    begin, end = markers("questions")
+    block = (ROOT / "docs/catalog.md").read_text(encoding="utf-8").split(begin, 1)[1].split(end, 1)[0]
+    columns = questions_block(out)
+    for name in QUESTIONS:
+        heading, _, _ = frame_table(query(out, question(name)[1])).partition("\n")
+        assert question(name)[0] in block and heading in block and heading in columns, "stale: run make questions"
+        assert f"(`{FOLDER}/{name}.sql`)" in block
+
+
+def test_a_cell_is_never_more_than_text() -> None:
+    frame = pd.DataFrame({"a": ["x|y", None], "n": [1.5, None]})
+    assert frame_table(frame).splitlines() == ["| a | n |", "| --- | ---: |", "| x\\|y | 1.5 |", "| – | – |"]

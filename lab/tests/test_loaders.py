@@ -1,4 +1,4 @@
-"""What is said of engines' own loaders is so: every yes and no is measured again, in every installed engine."""
+"""What is said of engines' own loaders, measured again in every engine, and every check by every way to load."""
 
 from collections.abc import Iterator
 from importlib import import_module
@@ -6,6 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from asset2sim.assets.exports.mjcf import export_mjcf
+from asset2sim.assets.folder import URDF_NAME
+from asset2sim.checks.mechanism import mechanism
+from asset2sim.checks.opening import openings
 from asset2sim.engines.registry import installed
 from lab.loaders.loader_table import (
     BLOCK,
@@ -21,13 +25,18 @@ from lab.loaders.loader_table import (
     measured,
     samples_of,
 )
+from lab.loaders.routes import plain_mjcf, routes
+from lab.loaders.touched import TouchedRow, touch_all, touched_table
 from lab.pages.blocks import main, markers
 from schemas.errors import UsageError
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine
 from tasks.pipeline import refine_asset
-from tests.assets import NO_VIEWS, prior, sample
+from tests.assets import NO_VIEWS, RAW, prior, sample
+from tests.commands import one_after_the_other
 from tests.engine_worlds import every_engine
+from tests.exported import FRICTION, arm
+from tests.interaction_objects import SETTINGS
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs/load.md").read_text(encoding="utf-8")
 
@@ -96,3 +105,45 @@ def test_an_output_without_the_samples_is_a_mistake(tmp_path: Path, capsys: pyte
     (tmp_path / "PAGE.md").write_text("nothing", encoding="utf-8")
     assert main(["loaders", str(tmp_path), str(tmp_path / "PAGE.md")]) == 2
     assert "lacks the lines" in capsys.readouterr().err
+
+
+SAMPLES = ("trashcan_pedal", "laptop_silver")
+"""A light part that a spring returns, an armature and a friction hinge; a lid that holds."""
+KNOWN = {("trashcan_pedal", "USD"): "reset"}
+"""UsdPhysics has no rolling friction: read back, a round bin that is tilted rolls on."""
+
+
+@pytest.fixture(scope="module")
+def rows(tmp_path_factory: pytest.TempPathFactory, prefect_server: str) -> list[TouchedRow]:
+    out = tmp_path_factory.mktemp("touched")
+    options = ["--export", "mjcf,usd", "--no-views", "--no-report", "--workers", "1", "--assets", ",".join(SAMPLES)]
+    one_after_the_other([["refine", str(RAW), "--out", str(out), *options]], prefect_server)
+    return touch_all(out, out / "rows", None, 0, ())
+
+
+@pytest.mark.system
+def test_what_users_touch_passes_what_the_verdict_says(rows: list[TouchedRow]) -> None:
+    assert {(row.asset_id, row.route) for row in rows} == {(name, way.name) for name in SAMPLES for way in routes()}
+    for row in rows:
+        allowed = KNOWN.get((row.asset_id, row.route), "none")
+        assert not [one for one in row.failures if not one.startswith(allowed)], row
+        assert row.n_efforts and not row.efforts, row
+
+
+@pytest.mark.system
+def test_the_table_counts_ways(rows: list[TouchedRow]) -> None:
+    bad = rows[0].model_copy(update={"failures": ("hold: it falls",), "efforts": ("j: 1 N, the catalog 2 N",)})
+    table = touched_table([bad, *rows[1:]])
+    assert f"| {bad.route} | 1 of 2 | {bad.n_efforts + rows[len(routes())].n_efforts - 1} of" in table
+    assert "hold 1" in table
+
+
+@pytest.mark.system
+def test_a_dial_takes_the_same_by_its_mjcf_whose_clicks_are_sines(tmp_path: Path) -> None:
+    """0.1 N·m of the click and 0.02 of friction: a sine is at its most a quarter of the way, and less beyond."""
+    overlay = arm(tmp_path, bias=(-5.0, 0.0, -0.1, 0.1, 0.5), type="continuous", damping=0.01, friction=0.02)
+    export_mjcf(tmp_path, overlay, SETTINGS.timestep_s)
+    urdf = tmp_path / URDF_NAME
+    with plain_mjcf(urdf, plane=False, timestep_s=SETTINGS.timestep_s, contact_friction=FRICTION) as world:
+        (record,) = openings(world, mechanism(urdf, overlay), SETTINGS)
+    assert record.opening == pytest.approx(0.12, rel=0.05) and record.closing == pytest.approx(0.12, rel=0.05)
