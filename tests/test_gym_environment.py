@@ -128,19 +128,23 @@ def test_the_same_push_moves_the_drawer_as_in_a_recorded_interaction(thing: Path
     assert count > 1000 and apart < 0.05 * np.ptp(track.positions[:, 0])
 
 
-def test_the_power_of_the_tool_is_that_of_a_recorded_interaction(thing: Path) -> None:
+def test_the_power_of_the_tool_is_that_of_a_recorded_interaction_and_a_push_on_another_part_no_touch(
+    thing: Path,
+) -> None:
     env = opened(thing, action="joints")
-    plan, found = env.subject.plan, list[tuple[bool, float, float]]()
-    assert plan is not None
+    plan, found = env.subject.plan, list[tuple[bool, float, float, float]]()
+    assert plan is not None and planned_action(env, plan).shape == (8,)
+    other = ToolContacts(env.stage, np.array([], dtype=np.int64))
     env.reset(options={"start": 0})
     ended = False
     while not ended:
         *_, ended, _ = env.step(planned_action(env, plan))
         data = env.stage.data
-        found.append((env.touch.touches(data), env.touch.power(data), powers(env.stage)[0]))
-    touched, ours, theirs = (np.array(column) for column in zip(*found, strict=True))
+        found.append((env.touch.touches(data), env.touch.power(data), powers(env.stage)[0], other.power(data)))
+        assert not other.touches(data)
+    touched, ours, theirs, others = (np.array(column) for column in zip(*found, strict=True))
     assert touched.any() and not touched.all() and np.abs(theirs).max() > 0.01
-    assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-12)
+    assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-12) and np.abs(others).max() > 0.0
 
 
 def test_a_blow_that_is_over_at_the_sample_is_a_touch_and_its_work_counts_where_a_spring_could_do_it(
@@ -244,19 +248,6 @@ def test_an_object_that_is_shoved_or_tipped_is_not_used(
     assert info["displaced"] and not info["is_success"] and env.step_number < env.steps, "it is over at once"
 
 
-def test_a_push_on_another_part_is_work_and_no_touch(thing: Path) -> None:
-    env = opened(thing, action="joints")
-    assert env.subject.plan is not None
-    other = ToolContacts(env.stage, np.array([], dtype=np.int64))
-    env.reset(options={"start": 0})
-    works, ended = 0.0, False
-    while not ended:
-        *_, ended, _ = env.step(planned_action(env, env.subject.plan))
-        works += abs(other.power(env.stage.data))
-        assert not other.touches(env.stage.data)
-    assert works > 0.0
-
-
 def test_x_follows_the_limits_as_loaded(tmp_path: Path) -> None:
     """The overlay still says 0.1 m; the URDF, which MuJoCo reads, says 0.3 m."""
     folder = slider(tmp_path / "thing", upper=0.3)
@@ -321,10 +312,6 @@ def test_an_object_that_the_planner_cannot_move_gets_the_stated_place_of_the_bas
 def test_a_plan_is_replayed_with_joint_actions_only(thing: Path) -> None:
     with pytest.raises(UsageError, match="action='joints'"):
         replay(opened(thing))
-    env = opened(thing, action="joints")
-    assert env.subject.plan is not None
-    env.reset(options={"start": 0})
-    assert planned_action(env, env.subject.plan).shape == (8,)
 
 
 def test_the_three_lines_of_the_documentation_run(thing: Path) -> None:
