@@ -62,11 +62,6 @@ def test_models_are_counted_apart(tmp_path: Path) -> None:
     assert "other/model" in rendered(tmp_path)
 
 
-def test_without_a_catalog_it_is_the_user_s_mistake(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no catalog"):
-        failure_breakdown(tmp_path)
-
-
 NOW = datetime(2026, 11, 2, 8, tzinfo=UTC)
 
 

@@ -173,11 +173,8 @@ def test_the_matrix_of_an_orientation_is_scipys() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e12, -1e12])
-def test_what_no_table_can_hold_is_capped(value: float) -> None:
+def test_what_no_table_can_hold_is_capped_and_the_rest_kept(value: float) -> None:
     assert capped_reading(value) == math.copysign(BEYOND_MEASURE, value if abs(value) == 1e12 else 1.0)
-
-
-def test_what_a_table_can_hold_is_kept() -> None:
     assert capped_reading(-0.25) == -0.25
 
 

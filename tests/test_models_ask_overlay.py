@@ -17,15 +17,10 @@ from schemas.vocabulary import FailureMode
 from tests.factories import make_features
 from tests.model_server import ModelServer, Reply, serve
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("no_keys")]
 
 GOOD = '{"scale": 0.25, "links": [{"name": "body", "mass_kg": 0.5}]}'
 NEGATIVE = '{"scale": 0.25, "links": [{"name": "body", "mass_kg": -0.5}]}'
-
-
-@pytest.fixture(autouse=True)
-def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
 
 
 def run(server: ModelServer) -> tuple[Overlay, tuple[ModelCall, ...], tuple[Finding, ...]]:

@@ -554,11 +554,6 @@ def test_the_cap_of_a_machine_is_a_lid(category: str, material: str) -> None:
     assert next(item["material"] for item in made if item["name"] == "cap_link") == material
 
 
-def test_a_wall_switch_stays_on() -> None:
-    term = felt(ask(known.thing("Switch", known.hinged("rocker", "switch"))), "rocker")
-    assert term["holds"] is True and not term.get("spring_hz")
-
-
 @pytest.mark.parametrize(
     ("cover", "words", "material"),
     [

@@ -112,24 +112,15 @@ def test_an_edit_outlives_the_state_file(data: Path, out: Path) -> None:
     assert (done(plan), tuple(plan.by_hand)) == ("acd", ("b",))
 
 
-def test_a_folder_that_is_gone_is_refined_anew(data: Path, out: Path) -> None:
-    shutil.rmtree(out / "assets" / "b")
-    plan = run(data, out, make=Refine(out))
-    assert (done(plan), dict(plan.by_hand)) == ("b", {})
-
-
-def test_what_is_added_is_no_change_nor_is_a_new_date(data: Path, out: Path) -> None:
+def test_what_is_added_newly_dated_or_signed_is_no_change_and_what_is_gone_is_made_anew(data: Path, out: Path) -> None:
     (out / "assets" / "a" / "views").mkdir()
     (out / "assets" / "a" / "views" / "front.png").write_text("later")
     os.utime(out / "assets" / "b" / "mobility.urdf")
+    (out / "assets" / "c" / "mobility.urdf").write_text("by hand")
+    write_checksums(out / "assets" / "c")
+    shutil.rmtree(out / "assets" / "d")
     plan = run(data, out, make=Refine(out))
-    assert (done(plan), ids(plan.unchanged), dict(plan.by_hand)) == ("", "abcd", {})
-
-
-def test_signing_an_edit_accepts_it(data: Path, out: Path) -> None:
-    (out / "assets" / "b" / "mobility.urdf").write_text("by hand")
-    write_checksums(out / "assets" / "b")
-    assert dict(run(data, out, make=Refine(out)).by_hand) == {}
+    assert (done(plan), ids(plan.unchanged), dict(plan.by_hand)) == ("d", "abc", {})
 
 
 def test_an_unchanged_night_reads_no_file(data: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:

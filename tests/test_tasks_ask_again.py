@@ -36,7 +36,7 @@ from tests.marks import OBJECTS, needs_objects
 from tests.mistaken_model import MistakenModel
 from tests.scripted_server import ScriptedServer, scripted
 
-pytestmark = [pytest.mark.system, needs_objects]
+pytestmark = [pytest.mark.system, needs_objects, pytest.mark.usefixtures("no_keys")]
 
 CALLS_AN_ASSET = 1.5
 LEAST_MENDED = 0.5
@@ -108,11 +108,6 @@ def settings_of(server: ScriptedServer, doubt: Mapping[str, object]) -> Settings
         doubt=DoubtSettings.model_validate(doubt),
         views=ViewSettings(width=64, height=64),
     )
-
-
-@pytest.fixture(autouse=True)
-def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
 
 
 @pytest.fixture(autouse=True)

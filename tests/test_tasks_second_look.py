@@ -22,7 +22,7 @@ from tests.assets import joint, link, robot, shape, written
 from tests.model_server import Reply
 from tests.scripted_server import Asked, ScriptedServer, information, scripted
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("no_keys")]
 
 GUESSED, ASKED, UNANSWERED = "closed_end_guessed", "closed_end_asked", "closed_end_unanswered"
 FLAP = robot(
@@ -31,11 +31,6 @@ FLAP = robot(
     joint("hinge", "revolute", "frame", "flap", xyz="0 0 0.36", axis="0 1 0", limit="0 1"),
 )
 """A flap between two boards: by its weight it is closed where it hangs, at 0; its shape does not tell."""
-
-
-@pytest.fixture(autouse=True)
-def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
 
 
 def model_says(said: str | Reply) -> Callable[[Asked], Reply]:

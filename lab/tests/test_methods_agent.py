@@ -27,7 +27,7 @@ from tests.assets import cabinet, read, sample, written
 from tests.factories import guidance_of
 from tests.model_server import ModelServer, Reply, serve
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.usefixtures("no_keys")]
 
 GOOD: dict[str, Any] = {
     "scale": 0.3,
@@ -36,11 +36,6 @@ GOOD: dict[str, Any] = {
     "initial_joint_positions": [{"joint": "lid_hinge", "position": 0.5}],
 }
 STEPS = 6
-
-
-@pytest.fixture(autouse=True)
-def no_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("OPENAI_API_KEY", raising=False)
 
 
 @pytest.fixture(scope="module")
