@@ -12,7 +12,7 @@ import pytest
 from asset2sim.assets.checksums import FILE, changed_files, write_checksums
 from asset2sim.catalog.read import read_table
 from asset2sim.runs.plan import hand_changes, state
-from asset2sim.runs.plan.hand_changes import changes_text, find_changes, find_changes_in_store, note_stored
+from asset2sim.runs.plan.hand_changes import changes_text, note_written
 from asset2sim.runs.plan.state import open_state
 from schemas.asset import AssetRecord, AssetRef, Unchanged
 from schemas.vocabulary import Method, Redo
@@ -145,15 +145,14 @@ def test_a_folder_that_was_just_written_is_read_the_next_time(tmp_path: Path) ->
     run(folders, out, make=Refine(out))
     with open_state(out) as opened:
         assert opened.execute("SELECT count(*) FROM outputs").fetchone() == (0,)
-        assert find_changes(opened, out, ["a"]) == {}
+        assert hand_changes.hand_changes(opened, out, ["a"], None) == {}
 
 
 def test_of_a_store_the_listing_tells(tmp_path: Path) -> None:
     with open_state(tmp_path) as opened:
-        note_stored(opened, {"a": "1", "b": "2", "c": "3"}, ["a", "b"])
-        assert find_changes_in_store(opened, {"a": "1", "b": "other", "c": "other"}) == {
-            "b": ("files in the store changed",)
-        }
+        note_written(opened, tmp_path, ["a", "b"], {"a": "1", "b": "2", "c": "3"})
+        there = {"a": "1", "b": "other", "c": "other"}
+        assert hand_changes.hand_changes(opened, tmp_path, there, there) == {"b": ("files in the store changed",)}
 
 
 def test_a_message_names_some_and_counts_the_rest() -> None:

@@ -147,13 +147,20 @@ def log_run(
     success rate and failure modes are of all the run's assets, calls, cost and seconds of those that it refined.
     Returns None, or a one-line warning that says why MLflow does not hold the run: the catalog does in any case.
     """
+    figures = run_figures(records, run.settings.thresholds) | all_asset_figures(records, unchanged)
+    figures |= change_figures(changes) | {"seconds": (run.finished_at - run.started_at).total_seconds()}
     try:
-        with open_mlflow(out) as client:
-            _log(client, experiment_of(client, out, EXPERIMENT), out, run, records, changes, unchanged, parts, index)
+        with open_mlflow(out) as client, tempfile.TemporaryDirectory() as folder:
+            _write_artifacts(Path(folder), run, figures, changes, parts if records else None, len(records))
+            _log(client, out, run, figures, folder, index)
     except Exception as error:  # whatever a store or a server can raise
-        lines = str(error).splitlines() or [type(error).__name__]
-        return f"MLflow does not hold run {run.run_id}: {without_credentials(lines[0])[:300]}; the catalog is complete"
+        return f"MLflow does not hold run {run.run_id}: {_told(error)}; the catalog is complete"
     return None
+
+
+def _told(error: Exception) -> str:
+    lines = str(error).splitlines() or [type(error).__name__]
+    return without_credentials(lines[0])[:300]
 
 
 def run_params(settings: Settings) -> dict[str, str]:
@@ -174,22 +181,12 @@ def experiment_of(client: "MlflowClient", out: Path, name: str) -> str:
 
 
 def _log(
-    client: "MlflowClient",
-    experiment: str,
-    out: Path,
-    run: RunRow,
-    records: Sequence[AssetSummary],
-    changes: Changes,
-    unchanged: Sequence[Unchanged],
-    parts: Parts | None,
-    index: Path | None,
+    client: "MlflowClient", out: Path, run: RunRow, figures: Mapping[str, float], folder: str, index: Path | None
 ) -> None:
+    """Log a run with its figures, what is in ``folder``, and the report's ``index``."""
     from mlflow.entities import Metric, Param, RunTag
 
     started, finished = (int(1000 * time.timestamp()) for time in (run.started_at, run.finished_at))
-    figures = run_figures(records, run.settings.thresholds) | all_asset_figures(records, unchanged)
-    figures |= change_figures(changes)
-    figures["seconds"] = (finished - started) / 1000.0
     params = run_params(run.settings) | {"dataset": run.dataset[:_MAX_PARAM], "subset": run.subset or "all"}
     tags = {
         "run_id": run.run_id,
@@ -197,7 +194,7 @@ def _log(
         "git_commit": run.git_commit or "none",
         "catalog": str(find_catalog(out)),
     } | {f"version.{package}": version for package, version in run.versions.items()}
-    logged = client.create_run(experiment, start_time=started, run_name=run.run_id)
+    logged = client.create_run(experiment_of(client, out, EXPERIMENT), start_time=started, run_name=run.run_id)
     identity, status = logged.info.run_id, "FAILED"
     try:
         everything = [Param(name, value) for name, value in params.items()]
@@ -209,7 +206,9 @@ def _log(
         )
         for first in range(_MAX_PARAMS, len(everything), _MAX_PARAMS):
             client.log_batch(identity, params=everything[first : first + _MAX_PARAMS])
-        _log_artifacts(client, identity, run, records, changes, figures, parts, index)
+        client.log_artifacts(identity, folder)
+        if index is not None:
+            client.log_artifact(identity, str(index), index.parent.name)
         status = "FINISHED" if run.outcome == "finished" else "KILLED"
     finally:
         client.set_terminated(identity, status=status, end_time=finished)
@@ -226,28 +225,16 @@ def failed_table(failed: Sequence[AssetChange]) -> dict[str, list[Any]]:
     return {"columns": columns, "data": rows}
 
 
-def _log_artifacts(
-    client: "MlflowClient",
-    identity: str,
-    run: RunRow,
-    records: Sequence[AssetSummary],
-    changes: Changes,
-    figures: Mapping[str, float],
-    parts: Parts | None,
-    index: Path | None,
+def _write_artifacts(
+    folder: Path, run: RunRow, figures: Mapping[str, float], changes: Changes, parts: Parts | None, refined: int
 ) -> None:
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        about = run.model_dump(mode="json", include=_ABOUT)
-        text = json.dumps(about | {"figures": dict(figures)}, indent=1)
-        (folder / SUMMARY).write_text(text, encoding="utf-8")
-        if failed := [*changes.new_failures, *changes.still_failing]:
-            (folder / FAILED).write_text(json.dumps(failed_table(failed[:MAX_FAILED])), encoding="utf-8")
-        if records and parts is not None:
-            _write_changed(parts, folder / CHANGED, [*TABLES] if len(records) <= MAX_CHANGED else ["assets"])
-        client.log_artifacts(identity, name)
-    if index is not None:
-        client.log_artifact(identity, str(index), index.parent.name)
+    """Write a run's figures, its failed assets, and the rows of the ``refined`` assets in ``parts``."""
+    about = run.model_dump(mode="json", include=_ABOUT)
+    (folder / SUMMARY).write_text(json.dumps(about | {"figures": dict(figures)}, indent=1), encoding="utf-8")
+    if failed := [*changes.new_failures, *changes.still_failing]:
+        (folder / FAILED).write_text(json.dumps(failed_table(failed[:MAX_FAILED])), encoding="utf-8")
+    if parts is not None:
+        _write_changed(parts, folder / CHANGED, [*TABLES] if refined <= MAX_CHANGED else ["assets"])
 
 
 def _write_changed(parts: Parts, folder: Path, names: Sequence[str]) -> None:
@@ -282,8 +269,7 @@ def remove_old_artifacts(out: Path, run: RunRow, days: int) -> str | None:
                 client.set_tag(old.info.run_id, REMOVED, f"{run.started_at:%Y-%m-%d}, in run {run.run_id}")
                 count += 1
     except Exception as error:  # whatever a store or a server can raise
-        lines = str(error).splitlines() or [type(error).__name__]
-        return f"MLflow: cannot remove artifacts of old runs: {without_credentials(lines[0])[:300]}"
+        return f"MLflow: cannot remove artifacts of old runs: {_told(error)}"
     return f"MLflow: removed the artifacts of {count} runs from before {limit:%Y-%m-%d}" if count else None
 
 

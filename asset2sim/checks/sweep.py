@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from asset2sim.checks.declared_check import DeclaredCheck
-from asset2sim.checks.free_stretch import Stretch, cleared_stretch, overlap_depths, stretches
+from asset2sim.checks.free_stretch import Stretch, Sweeper, overlap_depths
 from asset2sim.checks.joint_groups import apart_groups
 from asset2sim.checks.mechanism import Mechanism, span_of
 from asset2sim.checks.rig import CauseOf, Rig
@@ -80,16 +80,18 @@ def sweep_records(
     either end of their own free stretch: a rack behind a closed door is not jammed.
     """
     world.place(item.start)
-    allowed = {pair: depth + limits.sweep_overlap_m for pair, depth in overlap_depths(world).items()}
+    most_m = limits.sweep_overlap_m
+    allowed = {pair: depth + most_m for pair, depth in overlap_depths(world).items()}
+    sweeper = Sweeper(world, item, settings.sweep_samples, most_m, allowed)
     found: dict[str, Stretch] = {}
     for group in apart_groups(item, settings.sweep_samples):
-        found |= stretches(world, item, group, item.start, allowed, settings, limits)
+        found |= sweeper.stretches(group, item.start)
     free = {name: (stretch.low, stretch.high) for name, stretch in found.items()}
     records = []
     for joint in item.asked:
         stretch, others = found[joint.name], dict[str, float]()
         if stretch.ends:
-            stretch, others = cleared_stretch(world, item, joint, stretch, free, allowed, settings, limits)
+            stretch, others = sweeper.cleared_stretch(joint, stretch, free)
         records.append(record(item, joint, stretch, others, cause))
     return tuple(records), free
 

@@ -28,17 +28,13 @@ Changes = Mapping[str, tuple[str, ...]]
 def hand_changes(
     state: sqlite3.Connection, out: Path, asset_ids: Iterable[str], there: Mapping[str, str] | None
 ) -> dict[str, tuple[str, ...]]:
-    """The changes in these assets' folders since they were written, in ``out``, or in a store (``there``: asset id →
-    digest of how its folder looks)."""
-    if there is None:
-        return find_changes(state, out, asset_ids)
-    return find_changes_in_store(state, {name: there[name] for name in asset_ids if name in there})
-
-
-def find_changes(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str]) -> dict[str, tuple[str, ...]]:
     """The changes in these assets' folders since they were written. Files are read only where a size or a time is
-    another than when they were last looked at."""
+    another than when they were last looked at. Of folders in a store (``there``: asset id → digest of names, sizes and
+    versions) it is not known which file it was."""
     known, found, looks = _known(state), dict[str, tuple[str, ...]](), dict[str, str]()
+    if there is not None:
+        stored = {name: there[name] for name in asset_ids if name in there}
+        return {name: ("files in the store changed",) for name, look in stored.items() if known.get(name, look) != look}
     for asset_id in asset_ids:
         folder = out / "assets" / asset_id
         files = list(files_below(folder))
@@ -56,16 +52,14 @@ def find_changes(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str])
     return found
 
 
-def find_changes_in_store(state: sqlite3.Connection, there: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
-    """The same of folders in a store, from its listing alone (``there``: asset id → digest of names, sizes and
-    versions): which file it was is not known."""
-    known = _known(state)
-    return {name: ("files in the store changed",) for name, look in there.items() if known.get(name, look) != look}
-
-
-def note_written(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str]) -> None:
-    """Remember how the folders look that a run has just written. Where a file is younger than the folder's checksums,
-    or so young that it may change unseen, the next look reads it."""
+def note_written(
+    state: sqlite3.Connection, out: Path, asset_ids: Iterable[str], there: Mapping[str, str] | None
+) -> None:
+    """Remember how the folders look that a run has just written, in ``out`` or in a store (``there``). Where a file is
+    younger than the folder's checksums, or so young that it may change unseen, the next look reads it."""
+    if there is not None:
+        _note(state, {asset_id: there[asset_id] for asset_id in asset_ids if asset_id in there})
+        return
     looks = {}
     for asset_id in asset_ids:
         files = list(files_below(out / "assets" / asset_id))
@@ -73,11 +67,6 @@ def note_written(state: sqlite3.Connection, out: Path, asset_ids: Iterable[str])
         if written is not None and _settled(files) and all(file.mtime_ns <= written for file in files):
             looks[asset_id] = _look(files)
     _note(state, looks)
-
-
-def note_stored(state: sqlite3.Connection, there: Mapping[str, str], asset_ids: Iterable[str]) -> None:
-    """Remember how the folders look in the store that a run has just written."""
-    _note(state, {asset_id: there[asset_id] for asset_id in asset_ids if asset_id in there})
 
 
 def changes_text(changes: Changes, redo: Redo) -> str | None:

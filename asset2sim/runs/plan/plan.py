@@ -15,7 +15,7 @@ from asset2sim.catalog.stored_tables import RecordedResult, recorded_assets, rec
 from asset2sim.intake.url_files import allowed_urls, remote_content_hashes
 from asset2sim.models.gateway.recorded import answer_digests
 from asset2sim.runs.plan.content_hash import content_hash, shared_hash
-from asset2sim.runs.plan.hand_changes import Changes, Stamp, hand_changes, note_stored, note_written, stamp_of_folder
+from asset2sim.runs.plan.hand_changes import Changes, Stamp, hand_changes, note_written, stamp_of_folder
 from asset2sim.runs.plan.records import KeptRecord, LeftRecords, drop_record, kept_records
 from asset2sim.runs.plan.state import (
     folder_files_hash,
@@ -242,10 +242,7 @@ def mark_published(
     hashes = {record.ref.asset_id: record.content_hash for record in records}
     with open_state(out) as state:
         note_folders(state, hashes)
-        if there is None:
-            note_written(state, out, hashes)
-        else:
-            note_stored(state, there, hashes)
+        note_written(state, out, hashes, there)
     for content in hashes.values():
         drop_record(out, content)
 
