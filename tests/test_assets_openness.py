@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from asset2sim.assets.meshes.openness import JointEnds, joint_ends, opening_profile
+from asset2sim.assets.meshes.openness import DrawnTree, JointEnds, joint_ends, opening_profile
 from asset2sim.physics.arrays import Array
 from asset2sim.physics.kinematics import TreeJoint
 from schemas.base import Vector3
@@ -20,7 +20,9 @@ BODY = corners((-0.25, -0.25, 0.0), (0.25, 0.25, 0.5))
 def ends(joint: TreeJoint, part: Array, lower: float, upper: float, body: Array = BODY) -> JointEnds:
     points: Mapping[str, Array] = {"body": body, "part": part}
     whole = np.vstack(list(points.values()))
-    return joint_ends([joint], "body", points, joint, lower, upper, float(np.linalg.norm(np.ptp(whole, axis=0))))
+    return joint_ends(
+        DrawnTree([joint], "body", points), joint, lower, upper, float(np.linalg.norm(np.ptp(whole, axis=0)))
+    )
 
 
 def facing(kind: str, axis: Vector3, sign: float, xyz: Vector3) -> TreeJoint:
@@ -128,18 +130,17 @@ def test_a_drawer_that_passes_further_one_way_opens_that_way() -> None:
 def test_without_a_range_or_a_size_nothing_is_claimed() -> None:
     joint, part = facing("prismatic", (0, 1, 0), 1.0, (0, 0, 0)), corners((0.0, 0, 0), (1, 1, 1))
     assert ends(joint, part, 0.2, 0.2) == JointEnds(0.2, 0.2, 0.0)
-    assert joint_ends([joint], "body", {"body": BODY, "part": part}, joint, 0.0, 0.5, 0.0) == JointEnds(0.0, 0.5, 0.0)
-    nothing = np.zeros((0, 3))
-    assert joint_ends([joint], "body", {"body": nothing, "part": nothing}, joint, -0.5, 0.1, 1.0) == JointEnds(
-        0.1, -0.5, 0.0
-    )
+    item = DrawnTree([joint], "body", {"body": BODY, "part": part})
+    assert joint_ends(item, joint, 0.0, 0.5, 0.0) == JointEnds(0.0, 0.5, 0.0)
+    empty = DrawnTree([joint], "body", dict.fromkeys(("body", "part"), np.zeros((0, 3))))
+    assert joint_ends(empty, joint, -0.5, 0.1, 1.0) == JointEnds(0.1, -0.5, 0.0)
 
 
 def test_the_profile_of_a_drawer_is_what_a_ruler_says() -> None:
     joint = facing("prismatic", (0, -1, 0), 1.0, (0, 0, 0))
     # A drawer as wide and high as the cupboard: the hull grows by 0.25 m² for every metre it is pulled.
     points = {"body": BODY, "part": BODY}
-    positions, volumes, gaps = opening_profile([joint], "body", points, joint, 0.0, 0.4)
+    positions, volumes, gaps = opening_profile(DrawnTree([joint], "body", points), joint, 0.0, 0.4)
     np.testing.assert_allclose(positions, np.linspace(0.0, 0.4, 9))
     np.testing.assert_allclose(volumes, 0.125 + 0.25 * positions)
     np.testing.assert_allclose(gaps, positions, atol=1e-12)
@@ -149,9 +150,8 @@ def test_what_a_door_carries_moves_with_it() -> None:
     door = tree_joint("door", "prismatic", "body", "part", (1, 0, 0))
     handle = tree_joint("handle", "fixed", "part", "knob", xyz=(0, 0, 1))
     knob = corners((-0.01, -0.01, 0.0), (0.01, 0.01, 0.02))
-    _, _, gaps = opening_profile(
-        [door, handle], "body", {"body": BODY, "part": np.zeros((0, 3)), "knob": knob}, door, 0.0, 0.8
-    )
+    item = DrawnTree([door, handle], "body", {"body": BODY, "part": np.zeros((0, 3)), "knob": knob})
+    _, _, gaps = opening_profile(item, door, 0.0, 0.8)
     np.testing.assert_allclose(gaps, np.hypot(np.linspace(0.0, 0.8, 9), 1.01 - 0.25))
 
 
@@ -185,5 +185,5 @@ def test_where_nothing_stands_still_the_end_at_which_it_is_drawn_is_closed() -> 
     """A leaf on a root without a shape, wherever that lies."""
     joint = tree_joint("j", "revolute", "body", "part", (0.0, 0.0, 1.0), (0.85, 0.0, 1.0))
     leaf = corners((-0.03, 0.0, -0.9), (0.03, 0.76, 0.9))
-    found = joint_ends([joint], "body", {"part": leaf}, joint, -0.1, 1.5, 2.0)
+    found = joint_ends(DrawnTree([joint], "body", {"part": leaf}), joint, -0.1, 1.5, 2.0)
     assert (found.closed, found.open, found.confidence) == (-0.1, 1.5, 0.0)

@@ -1,7 +1,7 @@
 """The whole asset: links, joints, boxes at rest and closed, and the hash of what was read."""
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from asset2sim.assets.companions import companions_of, read_category, read_semantics
 from asset2sim.assets.joints import believed_limits, read_joint, with_ends
 from asset2sim.assets.links import LinkGeometry, MeshReader, read_link, with_shared_walls
+from asset2sim.assets.meshes.openness import DrawnTree
 from asset2sim.assets.meshes.shape_cache import read_shapes, write_shapes
 from asset2sim.assets.meshes.triangles import Triangles
 from asset2sim.assets.meshes.volume import smallest_rectangle
@@ -32,7 +33,7 @@ from schemas.asset import AssetRef
 from schemas.authored import kept_share
 from schemas.base import Vector3
 from schemas.errors import AssetError
-from schemas.features import Features, LinkFeatures
+from schemas.features import Features, JointFeatures, LinkFeatures
 from schemas.finding import Finding, warning
 from schemas.inputs import InputSettings
 from schemas.vocabulary import FailureMode, Keep, Quantity, Stage, UpAxis
@@ -124,6 +125,12 @@ class Extraction:
         return self.urdf if self.opened is None else self.opened.file
 
 
+def drawn_tree(extraction: Extraction, joints: Sequence[JointFeatures]) -> DrawnTree:
+    """These joints of the object with its links' points, at the authored scale."""
+    points = {name: item.points for name, item in extraction.geometry.items()}
+    return DrawnTree(tree_of(joints), extraction.features.root, points)
+
+
 def folder_of(place: Path) -> Path:
     """An asset's folder, where the asset is named by its folder or by the file that describes it."""
     return place.parent if is_file(place) else place
@@ -180,7 +187,8 @@ def read_asset(
     low, high = bounds(points, rest)
     diagonal = float(np.linalg.norm(high - low))
     check_spread(urdf, points, diagonal)
-    joints = with_followed_ends([with_ends(joint, tree, root, points, rest, diagonal) for joint in joints])
+    drawn = DrawnTree(tree, root, points)
+    joints = with_followed_ends([with_ends(joint, drawn, rest, diagonal) for joint in joints])
     springs = {name: own.stiffness for name, own in read_dynamics(urdf).items() if own.stiffness}
     beyond = {joint.name: {"start": starts.get(joint.name), "stiffness": springs.get(joint.name)} for joint in joints}
     joints = [joint.model_copy(update=beyond[joint.name]) for joint in joints]

@@ -1,15 +1,15 @@
 """One joint as authored, and which end of its range is closed."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import yourdfpy
 
-from asset2sim.assets.meshes.openness import joint_ends
+from asset2sim.assets.meshes.openness import DrawnTree, joint_ends
 from asset2sim.assets.urdf.read import tree_joint
 from asset2sim.physics.arrays import Array, floats_of
-from asset2sim.physics.kinematics import TreeJoint, rpy_of
+from asset2sim.physics.kinematics import rpy_of
 from schemas.errors import AssetError
 from schemas.features import JointFeatures
 from schemas.finding import Finding, warning
@@ -51,16 +51,9 @@ def read_joint(joint: yourdfpy.Joint, urdf: Path) -> JointFeatures:
     )
 
 
-def with_ends(
-    joint: JointFeatures,
-    tree: Sequence[TreeJoint],
-    root: str,
-    points: dict[str, Array],
-    rest: dict[str, Array],
-    diagonal: float,
-) -> JointFeatures:
+def with_ends(joint: JointFeatures, drawn: DrawnTree, rest: Mapping[str, Array], diagonal: float) -> JointFeatures:
     """The joint with its axis in the root frame and its closed and open ends."""
-    node = next(item for item in tree if item.name == joint.name)
+    node = drawn.joint(joint.name)
     turned = (rest[joint.parent] @ node.child_to_parent)[:3, :3] @ node.axis
     changes: dict[str, object] = {"axis_in_root": floats_of(turned)}
     if joint.type == "continuous":
@@ -68,7 +61,7 @@ def with_ends(
     elif joint.movable and joint.lower is not None and joint.upper is not None:
         # Validation repairs inverted limits; here they only bound the search.
         low, high = sorted((joint.lower, joint.upper))
-        ends = joint_ends(tree, root, points, node, low, high, diagonal)
+        ends = joint_ends(drawn, node, low, high, diagonal)
         changes |= {"closed": ends.closed, "open": ends.open, "openness_confidence": ends.confidence}
     return joint.model_copy(update=changes)
 

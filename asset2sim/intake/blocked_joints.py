@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from asset2sim.assets.authored_overlap import DIRECTIONS, AuthoredShapes, authored_shapes, intersect, primitives
-from asset2sim.assets.extract import Extraction
+from asset2sim.assets.extract import Extraction, drawn_tree
 from asset2sim.assets.joints import with_ends
 from asset2sim.assets.meshes.hull import boxes_meet
 from asset2sim.guidance.parts import PRESSED, part_name
@@ -222,12 +222,8 @@ def with_joints(extraction: Extraction, changed: dict[str, JointFeatures]) -> Ex
     """The extraction with these joints, their closed and open ends found anew."""
     features = extraction.features
     joints = [changed.get(joint.name, joint) for joint in features.joints]
-    tree = tree_of(joints)
-    rest = link_to_root(tree, features.root, {})
-    points = {name: item.points for name, item in extraction.geometry.items()}
+    drawn = drawn_tree(extraction, joints)
+    rest = link_to_root(drawn.tree, features.root, {})
     diagonal = float(np.linalg.norm(features.rest_size))
-    found = [
-        with_ends(joint, tree, features.root, points, rest, diagonal) if joint.name in changed else joint
-        for joint in joints
-    ]
+    found = [with_ends(joint, drawn, rest, diagonal) if joint.name in changed else joint for joint in joints]
     return replace(extraction, features=features.model_copy(update={"joints": tuple(found)}))

@@ -1,19 +1,18 @@
 """Which end is closed where shape does not tell: both readings, by what each would mean for the part."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asset2sim.assets.extract import Extraction
-from asset2sim.assets.meshes.openness import outer_end
+from asset2sim.assets.extract import Extraction, drawn_tree
+from asset2sim.assets.meshes.openness import DrawnTree, outer_end
 from asset2sim.assets.urdf.mimic import with_followed_ends
 from asset2sim.guidance.parts import PRESSED, drawn_pressed, is_switch, part_name, swinging
 from asset2sim.guidance.tables import mechanism
 from asset2sim.intake.blocked_joints import LinkShapes, links_overlap, moving_pair
 from asset2sim.physics.arrays import Array
-from asset2sim.physics.kinematics import TreeJoint, apply, link_to_root, moved_links, tree_of
 from schemas.features import Features, JointFeatures
 
 STEP_SHARE = 0.01
@@ -53,8 +52,7 @@ def guessed_ends(extraction: Extraction, sure: float) -> tuple[GuessedEnd, ...]:
     """The joints whose closed end only a guess tells with less than the confidence ``sure``, with what either means."""
     features = extraction.features
     guessed = [joint for joint in features.movable_joints if is_guessed(joint, features, sure)]
-    shapes, tree = LinkShapes(extraction), tree_of(features.joints)
-    points = {name: item.points for name, item in extraction.geometry.items()}
+    shapes, drawn = LinkShapes(extraction), drawn_tree(extraction, features.joints)
     found = []
     for joint in guessed:
         part = part_of(joint, features)
@@ -62,7 +60,7 @@ def guessed_ends(extraction: Extraction, sure: float) -> tuple[GuessedEnd, ...]:
         if part in EITHER_SIDE:
             continue
         ends = (joint.closed, joint.open)
-        means = {order[0]: odd_if_closed(joint, order, features, tree, points, shapes) for order in (ends, ends[::-1])}
+        means = {order[0]: odd_if_closed(joint, order, features, drawn, shapes) for order in (ends, ends[::-1])}
         found.append(GuessedEnd(joint, part, means))
     return tuple(found)
 
@@ -95,10 +93,9 @@ def with_likelier_ends(extraction: Extraction, sure: float) -> Extraction:
     ]
     if not guessed and not buttons:
         return extraction
-    shapes, tree = LinkShapes(extraction), tree_of(features.joints)
-    points = {name: item.points for name, item in extraction.geometry.items()}
-    changed = {joint.name: likelier(joint, features, tree, points, shapes) for joint in guessed}
-    changed |= {joint.name: standing_out(joint, features, tree, points) for joint in buttons}
+    shapes, drawn = LinkShapes(extraction), drawn_tree(extraction, features.joints)
+    changed = {joint.name: likelier(joint, features, drawn, shapes) for joint in guessed}
+    changed |= {joint.name: standing_out(joint, features, drawn) for joint in buttons}
     joints = with_followed_ends([changed.get(joint.name, joint) for joint in features.joints])
     return replace(extraction, features=features.model_copy(update={"joints": tuple(joints)}))
 
@@ -137,22 +134,17 @@ def is_drawn_off(joint: JointFeatures, features: Features, sure: float) -> bool:
     return switches and min(abs(joint.lower), abs(joint.upper)) <= DRAWN_AT * (joint.upper - joint.lower)
 
 
-def standing_out(
-    joint: JointFeatures, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array]
-) -> JointFeatures:
+def standing_out(joint: JointFeatures, features: Features, drawn: DrawnTree) -> JointFeatures:
     """A button's joint with the end as closed at which it is drawn, or stands out where it is drawn pressed."""
     assert joint.lower is not None and joint.upper is not None, "only such are buttons"
     ends = (joint.lower, joint.upper)
     closed = min(ends, key=abs)
     if drawn_pressed(part_of(joint, features), "slider", *ends):
-        node = next(item for item in tree if item.name == joint.name)
-        closed = outer_end(tree, features.root, points, node, ends)
+        closed = outer_end(drawn, drawn.joint(joint.name), ends)
     return joint.model_copy(update={"closed": closed, "open": ends[0] if closed == ends[1] else ends[1]})
 
 
-def likelier(
-    joint: JointFeatures, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array], shapes: LinkShapes
-) -> JointFeatures:
+def likelier(joint: JointFeatures, features: Features, drawn: DrawnTree, shapes: LinkShapes) -> JointFeatures:
     """The joint with its likelier closed end: in doubt the one at which it is drawn, or else the one that it has. Of
     parts whose shape tells, those that are drawn at an end are closed there."""
     assert joint.closed is not None and joint.open is not None, "movable joints have ends"
@@ -160,13 +152,13 @@ def likelier(
     if swinging(part_of(joint, features), features.category, joint.type, joint.lower, joint.upper) == "swing lid":
         return joint.model_copy(update={"closed": 0.0, "open": joint.upper})
     if part_of(joint, features) in EITHER_SIDE:
-        here, there = (middle_at(joint, at, features, tree, points) for at in (has, other))
+        here, there = (middle_at(joint, at, drawn) for at in (has, other))
         lower = here[2] - there[2] > SINKS * float(np.linalg.norm(there - here))
         return joint.model_copy(update={"closed": other, "open": has}) if lower else joint
     if other == 0.0 != has:
         has, other = other, has
-    odd_now = odd_if_closed(joint, (has, other), features, tree, points, shapes)
-    odd_then = odd_if_closed(joint, (other, has), features, tree, points, shapes)
+    odd_now = odd_if_closed(joint, (has, other), features, drawn, shapes)
+    odd_then = odd_if_closed(joint, (other, has), features, drawn, shapes)
     if len(odd_then) < len(odd_now):
         has, other, odd_then = other, has, odd_now
     means = f"it would {' and '.join(odd_then)}" if odd_then else "it would mean nothing that is odd"
@@ -174,44 +166,30 @@ def likelier(
 
 
 def odd_if_closed(
-    joint: JointFeatures,
-    ends: tuple[float, float],
-    features: Features,
-    tree: Sequence[TreeJoint],
-    points: Mapping[str, Array],
-    shapes: LinkShapes,
+    joint: JointFeatures, ends: tuple[float, float], features: Features, drawn: DrawnTree, shapes: LinkShapes
 ) -> tuple[str, ...]:
     """Oddities of a part that would be closed at the first of these ends and open at the second, as verbs."""
-    node = next(item for item in tree if item.name == joint.name)
-    moved = set(moved_links(tree, joint.name))
     odd = []
-    way = moving_pair(joint.name, features, tree, shapes)
+    way = moving_pair(joint.name, features, drawn.tree, shapes)
     if way is not None and links_overlap(way, ends[0], shapes) and not links_overlap(way, ends[1], shapes):
         odd.append(f"overlap '{way.still}' there")
     if part_of(joint, features) in CAUGHT:
         return tuple(odd)
-    here, near = (
-        middle_at(joint, at, features, tree, points) for at in (ends[0], ends[0] + STEP_SHARE * (ends[1] - ends[0]))
-    )
+    here, near = (middle_at(joint, at, drawn) for at in (ends[0], ends[0] + STEP_SHARE * (ends[1] - ends[0])))
     if here[2] - near[2] > SINKS * float(np.linalg.norm(near - here)):
         odd.append("fall open")
-    poses = link_to_root(tree, features.root, {joint.name: ends[0]})
-    still = [apply(poses[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
-    pivot = (poses[joint.parent] @ node.child_to_parent)[:3, 3]
-    if still and not joint.prismatic and here[2] < pivot[2]:
-        body = np.vstack(still)[:, :2]
+    frame, _, still = drawn.parted(drawn.joint(joint.name), ends[0])
+    if len(still) and not joint.prismatic and here[2] < frame[2, 3]:
+        body = still[:, :2]
         if np.any((here[:2] < body.min(axis=0)) | (here[:2] > body.max(axis=0))):
             odd.append("hang beside the object")
     return tuple(odd)
 
 
-def middle_at(
-    joint: JointFeatures, position: float, features: Features, tree: Sequence[TreeJoint], points: Mapping[str, Array]
-) -> Array:
+def middle_at(joint: JointFeatures, position: float, drawn: DrawnTree) -> Array:
     """(3,) middle of the box about what a joint moves, at this position of it, in the root's frame, m at the authored
     scale."""
-    poses = link_to_root(tree, features.root, {joint.name: position})
-    clouds = [apply(poses[name], points[name]) for name in moved_links(tree, joint.name) if len(points.get(name, ()))]
-    cloud = np.vstack(clouds) if clouds else np.zeros((1, 3))
+    cloud = drawn.parted(drawn.joint(joint.name), position)[1]
+    cloud = cloud if len(cloud) else np.zeros((1, 3))
     found: Array = (cloud.min(axis=0) + cloud.max(axis=0)) / 2.0
     return found

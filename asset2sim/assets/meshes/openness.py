@@ -29,13 +29,37 @@ class JointEnds:
     confidence: float
 
 
-def opening_profile(
-    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, lower: float, upper: float
-) -> tuple[Array, Array, Array]:
+@dataclass(frozen=True)
+class DrawnTree:
+    """An object's joints and root link, and link → (n, 3) points that span it as drawn, in its own frame, m."""
+
+    tree: Sequence[TreeJoint]
+    root: str
+    points: Mapping[str, Array]
+
+    def joint(self, name: str) -> TreeJoint:
+        """The joint of this name."""
+        return next(joint for joint in self.tree if joint.name == name)
+
+    def parted(self, joint: TreeJoint, position: float) -> tuple[Array, Array, Array]:
+        """The (4, 4) frame of a joint, the (n, 3) points of what it moves, and those of the rest, in the root's
+        frame."""
+        poses = link_to_root(self.tree, self.root, {joint.name: position})
+        moved = set(moved_links(self.tree, joint.name))
+        clouds = {name: apply(poses[name], cloud) for name, cloud in self.points.items() if len(cloud)}
+        part, rest = (
+            np.vstack([np.zeros((0, 3)), *(clouds[name] for name in clouds if (name in moved) is inside)])
+            for inside in (True, False)
+        )
+        return poses[joint.parent] @ joint.child_to_parent, part, rest
+
+
+def opening_profile(item: DrawnTree, joint: TreeJoint, lower: float, upper: float) -> tuple[Array, Array, Array]:
     """(n,) positions, (n,) volumes of the object's hull, m³, and (n,) distances of the moving part from the rest, m: 0
     where nothing else has a shape."""
+    tree, root, points = item.tree, item.root, item.points
     moved = set(moved_links(tree, joint.name))
-    beyond = [item for item in tree if item.child in moved]
+    beyond = [other for other in tree if other.child in moved]
     still = link_to_root(tree, root, {})
     static = [apply(still[name], cloud) for name, cloud in points.items() if name not in moved and len(cloud)]
     fixed = np.vstack(static) if static else np.zeros((0, 3))
@@ -80,22 +104,13 @@ COVERING_CONFIDENCE = 0.5
 """Confidence in an end at which a lid covers the rest, where compactness does not tell."""
 
 
-def joint_ends(
-    tree: Sequence[TreeJoint],
-    root: str,
-    points: Mapping[str, Array],
-    joint: TreeJoint,
-    lower: float,
-    upper: float,
-    diagonal: float,
-) -> JointEnds:
-    """The closed and open positions of one joint with limits. ``points`` maps link → (n, 3) hull points in the link's
-    frame; ``diagonal`` is the object's, m."""
+def joint_ends(item: DrawnTree, joint: TreeJoint, lower: float, upper: float, diagonal: float) -> JointEnds:
+    """The closed and open positions of one joint with limits; ``diagonal`` is the object's, m."""
     nearest_zero = min((lower, upper), key=abs)
     other = upper if nearest_zero == lower else lower
     if upper - lower <= 0.0 or diagonal <= 0.0:
         return JointEnds(nearest_zero, other, 0.0)
-    positions, volumes, gaps = opening_profile(tree, root, points, joint, lower, upper)
+    positions, volumes, gaps = opening_profile(item, joint, lower, upper)
     if volumes.max() <= 0.0:
         return JointEnds(nearest_zero, other, 0.0)
     shares = volumes / volumes.max()
@@ -106,12 +121,12 @@ def joint_ends(
     compact = shares[inner] < min(shares[0], shares[-1]) - BLIND or lower < 0.0 < upper
     if compact and cost[inner] < min(cost[0], cost[-1]) - INTERIOR_MARGIN and not is_mirrored(positions, cost, inner):
         closed = float(positions[inner])
-        if upper - lower < 2.0 * math.pi and lies_beside(tree, root, points, joint, closed):
-            closed = higher_end(tree, root, points, joint, (lower, upper))
+        if upper - lower < 2.0 * math.pi and lies_beside(item, joint, closed):
+            closed = higher_end(item, joint, (lower, upper))
         far = upper if upper - closed >= closed - lower else lower
         return JointEnds(closed, far, 0.5)
     if difference < GUESSED * SURE:
-        lid = covered_end(tree, root, points, joint, (lower, upper))
+        lid = covered_end(item, joint, (lower, upper))
         if lid is not None:
             return JointEnds(lid, upper if lid == lower else lower, COVERING_CONFIDENCE)
     if difference < BLIND:
@@ -128,12 +143,10 @@ def is_mirrored(positions: Array, cost: Array, inner: int) -> bool:
     return other != inner and apart and float(cost[other] - cost[inner]) < INTERIOR_MARGIN
 
 
-def lies_beside(
-    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, position: float
-) -> bool:
+def lies_beside(item: DrawnTree, joint: TreeJoint, position: float) -> bool:
     """Whether a level hinge lays its part out there beside the rest, as a screen that is folded back beyond its
     keyboard: flat, and so compact, but neither over the rest, as a lid is that is shut, nor hanging."""
-    pivot, part, body = parted(tree, root, points, joint, position)
+    pivot, part, body = item.parted(joint, position)
     axis = pivot[:3, :3] @ joint.axis
     if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or not len(part) or not len(body):
         return False
@@ -144,38 +157,20 @@ def lies_beside(
     return not hangs and shared < COVERS * own
 
 
-def higher_end(
-    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
-) -> float:
+def higher_end(item: DrawnTree, joint: TreeJoint, ends: tuple[float, float]) -> float:
     """The end at which a joint's part is higher: towards which a screen is folded shut that goes back beyond flat."""
-    return max(ends, key=lambda end: float(parted(tree, root, points, joint, end)[1][:, 2].mean()))
+    return max(ends, key=lambda end: float(item.parted(joint, end)[1][:, 2].mean()))
 
 
-def outer_end(
-    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
-) -> float:
+def outer_end(item: DrawnTree, joint: TreeJoint, ends: tuple[float, float]) -> float:
     """The end at which a joint's part is further from the middle of the rest: where a button stands out."""
 
     def apart(end: float) -> float:
-        _, part, body = parted(tree, root, points, joint, end)
+        _, part, body = item.parted(joint, end)
         between = [part.min(axis=0) + part.max(axis=0), body.min(axis=0) + body.max(axis=0)]
         return float(np.linalg.norm(between[1] - between[0]))
 
     return max(ends, key=apart)
-
-
-def parted(
-    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, position: float
-) -> tuple[Array, Array, Array]:
-    """The (4, 4) frame of a joint, the (n, 3) points of what it moves, and those of the rest, in the root's frame."""
-    poses = link_to_root(tree, root, {joint.name: position})
-    moved = set(moved_links(tree, joint.name))
-    clouds = {name: apply(poses[name], cloud) for name, cloud in points.items() if len(cloud)}
-    part, rest = (
-        np.vstack([np.zeros((0, 3)), *(clouds[name] for name in clouds if (name in moved) is inside)])
-        for inside in (True, False)
-    )
-    return poses[joint.parent] @ joint.child_to_parent, part, rest
 
 
 def areas_from_above(part: Array, body: Array, axis: Array) -> tuple[float, float]:
@@ -186,18 +181,16 @@ def areas_from_above(part: Array, body: Array, axis: Array) -> tuple[float, floa
     return float(np.prod(np.ptp(own, axis=0))), float(np.prod(np.maximum(both, 0.0)))
 
 
-def covered_end(
-    tree: Sequence[TreeJoint], root: str, points: Mapping[str, Array], joint: TreeJoint, ends: tuple[float, float]
-) -> float | None:
+def covered_end(item: DrawnTree, joint: TreeJoint, ends: tuple[float, float]) -> float | None:
     """The end of a level hinge's range at which its part lies on top of the rest, as a lid does, by ``COVERS`` of the
     part more than at the other; None where neither does. Seen from above along the hinge, z being up in the root."""
-    rest = link_to_root(tree, root, {})
+    rest = link_to_root(item.tree, item.root, {})
     axis = (rest[joint.parent] @ joint.child_to_parent)[:3, :3] @ joint.axis
     if joint.type != "revolute" or abs(float(axis[2])) > LEVEL or abs(ends[1] - ends[0]) >= 2.0 * math.pi:
         return None
     shares, heights, areas = [], [], []
     for end in ends:
-        _, part, body = parted(tree, root, points, joint, end)
+        _, part, body = item.parted(joint, end)
         if not len(part) or not len(body):
             return None
         own, shared = areas_from_above(part, body, axis)
