@@ -1,6 +1,5 @@
 """Reading the data files of this room, with a category left out where a study asks for it."""
 
-import csv
 import os
 import re
 from functools import lru_cache
@@ -8,6 +7,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from pydantic import TypeAdapter
+
+from schemas.csv_rows import rows_of
 
 Kind = TypeVar("Kind")
 _FOLDER = Path(__file__).parent / "csv_tables"
@@ -17,8 +18,7 @@ LEFT_OUT_VARIABLE = "ASSET2SIM_LEFT_OUT"
 
 def csv_rows(name: str) -> list[dict[str, str]]:
     """The rows of ``csv_tables/NAME.csv``, by column; without those of a category that is left out."""
-    with (_FOLDER / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = list(rows_of(_FOLDER / f"{name}.csv"))
     left_out = os.environ.get(LEFT_OUT_VARIABLE)
     if not left_out:
         return rows

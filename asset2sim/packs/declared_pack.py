@@ -11,6 +11,7 @@ from typing import Any
 from asset2sim import packs
 from asset2sim.assets.exports.refined_object import CLEARANCE_M
 from asset2sim.load.description import Description
+from schemas.csv_rows import rows_beside
 from schemas.errors import UnknownChoiceError
 from schemas.overlay import PhysicsOverlay
 from schemas.vocabulary import Export
@@ -65,6 +66,13 @@ class Pack:
     """How it is opened: a shell line."""
     exports: tuple[Export, ...] = ()
     finish: Finish | None = None
+
+
+PACKS = tuple(
+    Pack(row["name"], row["title"], row["contents"], row["opens"], tuple(map(Export, row["exports"].split())))
+    for row in rows_beside(__file__, "packs.csv")
+)
+"""Those that templates and exports alone make: Gazebo, Isaac Lab, LeRobot and others."""
 
 
 @functools.cache
