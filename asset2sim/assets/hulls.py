@@ -78,21 +78,21 @@ def simplified(points: Array) -> Array:
 
 def without_enclosed(pieces: list[Array]) -> tuple[Array, ...]:
     """The pieces that are not wholly inside another one, in their order."""
+    if not pieces:
+        return ()
     planes: dict[int, Array] = {}
-    boxes = [(piece.min(axis=0), piece.max(axis=0)) for piece in pieces]
-    volume = [float(np.prod(high - low)) for low, high in boxes]
+    low, high = np.array([[piece.min(axis=0), piece.max(axis=0)] for piece in pieces]).swapaxes(0, 1)
+    volume = np.prod(high - low, axis=1)
     kept: list[int] = []
-    for index in sorted(range(len(pieces)), key=lambda i: (-volume[i], i)):
-        low, high = boxes[index]
-        inside = any(
-            np.all(low >= boxes[other][0] - INSIDE_M)
-            and np.all(high <= boxes[other][1] + INSIDE_M)
-            and float((pieces[index] @ planes[other][:, :3].T + planes[other][:, 3]).max()) <= INSIDE_M
-            for other in kept
-        )
-        if not inside:
+    for index in np.lexsort((np.arange(len(pieces)), -volume)).tolist():
+        around = (low[index] >= low[kept] - INSIDE_M) & (high[index] <= high[kept] + INSIDE_M)
+        for other in np.array(kept, dtype=int)[around.all(axis=1)].tolist():
+            if other not in planes:
+                planes[other] = np.asarray(ConvexHull(pieces[other]).equations)
+            if float((pieces[index] @ planes[other][:, :3].T + planes[other][:, 3]).max()) <= INSIDE_M:
+                break
+        else:
             kept.append(index)
-            planes[index] = np.asarray(ConvexHull(pieces[index]).equations)
     return tuple(pieces[index] for index in sorted(kept))
 
 

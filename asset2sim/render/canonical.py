@@ -18,7 +18,7 @@ from schemas.settings import ViewSettings
 
 VIEW_NAMES = ("front", "back", "left", "right", "perspective")
 
-OVERSAMPLING = 1.5
+OVERSAMPLING = 1.25
 """Pixels drawn per pixel shown, along each side."""
 BACKGROUND_TOP, BACKGROUND_BOTTOM = (244.0, 246.0, 249.0), (224.0, 228.0, 234.0)
 """Background colours, RGB: light, and never quite white, so that white objects keep an outline."""
@@ -69,14 +69,14 @@ def over_background(
     color += np.float32(0.5)
     image = Image.fromarray(np.clip(color, 0.0, 255.0, out=color).astype(np.uint8), "RGB")
     if image.size != (width, height):
-        image = image.resize((width, height), Image.Resampling.BOX)
+        image = image.resize((width, height), Image.Resampling.HAMMING)
     return image
 
 
 def png_bytes(image: Image.Image) -> bytes:
     """The picture as a PNG file."""
     stream = io.BytesIO()
-    image.save(stream, format="PNG")
+    image.save(stream, format="PNG", compress_level=4)  # half the time of 6, and 3 % larger
     return stream.getvalue()
 
 

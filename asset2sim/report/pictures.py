@@ -27,7 +27,7 @@ from schemas.vocabulary import Engine
 
 RECORD = "loops.json"
 """The file beside the loops that says of what they are."""
-VERSION = 6
+VERSION = 7
 """Raised when loops, or what came, are drawn otherwise, so that all are made anew."""
 SHOWN = re.compile(r"  (mobility\.urdf|overlay\.json|(?!views/).*/.*)\n")
 """The lines of a refined folder's checksums that count: not what was measured of it, nor other forms and pictures."""

@@ -29,6 +29,8 @@ LOST = 0.5
 
 ROUNDING_M = 1e-9
 """By how much a triangle's box is made larger for rounding, m."""
+PLANES_AT_ONCE = 12
+"""Planes that points are compared with at once."""
 PLACES = 120
 """Places of a floor at which it is looked whether a piece covers it, about."""
 
@@ -76,8 +78,9 @@ def cut_at_floors(
 ) -> list[PatchPiece]:
     """A link's pieces, cut at flat floors that are seen of it with nothing seen above, where they lie over one; (k, 3,
     3) triangles, ``up`` a (3,) direction in its frame, ``thickness`` that of sheets, m."""
-    known, planes = list(pieces), [ConvexHull(piece.points).equations for piece in pieces]
-    for floor in flat_floors(triangles, up, radius):
+    known, floors = list(pieces), flat_floors(triangles, up, radius)
+    planes = [ConvexHull(piece.points).equations for piece in pieces] if floors else []
+    for floor in floors:
         levels = triangles @ floor.normal - floor.height
         low = LEAST_CELLS * cell_m
         over = triangles[(levels.max(axis=1) > low) & (levels.min(axis=1) < CELLS * cell_m)]
@@ -100,7 +103,13 @@ def cut_at_floors(
 
 def inside_planes(planes: Array, points: Array) -> NDArray[np.bool_]:
     """(n,) whether points lie in the hull of these (k, 4) planes, to a micrometre."""
-    return np.asarray((points @ planes[:, :3].T + planes[:, 3] <= 1e-6).all(axis=1))
+    left = np.arange(len(points))
+    for start in range(0, len(planes), PLANES_AT_ONCE):  # the first few leave out most of what is outside
+        some = planes[start : start + PLANES_AT_ONCE]
+        left = left[(points[left] @ some[:, :3].T + some[:, 3] <= 1e-6).all(axis=1)]
+    inside = np.zeros(len(points), dtype=np.bool_)
+    inside[left] = True
+    return inside
 
 
 def lost_m2(index: int, planes: Sequence[Array], piece: PatchPiece, floor: Floor, over: Array, low: float) -> float:
@@ -115,7 +124,8 @@ def lost_m2(index: int, planes: Sequence[Array], piece: PatchPiece, floor: Floor
     points = points[np.unique(cells, return_index=True)[1]]
     points = points[inside_planes(planes[index], points)]
     for number, other in enumerate(planes):
-        points = points if number == index else points[~inside_planes(other, points)]
+        if number != index and len(points):
+            points = points[~inside_planes(other, points)]
     return len(points) * spacing**2
 
 

@@ -153,13 +153,16 @@ def link_poses_of_states(extraction: Extraction) -> list[dict[str, Array]]:
 def standing_near(link: str, occupied: Mapping[str, Array], poses: list[dict[str, Array]]) -> Array:
     """(n, 3) points of all other links in one link's frame, in each state, within the link's box."""
     low, high = occupied[link].min(axis=0), occupied[link].max(axis=0)
-    near = [np.zeros((0, 3))]
+    near, known = [np.zeros((0, 3))], set[tuple[str, bytes]]()
     for state in poses:
         to_link = np.linalg.inv(state[link])
         for other, points in occupied.items():
-            if other != link:
-                placed = apply(to_link @ state[other], points)
+            place = to_link @ state[other]
+            as_before = (other, np.round(place, 12).tobytes())
+            if other != link and as_before not in known:
+                placed = apply(place, points)
                 near.append(placed[np.all((placed >= low) & (placed <= high), axis=1)])
+            known.add(as_before)
     return np.vstack(near)
 
 
