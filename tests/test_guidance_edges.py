@@ -116,3 +116,14 @@ def test_words_choose_the_kind_where_edges_leave_it_open(said: str, height_m: fl
     overlay = Overlay.model_validate(ask(thing("Table") | edges, said))
     assert overlay.scale * 1.38 == pytest.approx(height_m, abs=0.1)
     assert f"of a {said.removeprefix('a ')} " in " ".join(overlay.notes)
+
+
+@pytest.mark.parametrize(
+    ("edges", "category", "longest_m"), [((0.5, 0.6, 0.3), "", 0.44), ((0.66, 0.6, 1.1), "Copier", 1.1)]
+)
+def test_a_printer_as_tall_as_a_copier_with_its_paper_below_is_one(
+    edges: tuple[float, float, float], category: str, longest_m: float
+) -> None:
+    fit = fitted_edges(edges, "Printer", shown=True)
+    assert fit is not None and fit.category == category
+    assert fit.scale * max(edges) == pytest.approx(longest_m, rel=0.15)

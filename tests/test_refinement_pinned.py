@@ -6,9 +6,11 @@ import pytest
 
 from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.physics.kinematics import link_to_root, tree_of
-from asset2sim.refinement.collision.let_joints_move import pinned_pairs, stacked_pairs
+from asset2sim.refinement.collision.let_joints_move import pinned_pairs, stacked_pairs, with_limits
+from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
-from schemas.vocabulary import Status
+from schemas.overlay import Overlay
+from schemas.vocabulary import Source, Status
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, box_obj, joint, link, mesh, prior, read, robot, shape, written
 
@@ -31,6 +33,19 @@ def test_a_pole_pinned_in_its_carts_rail_passes_it(tmp_path: Path, pole: str, li
     start, shapes = {"slide": 0.0, "hinge": 0.0}, authored_shapes(item, 1.0)
     found = pinned_pairs(tree_of(item.features.joints), "rail", limits, start, [("rail", "pole")], shapes, {})
     assert found == [("rail", "pole")] * pinned
+
+
+@pytest.mark.parametrize(("axis", "pinned"), [("0 0 1", True), ("1 0 0", False)])
+def test_a_spindle_that_its_seat_lifts_out_of_its_column_passes_it(tmp_path: Path, axis: str, pinned: bool) -> None:
+    text = robot(
+        link("foot", shape("0.06 0.06 0.3")), link("helper", ""), link("seat", shape("0.03 0.03 0.2", xyz="0 0 0.2")),
+        joint("lift", "prismatic", "foot", "helper", axis="0 0 1", limit="0 0.1"),
+        joint("turn", "continuous", "helper", "seat", axis=axis),
+    )  # fmt: skip
+    item = read(written(tmp_path, text))
+    limits, start, shapes = {"lift": (0.0, 0.1)}, {"lift": 0.0, "turn": 0.0}, authored_shapes(item, 1.0)
+    found = pinned_pairs(tree_of(item.features.joints), "foot", limits, start, [("foot", "seat")], shapes, {})
+    assert found == [("foot", "seat")] * pinned
 
 
 @pytest.mark.parametrize(("gap", "pinned"), [(0.0, True), (1e-4, False)])
@@ -112,3 +127,16 @@ def test_all_four_flaps_of_a_carton_close(tmp_path: Path, wide: float, reach: fl
     assert all(abs(flap.initial_position) < 0.1 for flap in record.overlay.joints)
     assert len(record.overlay.passing) == crossing
     assert len([finding for finding in record.findings if finding.code == "links_pass"]) == crossing
+
+
+@pytest.mark.parametrize(
+    ("asked", "upper", "now"), [(1.6, 1.5, 1.5), (1.55, 1.5, 1.55), (1.6, 1.2, 1.6)], ids=["end", "number", "far"]
+)
+def test_a_part_asked_to_be_at_its_end_is_asked_at_where_that_is_drawn_in_to(
+    asked: float, upper: float, now: float, tmp_path: Path
+) -> None:
+    turn = joint("turn", "revolute", "rail", "cart", axis="0 0 1", limit="0 1.6")
+    wish = Overlay(scale=1.0, initial_joint_positions={"turn": asked}, asked=("initial_joint_positions.turn",))
+    done, _ = validate(read(written(tmp_path, robot(RAIL, CART, turn))), wish, Source.MODEL, 0.5, NO_VIEWS.physics)
+    assert done.joints[0].asked_position == asked
+    assert with_limits(done, {"turn": (0.0, upper)}).joints[0].asked_position == pytest.approx(now)

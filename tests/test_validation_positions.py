@@ -85,7 +85,7 @@ def test_a_folding_chair_that_is_asked_unfolded_is_not_turned_to_its_other_end()
 
 
 @pytest.mark.parametrize(
-    ("lower", "upper", "unfolded"), [(0.0, 1.0, 0.0), (-0.02, 0.98, 0.0), (-0.97, 0.03, 0.0), (-0.6, 0.4, 0.4)]
+    ("lower", "upper", "unfolded"), [(0.0, 1.0, 0.0), (-0.16, 0.81, 0.0), (-0.97, 0.03, 0.0), (-0.6, 0.4, 0.4)]
 )
 def test_a_folding_chair_is_unfolded_as_drawn_and_by_its_looks_where_it_is_drawn_at_no_end(
     lower: float, upper: float, unfolded: float
@@ -126,3 +126,29 @@ def test_a_slide_that_is_drawn_on_its_way_starts_there_unless_its_closed_end_is_
     assert bool(item.features.metric) is metric
     done, _ = validate(item, Overlay(scale=1.0), Source.MODEL, 0.5, NO_VIEWS.physics)
     assert done.joints[0].initial_position == pytest.approx(start * of)
+
+
+@pytest.mark.parametrize(("on", "lifted"), [("0 0 0.02", True), ("0 0.5 0.02", False), ("0 0 -0.02", False)])
+def test_what_lies_on_a_part_opens_with_it(on: str, lifted: bool, tmp_path: Path) -> None:
+    """A seat that is asked up, and a lid on it, beside it, or below it."""
+    seat, lid = (shape("0.4 0.4 0.018", xyz=f"{0.2} {at.split()[1]} {at.split()[2]}") for at in ("0 0 0", on))
+    turn = {"xyz": "0 0 0.25", "axis": "0 -1 0", "limit": "0 1.6"}
+    item = read(written(tmp_path, robot(
+        link("bowl", shape("0.5 0.5 0.4", xyz="0.2 0 0")), link("seat", seat), link("lid", lid),
+        joint("a", "revolute", "bowl", "seat", **turn), joint("b", "revolute", "bowl", "lid", **turn),
+    )), "Toilet")  # fmt: skip
+    asked = ("initial_joint_positions.a",)
+    for name, at in (("a", 1.5), ("b", 0.0)):
+        proposal = Overlay(scale=1.0, initial_joint_positions={name: at}, asked=(name, *asked))
+        done, findings = validate(item, proposal, Source.MODEL, 0.5, NO_VIEWS.physics)
+        starts = {joint.name: joint.initial_position for joint in done.joints}
+        assert starts == pytest.approx({"a": 1.5, "b": 1.5 if lifted else 0.0} if name == "a" else {"a": 0.0, "b": 0.0})
+        assert ("opened_along" in [finding.code for finding in findings]) is (lifted and name == "a")
+
+
+@pytest.mark.parametrize(("lower", "turned"), [(-1.9, 0.785), (0.0, 0.785), (-1.5, -0.715)])
+def test_an_angle_of_a_spout_counts_from_the_middle_if_it_turns_as_far_either_way(lower: float, turned: float) -> None:
+    info = ObjectInfo.from_json(thing("Faucet", hinged("spout", "spout", lower=lower, upper=1.9)))
+    (part,) = parts_of(info, "Faucet")
+    wish = read_guidance("a faucet whose spout is turned by 45 degrees", info).of_joints["spout"]
+    assert asked_position(part, wish, 1.0) == pytest.approx(turned, abs=1e-3)

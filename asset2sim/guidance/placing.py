@@ -16,7 +16,7 @@ _BAIL_RAD = 1.02 * math.pi
 """Travel, rad, more than half a turn, from which a handle swings from rim to rim and is upright in the middle."""
 DRAWN_IN_USE = ("leg", "seat")
 """Parts of folding chairs, which are drawn unfolded: their other end is folded, whichever looks closed."""
-AT_AN_END = 0.05
+AT_AN_END = 0.2
 """Share of its range by which a part is drawn off an end that it is drawn at."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
@@ -44,7 +44,8 @@ def position_in_state(part: MovablePart, state: State, scale: float, whole_objec
     if state.measure is not None:
         if state.measure.kind == "length" and joint.motion != "slider":
             return joint.opened_by(0.5 * joint.range)
-        return joint.opened_by(state.measure.amount / (scale if joint.motion == "slider" else 1.0))
+        amount = state.measure.amount / (scale if joint.motion == "slider" else 1.0)
+        return joint.zero + amount if swivels(part) else joint.opened_by(amount)
     unfolds = part.name in DRAWN_IN_USE and part.mechanism.role == "control"
     if unfolds and (state.in_use or state.share in (0.0, 1.0)):
         drawn, folded = sorted((joint.closed, joint.open), key=lambda end: abs(end - joint.zero))
@@ -77,13 +78,21 @@ def ends_look_alike(part: MovablePart, whole_object: bool) -> bool:
     joint = part.joint
     if part.mechanism.role == "cap":
         return joint.open_confidence < _UNSURE
-    ends = (joint.lower, joint.upper)
-    if not whole_object or joint.motion != "hinge" or None in ends:
+    return whole_object and joint.open_confidence < _NEUTRAL and turns_either_way(part)
+
+
+def swivels(part: MovablePart) -> bool:
+    """Whether a part is set by turning it as far either way from where it is drawn: an angle counts from there, to the
+    side to which its joint's angle grows."""
+    return part.mechanism.role == "control" and turns_either_way(part)
+
+
+def turns_either_way(part: MovablePart) -> bool:
+    """Whether a part turns as far either way from its authored zero."""
+    joint = part.joint
+    if joint.motion != "hinge" or joint.lower is None or joint.upper is None:
         return False
-    return (
-        joint.open_confidence < _NEUTRAL
-        and abs(sum(end for end in ends if end is not None)) <= _SYMMETRIC * joint.range
-    )
+    return abs(joint.lower + joint.upper) <= _SYMMETRIC * joint.range
 
 
 def high_end(part: MovablePart) -> float:

@@ -21,6 +21,7 @@ from asset2sim.validation.build import as_thick_as_their_kind
 from asset2sim.validation.disputes import Disputes
 from asset2sim.validation.handling import Handling, handlings, is_pressed
 from asset2sim.validation.joints import JointInputs, joint_physics
+from asset2sim.validation.lifted_starts import lifted_starts
 from asset2sim.validation.limits import joint_range
 from asset2sim.validation.mass_bounds import bound_inertia_by_extent, with_armature, with_plungers
 from asset2sim.validation.masses import LinkMass, link_masses
@@ -197,7 +198,7 @@ def complete(given: Completion, overlay: Overlay, support: Support | None, notes
     ranges = pressed_ranges(drawn, ranges, proposals, asked_for, scale, kept=limits_kept, notes=notes)
     starts = initial_positions(ranges, wanted, rests, theirs, scale, source, settings, notes, given.starts, known)
     starts = {name: replace(start, position=given.placed.get(name, start.position)) for name, start in starts.items()}
-    starts = starts_of_followers(features, starts, scale, notes)
+    starts = starts_of_followers(features, lifted_starts(features, starts, notes), scale, notes)
     note_guessed_ends(known, starts, asked, settings.sure_of_closed, notes)
     movable = [joint if joint.name in ranges or not joint.movable else locked_joint(joint) for joint in features.joints]
     tree, bodies = tree_of(movable, scale), {n: Body(m.mass, m.com, m.inertia) for n, m in masses.items()}

@@ -26,6 +26,9 @@ from schemas.vocabulary import OverlapCause, Source
 
 MOST_JOINTS, SAMPLES = 2, 7
 """Most joints between two links on one pin, and positions of each, ends and middle among them, that must overlap."""
+AT_END, ROUGHLY = 1e-3, 0.1
+"""Shares of a joint's range: asked so near to an end a part is to be at that end, and by so much datasets' limits are
+off."""
 
 ROUNDING_M = 1e-6
 """Distance, m, within which parts that are drawn face on face touch, as a knob turns on its stand."""
@@ -44,21 +47,33 @@ def pinned_pairs(
     """Of the ``pairs`` of links that engines let collide those that meet wherever the few joints between them are: a
     pole pinned to a cart within the rail on which that slides, an arm that lies on the base below its turntable. Only
     those that cutting does not part: boxes, balls and cylinders, which have no ``hulls`` and which engines' margins
-    press apart where they touch, and what overlaps deeply as drawn. ``start`` is joint → rad or m."""
+    press apart where they touch, and what overlaps deeply as drawn. What turns and slides on one axis need meet only at
+    the start: the spindle of a stool's seat in its column, a cap on its neck. ``start`` is joint → rad or m."""
     poses, found = link_to_root(tree, root, start), list[tuple[str, str]]()
     for a, b in pairs:
         depth = authored_depth(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
         if depth <= (LARGEST_AUTHORED_M if hulls.get(a) and hulls.get(b) else 0.0):
             continue
         between = set(joints_to_root(tree, a)) ^ set(joints_to_root(tree, b))
-        spans = {joint.name: range_of(joint, limits) for joint in tree if joint.name in between}
+        moving = [joint for joint in tree if joint.name in between]
+        spans = {joint.name: range_of(joint, limits) for joint in moving}
         known = {name: np.linspace(*span, SAMPLES).tolist() for name, span in spans.items() if span is not None}
-        if 0 < len(known) <= MOST_JOINTS and all(
-            links_meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
-            for at in product(*known.values())
+        if on_one_axis(moving, poses) or (
+            0 < len(known) <= MOST_JOINTS
+            and all(
+                links_meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
+                for at in product(*known.values())
+            )
         ):
             found.append((a, b))
     return found
+
+
+def on_one_axis(joints: Sequence[TreeJoint], poses: Mapping[str, Array]) -> bool:
+    """Whether a hinge and a slider, between them, turn about and slide along one direction."""
+    axes = np.array([poses[joint.child][:3, :3] @ joint.axis for joint in joints]).reshape(-1, 3)
+    types = {joint.type for joint in joints}
+    return "prismatic" in types and not types.isdisjoint(TURNING) and bool(np.abs(axes @ axes[0]).min() > 1.0 - 1e-4)
 
 
 def links_meet(
@@ -173,6 +188,10 @@ def with_limits(overlay: PhysicsOverlay, limits: Mapping[str, tuple[float, float
     def change(joint: JointPhysics) -> dict[str, object]:
         name, (lower, upper) = joint.name, limits[joint.name]
         ends = {"closed": clamped(limits, name, joint.closed), "open": clamped(limits, name, joint.open)}
+        asked, way = joint.asked_position, abs(joint.open - joint.closed)
+        if asked is not None and min(abs(asked - joint.closed), abs(asked - joint.open)) <= AT_END * way:
+            nearer = clamped(limits, name, asked)
+            ends |= {"asked_position": nearer} if abs(nearer - asked) <= ROUGHLY * way else {}
         return {"lower": lower, "upper": upper, "limits_source": Source.SEARCH, **ends}
 
     joints = (joint.model_copy(update=change(joint)) if joint.name in limits else joint for joint in overlay.joints)
