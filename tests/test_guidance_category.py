@@ -164,6 +164,20 @@ def test_a_kind_that_words_name_is_built_and_moves_as_what_it_is_a_kind_of() -> 
     assert tables.built_as("FoldingChair") == ("FoldingChair",), "it has rows of its own"
 
 
+@pytest.mark.parametrize(
+    ("part", "category", "role", "kind"),
+    [
+        ("head", "BankersLamp", "control", "friction"),
+        ("lid", "Thermos", "cap", "screw"),
+        ("swing lid", "Dumpster", "roll", "free"),
+        ("lever", "Window", "control", "friction"),
+    ],
+)
+def test_a_kind_works_as_its_category_whatever_it_is_made_of(part: str, category: str, role: str, kind: str) -> None:
+    works = tables.mechanism(part, category, "hinge")
+    assert (works.role, works.kind) == (role, kind)
+
+
 def test_a_clock_with_a_pendulum_hangs_and_is_no_alarm_clock() -> None:
     pendulum = known.hinged("p", "pendulum")
     drawn = {key: [0.17, 0.26, 0.40] for key in ("size_closed_m", "size_m")}

@@ -524,3 +524,40 @@ def test_what_a_part_can_do_is_no_state_and_what_turns_about_the_vertical_is_nev
     swivel = known.hinged("swivel", "rotation_screen", lower=-0.7, upper=0.7)
     display = known.thing("Display", swivel if "swivel" in words else lift)
     assert ask(display, words).get("initial_joint_positions", {}) == pytest.approx(asked, rel=1e-3)
+
+
+LAMP = known.thing("Lamp", known.hinged("head", "head", lower=-0.5, upper=0.6), known.hinged("arm", "rotation_bar"))
+STAND = known.thing(
+    "Display", known.sliding("lift", "translation_screen", axis=(0.0, 0.0, 1.0), upper=0.3),
+    (known.link("panel", "rotation_screen"),
+     known.joint("tilt", "panel", parent="lift_link", lower=-0.4, upper=0.5, axis=LEVEL)),
+)  # fmt: skip
+DOORS = known.thing(
+    "Door",
+    known.hinged("left", "rotation_door", (-0.1, 0.4, 0.0)),
+    known.hinged("right", "rotation_door", (-0.1, -0.4, 0.0)),
+)
+PRINTER = known.thing("Printer", known.hinged("lid", "lid"), known.spinning("knob", "knob"))
+
+
+@pytest.mark.parametrize(
+    ("information", "guidance", "expected"),
+    [
+        (LAMP, "a lamp with its head tilted by 15 degrees", {"head": 0.2618}),
+        (LAMP, "a lamp with its arm turned by 30 degrees", {"arm": 0.5236}),
+        (PRINTER, "a printer, its knob turned by 90 degrees", {"knob": 1.5708}),
+        (STAND, "a monitor tilted back by 10 degrees", {"tilt": 0.1745}),
+        (DOORS, "double doors, left one open", {"left": 1.6}),
+        (DOORS, "double doors, wide open", {"left": 1.6, "right": 1.6}),
+        (known.DRAWERS, "a desk with its drawers slid out", {"d0": 0.5, "d1": 0.5, "d2": 0.5}),
+    ],
+)
+def test_angles_of_what_is_set_count_from_where_it_is_drawn_and_one_is_one(
+    information: Json, guidance: str, expected: dict[str, float]
+) -> None:
+    assert ask(information, guidance)["initial_joint_positions"] == pytest.approx(expected, abs=2e-3)
+
+
+def test_a_noun_after_with_names_no_kind() -> None:
+    said = " ".join(prior_overlay(ObjectInfo.from_json(PRINTER), "copier with the scanner cover up").notes)
+    assert "copier" in said.lower() and "scanner" not in said.lower()

@@ -153,7 +153,8 @@ def _is_of(length: Item, nouns: Sequence[tuple[int, int]], tokens: tuple[str, ..
 
 def head_of(tokens: tuple[str, ...]) -> tuple[str, ...]:
     """The tokens of the guidance's first phrase, which says what the object is."""
-    end = next((i for i, token in enumerate(tokens) if token in HEAD_ENDS and i > 1), len(tokens))
+    first = 1 if noun_spans(tokens[:1]) else 2  # "desk with …", but "this is …"
+    end = next((i for i, token in enumerate(tokens) if token in HEAD_ENDS and i >= first), len(tokens))
     return tokens[:end]
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from asset2sim.guidance.parts import MovablePart, drawn_pressed
-from schemas.guidance import AskedState, Guidance, State
+from schemas.guidance import AskedOpening, AskedState, Guidance, State
 
 _UNSURE = 0.05
 """Confidence below which the two ends of a turning cap look alike: closed is then the authored zero."""
@@ -18,6 +18,8 @@ DRAWN_IN_USE = ("leg", "seat")
 """Parts of folding chairs, which are drawn unfolded: their other end is folded, whichever looks closed."""
 AT_AN_END = 0.2
 """Share of its range by which a part is drawn off an end that it is drawn at."""
+MIDWAY = 0.1
+"""Share of its range by which a part is drawn off its ends that is drawn on its way."""
 LIMIT_ROUNDING = 5e-5
 """Half a unit of the fifth digit, relative."""
 _SLIGHTLY = 0.2
@@ -39,13 +41,10 @@ def asked_position(part: MovablePart, wish: AskedState, scale: float) -> float:
 def position_in_state(part: MovablePart, state: State, scale: float, whole_object: bool = False) -> float:
     """Joint position of a part in a state, its own or that of the ``whole_object``: rad, or m at the authored scale."""
     joint = part.joint
+    if state.measure is not None and (joint.motion == "spin" or joint.range > 0.0):
+        return opened_by_measure(part, state.measure, scale)
     if joint.motion == "spin" or joint.range == 0.0:
         return joint.zero
-    if state.measure is not None:
-        if state.measure.kind == "length" and joint.motion != "slider":
-            return joint.opened_by(0.5 * joint.range)
-        amount = state.measure.amount / (scale if joint.motion == "slider" else 1.0)
-        return joint.zero + amount if swivels(part) else joint.opened_by(amount)
     unfolds = part.name in DRAWN_IN_USE and part.mechanism.role == "control"
     if unfolds and (state.in_use or state.share in (0.0, 1.0)):
         drawn, folded = sorted((joint.closed, joint.open), key=lambda end: abs(end - joint.zero))
@@ -64,6 +63,21 @@ def position_in_state(part: MovablePart, state: State, scale: float, whole_objec
     return _pose(part, state.kind)
 
 
+def opened_by_measure(part: MovablePart, measure: AskedOpening, scale: float) -> float:
+    """Joint position of a part opened by an angle or a length: from where it is closed. An angle of what is set, of
+    what turns without end, and of what nothing names and is drawn on its way counts from there, to its further end."""
+    joint = part.joint
+    slides, long = joint.motion == "slider", measure.kind == "length"
+    if long and not slides:
+        return joint.opened_by(0.5 * joint.range)
+    amount = measure.amount / (scale if slides else 1.0)
+    if joint.motion == "spin":
+        return joint.zero + amount
+    ways = sorted((end - joint.zero for end in (joint.closed, joint.open)), key=abs)
+    is_set = part.mechanism.role == "control" or (not part.name and abs(ways[0]) > MIDWAY * joint.range)
+    return joint.opened_by(amount) if slides or not is_set else joint.zero + math.copysign(amount, ways[1])
+
+
 def useful_travel(part: MovablePart) -> float:
     """How far a part is opened in use, rad or m at the authored scale, by which "half open" counts: a refrigerator's
     door that turns by 180° stands open at what doors are used at, and half open at half of it. Fully open is the end
@@ -78,21 +92,13 @@ def ends_look_alike(part: MovablePart, whole_object: bool) -> bool:
     joint = part.joint
     if part.mechanism.role == "cap":
         return joint.open_confidence < _UNSURE
-    return whole_object and joint.open_confidence < _NEUTRAL and turns_either_way(part)
-
-
-def swivels(part: MovablePart) -> bool:
-    """Whether a part is set by turning it as far either way from where it is drawn: an angle counts from there, to the
-    side to which its joint's angle grows."""
-    return part.mechanism.role == "control" and turns_either_way(part)
-
-
-def turns_either_way(part: MovablePart) -> bool:
-    """Whether a part turns as far either way from its authored zero."""
-    joint = part.joint
-    if joint.motion != "hinge" or joint.lower is None or joint.upper is None:
+    ends = (joint.lower, joint.upper)
+    if not whole_object or joint.motion != "hinge" or None in ends:
         return False
-    return abs(joint.lower + joint.upper) <= _SYMMETRIC * joint.range
+    return (
+        joint.open_confidence < _NEUTRAL
+        and abs(sum(end for end in ends if end is not None)) <= _SYMMETRIC * joint.range
+    )
 
 
 def high_end(part: MovablePart) -> float:

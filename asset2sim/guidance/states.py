@@ -7,7 +7,7 @@ from typing import Any
 from asset2sim.guidance.clauses import GENERIC, NO_MENTION, Mention, mentioned_parts, parts_of_whole, split_states
 from asset2sim.guidance.lexicon import Item, Segment, place_of
 from asset2sim.guidance.object_info import ObjectInfo
-from asset2sim.guidance.parts import MovablePart, is_switch, outermost_parts
+from asset2sim.guidance.parts import MovablePart, is_switch, ordinal_candidates, outermost_parts
 from schemas.guidance import WHOLE_OBJECT, AskedOpening, AskedState, State
 
 _POSES = ("rest", "pressed", "sideways", "normal", "up", "down", "off", "on", "out")
@@ -43,7 +43,7 @@ def asked_states(
         subject = (
             _joined(pending, here)
             if here.found or pending.found
-            else Mention(_of_whole(info, parts, segment), (WHOLE_OBJECT,))
+            else Mention(_of_whole(info, _measured_by(parts, state), segment, here.carried), (WHOLE_OBJECT,))
         )
         pending = NO_MENTION
         if here.others:
@@ -100,14 +100,16 @@ def _ends(item: Item, segment: Segment) -> bool:
     return item.end - segment.start == len(segment.tokens)
 
 
-def _of_whole(info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment) -> tuple[MovablePart, ...]:
-    """The parts that a state of the whole object is about; of what is switched on or off, its switches."""
+def _of_whole(
+    info: ObjectInfo, parts: Sequence[MovablePart], segment: Segment, which: Sequence[str]
+) -> tuple[MovablePart, ...]:
+    """The parts that a state of the whole object is about; of what is switched on or off, its switches; of "the left
+    one open", ``which`` of them."""
     switched = segment.of("switched") and not segment.of("open", "closed", "ajar")
-    return (
-        tuple(part for part in parts if is_switch(part.name, part.mechanism.kind))
-        if switched
-        else parts_of_whole(info, parts)
-    )
+    if switched:
+        return tuple(part for part in parts if is_switch(part.name, part.mechanism.kind))
+    whole = parts_of_whole(info, parts)
+    return (ordinal_candidates(info, whole, which, parts) if {"one", "ones"} & {*segment.tokens} else ()) or whole
 
 
 def _follows_part(item: Item, segment: Segment) -> bool:
@@ -118,7 +120,8 @@ def _follows_part(item: Item, segment: Segment) -> bool:
 
 def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment) -> list[AskedState]:
     """The state as asked of each of the subject's parts; of nested ones, unless to be closed, of the outermost."""
-    chosen = subject.parts if state.share == 0.0 else outermost_parts(info, subject.parts)
+    means = _measured_by(subject.parts, state)
+    chosen = means if state.share == 0.0 else outermost_parts(info, means)
     ends = [item for item in segment.of("on", "off") if _ends(item, segment)]
     turned = _open(None if ends[-1].kind == "on" else 0.0) if ends else state
     return [
@@ -131,6 +134,13 @@ def _of_each(info: ObjectInfo, subject: Mention, state: State, segment: Segment)
         for part in chosen
         if (part.joint.motion != "spin" or part.mechanism.role != "roll") and not _swivels(part, state)
     ]
+
+
+def _measured_by(parts: Sequence[MovablePart], state: State) -> tuple[MovablePart, ...]:
+    """The parts that turn where a state is an angle, or slide where it is a length; all where none does so."""
+    slides = state.measure is not None and state.measure.kind == "length"
+    found = [part for part in parts if state.measure is None or slides is (part.joint.motion == "slider")]
+    return tuple(found or parts)
 
 
 def _swivels(part: MovablePart, state: State) -> bool:

@@ -241,6 +241,16 @@ def built_as(category: str) -> tuple[str, ...]:
     return (category, whole) if (whole := (kinds | known).get(category)) else (category,)
 
 
+@lru_cache
+def works_as(category: str) -> tuple[str, ...]:
+    """The category and the one of which it is a kind, of whatever it is made: a steel flask's lid is a bottle's. Not of
+    kinds that have rows of how they are built."""
+    built, kind = built_as(category), sizes().get(category)
+    if len(built) > 1 or kind is None or not kind.refines or (category, "*") in _part_materials():
+        return built
+    return (category, kind.refines[0])
+
+
 def _as_its_kind(kind: Size) -> bool:
     """Whether no row says how a kind is built, and it stands on what the category does of which it is one first."""
     whole = sizes().get(kind.refines[0])
@@ -315,7 +325,7 @@ def mechanism(part: str, category: str, motion: str) -> PartMechanism:
     """The most specific row for the part, the category and the motion (hinge, slider, spin): what all that moves on a
     category's objects does (a tap's handle, whatever it is called) goes before what such a part does elsewhere."""
     table = _mechanisms()
-    named = (key for name in built_as(category) for key in ((part, name, motion), ("*", name, motion)))
+    named = (key for name in works_as(category) for key in ((part, name, motion), ("*", name, motion)))
     keys = (*named, (part, "*", motion), ("*", "*", motion))
     return next(table[key] for key in keys if key in table)
 
@@ -326,7 +336,7 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
     its axis) that is made for its length, in the order of ``mechanism``. A part of no row of its own that moves freely
     (``loose``) has theirs."""
     table = _part_efforts()
-    named = [key for name in built_as(category) for key in ((part, name), ("*", name))]
+    named = [key for name in works_as(category) for key in ((part, name), ("*", name))]
     names = [*named, (part, "*"), *([("loose", "*")] if loose else []), ("*", "*")]
     keys = [(p, c, m) for p, c in names for m in (motion, "*")]
     return next(row for key in keys for row in table.get(key, ()) if length_m <= row.up_to_m)
@@ -334,7 +344,7 @@ def part_effort(part: str, category: str, motion: str, length_m: float = 0.0, *,
 
 def turns_as_its_kind(part: str, category: str) -> bool:
     """Whether the part has forces of its own for turning about itself, whatever its shape: a pump's head."""
-    return any((part, name, "spin") in _part_efforts() for name in built_as(category))
+    return any((part, name, "spin") in _part_efforts() for name in works_as(category))
 
 
 @lru_cache
