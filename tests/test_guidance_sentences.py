@@ -558,6 +558,13 @@ def test_angles_of_what_is_set_count_from_where_it_is_drawn_and_one_is_one(
     assert ask(information, guidance)["initial_joint_positions"] == pytest.approx(expected, abs=2e-3)
 
 
+def test_the_lid_of_what_has_no_names_is_its_largest_part() -> None:
+    handle = (known.link("a", size=0.1), known.joint("one", "a"))
+    lid = (known.link("b", size=1.0), known.joint("other", "b"))
+    found = ask(known.thing("Suitcase", handle, lid), "a suitcase with its lid slightly open")
+    assert list(found["initial_joint_positions"]) == ["other"]
+
+
 def test_a_noun_after_with_names_no_kind() -> None:
     said = " ".join(prior_overlay(ObjectInfo.from_json(PRINTER), "copier with the scanner cover up").notes)
     assert "copier" in said.lower() and "scanner" not in said.lower()
