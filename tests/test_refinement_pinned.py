@@ -6,7 +6,7 @@ import pytest
 
 from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.physics.kinematics import link_to_root, tree_of
-from asset2sim.refinement.collision.let_joints_move import pinned_pairs, stacked_pairs, with_limits
+from asset2sim.refinement.collision.let_joints_move import pinned_pairs, sleeved_pairs, stacked_pairs, with_limits
 from asset2sim.validation.validate import validate
 from schemas.asset import AssetRef
 from schemas.overlay import Overlay
@@ -35,17 +35,19 @@ def test_a_pole_pinned_in_its_carts_rail_passes_it(tmp_path: Path, pole: str, li
     assert found == [("rail", "pole")] * pinned
 
 
-@pytest.mark.parametrize(("axis", "pinned"), [("0 0 1", True), ("1 0 0", False)])
-def test_a_spindle_that_its_seat_lifts_out_of_its_column_passes_it(tmp_path: Path, axis: str, pinned: bool) -> None:
+@pytest.mark.parametrize(
+    ("axis", "up", "sleeved"), [("0 0 1", 0.2, True), ("1 0 0", 0.2, False), ("0 0 1", 0.251, False)]
+)
+def test_a_spindle_passes_the_column_that_it_is_drawn_into(tmp_path: Path, axis: str, up: float, sleeved: bool) -> None:
     text = robot(
-        link("foot", shape("0.06 0.06 0.3")), link("helper", ""), link("seat", shape("0.03 0.03 0.2", xyz="0 0 0.2")),
+        link("foot", shape("0.06 0.06 0.3")), link("helper", ""),
+        link("seat", shape("0.03 0.03 0.2", xyz=f"0 0 {up}")),
         joint("lift", "prismatic", "foot", "helper", axis="0 0 1", limit="0 0.1"),
         joint("turn", "continuous", "helper", "seat", axis=axis),
     )  # fmt: skip
     item = read(written(tmp_path, text))
-    limits, start, shapes = {"lift": (0.0, 0.1)}, {"lift": 0.0, "turn": 0.0}, authored_shapes(item, 1.0)
-    found = pinned_pairs(tree_of(item.features.joints), "foot", limits, start, [("foot", "seat")], shapes, {})
-    assert found == [("foot", "seat")] * pinned
+    tree, shapes = tree_of(item.features.joints), authored_shapes(item, 1.0)
+    assert sleeved_pairs(tree, "foot", [("foot", "seat")], shapes, 2e-3) == [("foot", "seat")] * sleeved
 
 
 @pytest.mark.parametrize(("gap", "pinned"), [(0.0, True), (1e-4, False)])

@@ -17,8 +17,8 @@ from asset2sim.guidance.parts import (
 _BREAKERS = ("open", "closed", "part", "parts", "ordinal", "quantifier")
 _STATES = ("open", "closed", "ajar")
 _SINGLED = ("door", "drawer", "shelf", "container", "")
-"""Parts of which an object has several alike, so that one in the singular means one of them; so it does where none has a
-name."""
+"""Parts of which an object has several alike, so that one in the singular means one of them; so it does where no part
+has a name."""
 GENERIC = ("hinge", "slide", "rail", "runner", "joint")
 
 

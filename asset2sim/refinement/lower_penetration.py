@@ -7,15 +7,16 @@ from itertools import combinations
 
 import numpy as np
 
+from asset2sim.assets.authored_overlap import authored_shapes
 from asset2sim.assets.folder import Folder, replace_hulls, write_urdf
 from asset2sim.assets.hulls import Hulls, exact_links
 from asset2sim.engines.static_object import MARGIN_M, contact_points, phi_at, static_object
 from asset2sim.physics.kinematics import link_to_root, tree_of, written_joints
 from asset2sim.refinement.ask_model import AskedSoFar, QuestionContext, model_asker
 from asset2sim.refinement.collision.hull_world import candidates, clear_pose
-from asset2sim.refinement.collision.let_joints_move import let_joints_move
+from asset2sim.refinement.collision.let_joints_move import let_joints_move, sleeved_pairs
 from asset2sim.refinement.collision.part_links import CutAttempt, cut_attempt, hull_world
-from asset2sim.refinement.collision.trim import Trimmer, cuts_of
+from asset2sim.refinement.collision.trim import Trimmer, contact_pairs, cuts_of
 from asset2sim.refinement.context import RefinementContext, trace_step, warning
 from asset2sim.refinement.model_loop import refine_by_model
 from asset2sim.refinement.notes import move_findings, note_cuts
@@ -79,7 +80,7 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
     Joint dynamics are derived again for joints that moved. A search proposes first, and a model is asked where links
     still overlap; or the model proposes every step (paper, "Refine the state").
     """
-    loop = with_crossing_flaps(loop, folder)
+    loop = with_passing(loop, folder)
     overlay, settings = loop.overlay, loop.settings
     requested, reach = overlay.initial_positions, reachable_bands(overlay, settings.search)
     features = loop.extraction.features
@@ -101,19 +102,25 @@ def lower_penetration(loop: RefinementContext, folder: Folder, questions: AskedS
     return write_best(loop, folder, best)
 
 
-def with_crossing_flaps(loop: RefinementContext, folder: Folder) -> RefinementContext:
-    """The context whose overlay lets flaps pass that cross where both are closed, written; a finding for each pair."""
-    exact = exact_links(loop.extraction)
-    crossing = crossing_flaps(loop.extraction.features, loop.overlay, loop.hulls, exact)
-    if not crossing:
+def with_passing(loop: RefinementContext, folder: Folder) -> RefinementContext:
+    """The context whose overlay lets flaps pass that cross where both are closed, and what turns and slides in what it
+    is drawn into, written; a finding for each pair."""
+    features, overlay = loop.extraction.features, loop.overlay
+    crossing = crossing_flaps(features, overlay, loop.hulls, exact_links(loop.extraction))
+    joints, shapes = written_joints(features, overlay), authored_shapes(loop.extraction, overlay.scale)
+    pairs = contact_pairs(joints, [link.name for link in features.links])
+    deep = loop.settings.thresholds.penetration_m
+    sleeved = sleeved_pairs(tree_of(joints, overlay.scale), features.root, pairs, shapes, deep)
+    if not crossing and not sleeved:
         return loop
-    for a, b in crossing:
-        text = (
-            f"'{a}' and '{b}' cross as drawn where both are closed: they pass through each other, where real flaps "
-            "bend and lie one on another"
-        )
-        loop.log.findings.append(warning(code="links_pass", message=text, link=a))
-    loop = replace(loop, overlay=loop.overlay.model_copy(update={"passing": crossing}))
+    flaps = (
+        "cross as drawn where both are closed: they pass through each other, where real flaps bend and lie on others"
+    )
+    screw = "turn and slide on one axis, drawn into each other: they pass through each other, as a screw in its thread"
+    for found, why in ((crossing, flaps), (sleeved, screw)):
+        for a, b in found:
+            loop.log.findings.append(warning(code="links_pass", message=f"'{a}' and '{b}' {why}", link=a))
+    loop = replace(loop, overlay=overlay.model_copy(update={"passing": (*crossing, *sleeved)}))
     write_urdf(loop.extraction, loop.overlay, folder, loop.settings.physics)
     return loop
 

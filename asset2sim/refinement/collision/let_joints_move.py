@@ -47,33 +47,39 @@ def pinned_pairs(
     """Of the ``pairs`` of links that engines let collide those that meet wherever the few joints between them are: a
     pole pinned to a cart within the rail on which that slides, an arm that lies on the base below its turntable. Only
     those that cutting does not part: boxes, balls and cylinders, which have no ``hulls`` and which engines' margins
-    press apart where they touch, and what overlaps deeply as drawn. What turns and slides on one axis need meet only at
-    the start: the spindle of a stool's seat in its column, a cap on its neck. ``start`` is joint → rad or m."""
+    press apart where they touch, and what overlaps deeply as drawn. ``start`` is joint → rad or m."""
     poses, found = link_to_root(tree, root, start), list[tuple[str, str]]()
     for a, b in pairs:
         depth = authored_depth(authored, a, b, np.linalg.inv(poses[b]) @ poses[a])
         if depth <= (LARGEST_AUTHORED_M if hulls.get(a) and hulls.get(b) else 0.0):
             continue
         between = set(joints_to_root(tree, a)) ^ set(joints_to_root(tree, b))
-        moving = [joint for joint in tree if joint.name in between]
-        spans = {joint.name: range_of(joint, limits) for joint in moving}
+        spans = {joint.name: range_of(joint, limits) for joint in tree if joint.name in between}
         known = {name: np.linspace(*span, SAMPLES).tolist() for name, span in spans.items() if span is not None}
-        if on_one_axis(moving, poses) or (
-            0 < len(known) <= MOST_JOINTS
-            and all(
-                links_meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
-                for at in product(*known.values())
-            )
+        if 0 < len(known) <= MOST_JOINTS and all(
+            links_meet(tree, root, {**start, **dict(zip(known, at, strict=True))}, a, b, authored)
+            for at in product(*known.values())
         ):
             found.append((a, b))
     return found
 
 
-def on_one_axis(joints: Sequence[TreeJoint], poses: Mapping[str, Array]) -> bool:
-    """Whether a hinge and a slider, between them, turn about and slide along one direction."""
-    axes = np.array([poses[joint.child][:3, :3] @ joint.axis for joint in joints]).reshape(-1, 3)
-    types = {joint.type for joint in joints}
-    return "prismatic" in types and not types.isdisjoint(TURNING) and bool(np.abs(axes @ axes[0]).min() > 1.0 - 1e-4)
+def sleeved_pairs(
+    tree: Sequence[TreeJoint], root: str, pairs: Iterable[tuple[str, str]], authored: AuthoredShapes, least_m: float
+) -> list[tuple[str, str]]:
+    """Of the ``pairs`` of links that engines let collide those that turn about and slide along one axis, and are drawn
+    deeper than ``least_m`` in each other: the spindle of a stool's seat in its column, a cap on its neck."""
+    poses, found = link_to_root(tree, root, {}), list[tuple[str, str]]()
+    for a, b in pairs:
+        between = set(joints_to_root(tree, a)) ^ set(joints_to_root(tree, b))
+        moving = [joint for joint in tree if joint.name in between]
+        axes = np.array([poses[joint.child][:3, :3] @ joint.axis for joint in moving]).reshape(-1, 3)
+        types = {joint.type for joint in moving}
+        if "prismatic" not in types or types.isdisjoint(TURNING) or np.abs(axes @ axes[0]).min() < 1.0 - 1e-4:
+            continue
+        if authored_depth(authored, a, b, np.linalg.inv(poses[b]) @ poses[a]) > least_m:
+            found.append((a, b))
+    return found
 
 
 def links_meet(
