@@ -146,8 +146,8 @@ def test_what_lies_on_a_part_opens_with_it(on: str, lifted: bool, tmp_path: Path
         assert ("opened_along" in [finding.code for finding in findings]) is (lifted and name == "a")
 
 
-@pytest.mark.parametrize(("lower", "turned"), [(-1.9, 0.785), (0.0, 0.785), (-1.5, -0.715)])
-def test_an_angle_of_a_spout_counts_from_the_middle_if_it_turns_as_far_either_way(lower: float, turned: float) -> None:
+@pytest.mark.parametrize(("lower", "turned"), [(-1.9, 0.785), (0.0, 0.785), (-1.5, 0.785), (-2.5, -0.785)])
+def test_an_angle_of_a_spout_counts_from_where_it_is_drawn_to_its_further_end(lower: float, turned: float) -> None:
     info = ObjectInfo.from_json(thing("Faucet", hinged("spout", "spout", lower=lower, upper=1.9)))
     (part,) = parts_of(info, "Faucet")
     wish = read_guidance("a faucet whose spout is turned by 45 degrees", info).of_joints["spout"]
