@@ -1,7 +1,5 @@
 """The report in headless Chromium, from disk: it asks no network for anything, and its list answers at once."""
 
-import shutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,18 +14,10 @@ from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, FailureMode
 from tasks.pipeline import refine_asset
 from tests.assets import RAW, prior, sample
+from tests.chromium import chromium, needs_chromium
 from tests.factories import make_failure, make_record
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: the extra 'browser' has it")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium, and these tests run"),
-]
-ARGUMENTS = (
-    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"),
-    *("--disable-component-update", "--disable-sync"),
-)
+pytestmark = [pytest.mark.system, needs_chromium]
 MANY = 2346
 """Objects of PartNet-Mobility."""
 LIMIT_MS = 100.0
@@ -67,12 +57,8 @@ class Tab:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    with tempfile.TemporaryDirectory() as profile, sync_api.sync_playwright() as program:
-        found = program.chromium.launch_persistent_context(
-            profile, executable_path=CHROMIUM, args=list(ARGUMENTS), viewport={"width": 1280, "height": 900}
-        )
+    with chromium(1280, 900, draws=False) as found:
         yield found
-        found.close()
 
 
 @pytest.fixture

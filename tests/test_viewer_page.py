@@ -1,7 +1,5 @@
 """The viewer's page in headless Chromium: what a person does there is measured in the server."""
 
-import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -22,21 +20,13 @@ from schemas.settings import EngineSettings, Settings
 from schemas.vocabulary import Engine, FailureMode
 from tasks.pipeline import refine_asset
 from tests.assets import NO_VIEWS, RAW, prior, sample
+from tests.chromium import chromium, needs_chromium
 from tests.factories import make_failure
 from tests.processes import free_port
 from tests.test_catalog_query import told
 
 pytest.importorskip("viser", reason="viser is not installed: the extra 'view' has it")
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: the extra 'browser' has it")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium, and these tests run"),
-]
-ARGUMENTS = (
-    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"),
-    *("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
+pytestmark = [pytest.mark.system, needs_chromium]
 WIDTH, HEIGHT = 640, 420
 LIMIT_S = 120.0
 """Longest wait for anything: pictures are drawn without a graphics card, beside other tests."""
@@ -73,10 +63,7 @@ def asked() -> list[str]:
 
 @pytest.fixture(scope="module")
 def page(viewer: Any, asked: list[str]) -> Iterator[Any]:
-    with tempfile.TemporaryDirectory() as profile, sync_api.sync_playwright() as program:
-        browser = program.chromium.launch_persistent_context(
-            profile, executable_path=CHROMIUM, args=list(ARGUMENTS), viewport={"width": WIDTH, "height": HEIGHT}
-        )
+    with chromium(WIDTH, HEIGHT) as browser:
         found = browser.pages[0]
         found.set_default_timeout(1000.0 * LIMIT_S)
         found.on("request", lambda request: asked.append(request.url))
@@ -87,7 +74,6 @@ def page(viewer: Any, asked: list[str]) -> Iterator[Any]:
         found.get_by_text("Software WebGL rendering detected").wait_for()
         found.locator(".mantine-Notification-closeButton").first.click()
         yield found
-        browser.close()
 
 
 def soon(page: Any, holds: Callable[[], bool]) -> bool:

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +25,7 @@ from lab.judged.variant_folders import variant_folders
 from lab.schemas.tables import RATING_KEYS, RATINGS
 from schemas.settings import EngineSettings
 from schemas.vocabulary import Engine, Method
+from tests.chromium import chromium, needs_chromium
 from tests.exported import arm
 from tests.factories import make_record
 from tests.processes import free_port
@@ -33,16 +33,7 @@ from tests.test_catalog_history import night
 
 pytest.importorskip("viser", reason="viser is not installed: the extra 'view' has it")
 zstandard = pytest.importorskip("zstandard", reason="zstandard is not installed: viser brings it")
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: the extra 'browser' has it")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium, and these tests run"),
-]
-ARGUMENTS = (
-    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"),
-    *("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
+pytestmark = [pytest.mark.system, needs_chromium]
 LIMIT_S = 120.0
 HTML = """() => { const all = document.documentElement.cloneNode(true);
 all.querySelectorAll("script, style").forEach(item => item.remove()); return all.outerHTML; }"""
@@ -158,10 +149,7 @@ def rated(tmp_path_factory: pytest.TempPathFactory) -> Rated:
         folder.mkdir(parents=True)
         arm(folder, initial=0.2)
         write_run(out, night(1), [make_record("thing", method=method)])
-    with tempfile.TemporaryDirectory() as profile, sync_api.sync_playwright() as program:
-        browser = program.chromium.launch_persistent_context(
-            profile, executable_path=CHROMIUM, args=list(ARGUMENTS), viewport={"width": 600, "height": 240}
-        )
+    with chromium(600, 240) as browser:
         page = browser.pages[0]
         page.set_default_timeout(1000.0 * LIMIT_S)
         page.on("request", lambda request: found.asked.append(request.url))
@@ -190,7 +178,6 @@ def rated(tmp_path_factory: pytest.TempPathFactory) -> Rated:
             found.seen["back"] = [(item.label, item.presented) for item in desk.left]
             rater.rate(desk, "bob")
             page.get_by_text("You have rated all 2 variants").wait_for()
-        browser.close()
     return found
 
 
