@@ -281,6 +281,27 @@ def test_the_casing_of_such_a_thing_is_of_what_it_stands_on_and_its_small_parts_
     assert tables.part_material("Laptop", "screen").material == "plastic" and tables.is_built("Laptop")
 
 
+def test_the_casing_of_a_thing_of_no_known_kind_is_heavier_the_deeper_it_is() -> None:
+    by_area = {}
+    for size in (0.06, 0.3, 0.6, 5.0):
+        item = thing("", asset_id="zq", size=size) | {"lengths": "lengths of SDF are metres"}
+        item["links"] = [link("body", size=size)]
+        found = ask(item)
+        by_area[size] = total_mass(item, found) / item["links"][0]["outer_m2"], found["links"][0]["material"]
+    assert [material for _, material in by_area.values()] == ["plastic", "plastic", "steel", "steel"]
+    weights = [weight for weight, _ in by_area.values()]
+    assert weights == sorted(weights) and 3.0 < weights[0] < 6.0 < weights[2] and weights[3] == pytest.approx(15.0, 0.2)
+
+
+def test_a_large_wheel_is_mostly_air() -> None:
+    share = []
+    for size in (0.1, 0.6):
+        item = thing("", asset_id="zq", size=size) | {"lengths": "lengths of SDF are metres"}
+        item["links"] = [link("body", "wheel", size=size)]
+        share.append(ask(item)["links"][0]["hollow_factor"])
+    assert share[1] == pytest.approx(share[0] / math.sqrt(6.0), rel=1e-3)
+
+
 def test_a_paper_cutter_is_of_no_paper() -> None:
     found = ask(thing("", size=0.4), "A paper cutter for A4.")
     assert "paperboard" not in {item["material"] for item in found["links"]}
@@ -561,6 +582,7 @@ def test_the_cap_of_a_machine_is_a_lid(category: str, material: str) -> None:
         ("light grey (BrushedStainlessSteel), 80 %", "", "stainless steel"),
         ("dark grey (black_metal), 40 %", "", "plastic"),
         ("dark grey (black_metal)", "A plastic thing.", "plastic"),
+        ("light grey (anodized_aluminium)", "", "aluminium"),
         ("black (box_glass)", "", "plastic"),
     ],
 )

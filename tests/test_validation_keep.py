@@ -196,6 +196,35 @@ def test_a_door_of_a_tenth_of_what_it_is_built_of_was_not_weighed(
     assert (done.links[1].mass_source is Source.AUTHORED) is kept
 
 
+@pytest.mark.parametrize(
+    ("source", "name", "masses", "kept"),
+    [
+        (Source.PRIOR, "cabinet", (1.5, 0.5), False),
+        (Source.PRIOR, "cabinet", (3.0, 0.8), True),
+        (Source.PRIOR, "zq", (1.5, 0.5), True),
+        (Source.PRIOR, "zq", (0.65, 0.1), False),
+        (Source.MODEL, "cabinet", (1.5, 0.5), True),
+    ],
+)
+def test_masses_far_below_what_such_parts_weigh_together_were_not_weighed(
+    source: Source, name: str, masses: tuple[float, float], kept: bool, tmp_path: Path
+) -> None:
+    """Body and panel are 20 kg as built, and none by itself is too light: the panel is no door by its name."""
+    parts = [
+        link("body", WEIGHED.format(mass=masses[0], i=masses[0] * 0.05) + shape("0.5 0.4 0.6")),
+        link("panel", WEIGHED.format(mass=masses[1], i=masses[1] * 0.03) + shape("0.5 0.04 0.6")),
+    ]
+    hinge = joint("hinge", "revolute", "body", "panel", xyz="0 0.2 0", axis="0 0 1", limit="0 1.5")
+    item = read(written(tmp_path, robot(*parts, hinge)))
+    boards = tuple(
+        LinkProposal(name=n, material="particleboard", density_kg_m3=680.0, wall_m=w)
+        for n, w in (("body", 0.016), ("panel", 0.008))
+    )
+    guidance = read_guidance("", ObjectInfo.from_json(thing("", asset_id=name, size=0.6)))
+    done, _ = validate(item, Overlay(scale=1.0, links=boards), source, 0.5, PhysicsSettings(), guidance=guidance)
+    assert {link.mass_source is Source.AUTHORED for link in done.links} == {kept}
+
+
 @pytest.mark.parametrize(("offset", "metric"), [("0.1575", True), ("0.1575331", False)])
 def test_where_few_drawn_shapes_stand_speaks_for_metres_too(offset: str, metric: bool, tmp_path: Path) -> None:
     """A plate of two lengths on a mesh's hinge: four lengths with the offsets of its shape and its hinge."""

@@ -167,7 +167,11 @@ class Word:
 
 Phrase = tuple[str, ...]
 
-_CASING = ("", "door", "lid", "spout")
+UNKNOWN = "*"
+"""The category of an object of which nothing says what it is."""
+SMALL_M = 0.4
+"""Longest edge, m, up to which such an object is taken for one of plastic: of known kinds most are."""
+CASING = ("", "door", "lid", "spout")
 """Parts that are as the object's casing is, where no row says how such an object is built."""
 
 
@@ -291,13 +295,18 @@ def part_material(category: str, part: str) -> PartMaterial:
     casings = [name for name in names if name not in sizes() or sizes()[name].contact == sizes()[category].contact]
     keys = (*((name, part) for name in names), ("*", part), *((name, "*") for name in casings), ("*", "*"))
     row = next(table[key] for key in keys if key in table)
-    if has_part(category, part) or part not in _CASING or is_built(category):
+    if has_part(category, part) or part not in CASING or is_built(category):
         return row
     # No row says how such an object is built: its casing is of what it stands on, unless that is its feet.
     skin = materials()[sizes()[category].contact]
     if skin.name == "rubber":
         return row
     return PartMaterial(skin.name, row.hollow, row.wall_m * skin.wall_factor)
+
+
+def unknown_casing(longest_m: float) -> PartMaterial:
+    """How the casing of an object of this longest edge is built of which nothing says what it is."""
+    return _part_materials()["?", "small" if longest_m <= SMALL_M else "large"]
 
 
 @lru_cache

@@ -1,6 +1,6 @@
 """Belief in what a file in metres says of its links: masses, centres of mass and inertias. Pure."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 
 import numpy as np
@@ -39,12 +39,17 @@ LEAVES = frozenset(("door", "drawer", "lid"))
 
 
 def judge_links(
-    opinion: Opinion, features: Features, proposals: Mapping[str, LinkProposal], settings: PhysicsSettings
+    opinion: Opinion,
+    features: Features,
+    proposals: Mapping[str, LinkProposal],
+    settings: PhysicsSettings,
+    least_share: float = 0.0,
 ) -> None:
-    """Add how far the masses, centres and inertias of an object are believed, beside ``proposals`` for its links."""
+    """Add how far the masses, centres and inertias of an object are believed, beside ``proposals`` for its links, of
+    whose mass the stated ones have together ``least_share`` or more."""
     tied = {joint.child for joint in features.joints if joint.mimic is not None}
-    joints = {joint.child: joint.name for joint in features.movable_joints}
-    unweighed = placeholders(features.links, tied)
+    found = stated_masses(features, tied, proposals, settings)
+    found |= judged_whole(features, found, proposals, settings, least_share)
     # Links without geometry last: they are believed beside others.
     for link in sorted(features.links, key=lambda link: not link.has_geometry):
         if link.inertial is None:
@@ -54,21 +59,33 @@ def judge_links(
             for quantity in (Quantity.MASS, Quantity.CENTRE, Quantity.INERTIA):
                 opinion.add(quantity, link.name, lump)
             continue
-        least = 0.0 if link.name in tied else LEAST_DENSITY_KG_M3
-        belief = judged_mass(link, link.inertial, link.name not in unweighed, least)
-        if belief.trust is Trust.PLAUSIBLE and is_of_another_shape(link, link.inertial, settings):
-            belief = doubtful_belief("its centre and inertia are another shape's")
-        leaf = part_name(link.label, link.name, joints.get(link.name, "")) in LEAVES and link.name not in tied
-        if belief.trust is Trust.PLAUSIBLE and leaf and link.name in joints:
-            belief = judged_leaf(link, link.inertial, proposals.get(link.name), settings)
-        other = partial(judged_other_mass, link, link.inertial, least)
-        mass = opinion.add(Quantity.MASS, link.name, belief, link.inertial.mass_kg, other)
+        other = partial(judged_other_mass, link, link.inertial, least_density(link.name, tied))
+        mass = opinion.add(Quantity.MASS, link.name, found[link.name], link.inertial.mass_kg, other)
         rest = (ALONE, ALONE)
         if mass.trust is Trust.PLAUSIBLE:
             rest = judged_centre(link, link.inertial), judged_inertia(link, link.inertial, settings)
         if mass.trust is not Trust.IMPOSSIBLE:
             for quantity, belief in zip((Quantity.CENTRE, Quantity.INERTIA), rest, strict=True):
                 opinion.add(quantity, link.name, belief)
+
+
+def stated_masses(
+    features: Features, tied: Collection[str], proposals: Mapping[str, LinkProposal], settings: PhysicsSettings
+) -> dict[str, Belief]:
+    """Link with geometry → the belief in its stated mass by itself. ``tied`` ones follow another's joint."""
+    joints = {joint.child: joint.name for joint in features.movable_joints}
+    unweighed, found = placeholders(features.links, tied), dict[str, Belief]()
+    for link in features.links:
+        if link.inertial is None or not link.has_geometry:
+            continue
+        belief = judged_mass(link, link.inertial, link.name not in unweighed, least_density(link.name, tied))
+        if belief.trust is Trust.PLAUSIBLE and is_of_another_shape(link, link.inertial, settings):
+            belief = doubtful_belief("its centre and inertia are another shape's")
+        leaf = part_name(link.label, link.name, joints.get(link.name, "")) in LEAVES and link.name not in tied
+        if belief.trust is Trust.PLAUSIBLE and leaf and link.name in joints:
+            belief = judged_leaf(link, link.inertial, proposals.get(link.name), settings)
+        found[link.name] = belief
+    return found
 
 
 def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: float) -> Belief:
@@ -92,14 +109,44 @@ def judged_mass(link: LinkFeatures, stated: LinkInertial, weighed: bool, least: 
     return PLAUSIBLE_MASS
 
 
+def least_density(name: str, tied: Collection[str]) -> float:
+    """Least density over its hull that is believed of a link, kg/m³: none of ``tied`` ones, which their authors made
+    light."""
+    return 0.0 if name in tied else LEAST_DENSITY_KG_M3
+
+
+def judged_whole(
+    features: Features,
+    found: Mapping[str, Belief],
+    proposals: Mapping[str, LinkProposal],
+    settings: PhysicsSettings,
+    least_share: float,
+) -> dict[str, Belief]:
+    """Link → the belief in its stated mass where that was believed by itself and is not, since all such are together
+    less than ``least_share`` of what these links weigh as proposed, and it is."""
+    links = [link for link in features.links if link.name in found and found[link.name].trust is Trust.PLAUSIBLE]
+    stated = {link.name: link.inertial.mass_kg for link in links if link.inertial is not None}
+    built = {link.name: built_mass(link, proposals.get(link.name), settings) for link in links}
+    if sum(stated.values()) >= least_share * sum(built.values()):
+        return {}
+    light = [name for name in stated if stated[name] < least_share * built[name]]
+    reason = "such a part weighs {:.2g} kg, and all that are stated state too little together"
+    return {name: doubtful_belief(reason.format(built[name])) for name in light}
+
+
+def built_mass(link: LinkFeatures, proposal: LinkProposal | None, settings: PhysicsSettings) -> float:
+    """The mass, kg, of a link built as proposed; 0 where nothing is."""
+    if proposal is None or proposal.density_kg_m3 is None:
+        return 0.0
+    return built_link(link, proposal.model_copy(update={"mass_kg": None}), 1.0, settings, np.eye(3)).mass
+
+
 def judged_leaf(
     link: LinkFeatures, stated: LinkInertial, proposal: LinkProposal | None, settings: PhysicsSettings
 ) -> Belief:
     """Belief in the stated mass of a door, drawer or lid, by what one built as proposed weighs."""
-    if proposal is None or proposal.density_kg_m3 is None:
-        return PLAUSIBLE_MASS
-    built = built_link(link, proposal.model_copy(update={"mass_kg": None}), 1.0, settings, np.eye(3)).mass
-    if stated.mass_kg >= settings.least_leaf_share * built:
+    built = built_mass(link, proposal, settings)
+    if proposal is None or stated.mass_kg >= settings.least_leaf_share * built:
         return PLAUSIBLE_MASS
     return doubtful_belief(f"one of {proposal.material or 'its material'} weighs {built:.2g} kg")
 

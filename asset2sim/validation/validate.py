@@ -13,7 +13,7 @@ from asset2sim.guidance.amounts import LARGEST_M as LARGEST_M
 from asset2sim.guidance.amounts import SMALLEST_M as SMALLEST_M
 from asset2sim.guidance.category import row_of
 from asset2sim.guidance.sizing import REAL_SLACK
-from asset2sim.guidance.tables import materials
+from asset2sim.guidance.tables import UNKNOWN, materials
 from asset2sim.physics.arrays import floats_of, inertia_terms
 from asset2sim.physics.kinematics import locked_joint, tree_of
 from asset2sim.physics.mass_matrix import Body, PosedObject, Pull, joint_space
@@ -99,7 +99,10 @@ def validate(
     note_mass_change(overlay, notes)
     opinion = Opinion(features.keep, in_metres, Disputes.of(overlay, settings))
     opinion.disputes.refuse_size(features.metric)
-    judge_links(opinion, features, {item.name: item for item in overlay.links}, settings)
+    proposals = {item.name: item for item in overlay.links}
+    # What a model proposes may be far off, and it may dispute masses itself.
+    known = settings.least_unknown_share if guidance.category == UNKNOWN else settings.least_known_share
+    judge_links(opinion, features, proposals, settings, known if source is Source.PRIOR else 0.0)
     judge_shapes(opinion, features.links)
     coefficient = judge_contact(opinion, features, settings)
     proposed = {item.name for item in overlay.joints if item.spring_rest is not None}

@@ -23,6 +23,12 @@ FOOT = 0.05
 """Height, as a share of a link's, up to which contents lie in the lowest link: the weight in a lamp's foot."""
 WALL_EXPONENT = 0.5
 """Thickness over length of an object smaller than the usual: half way between the same wall and one to scale."""
+DEPTH_M, LEAST_DEPTH, DEPTH_EXPONENT = 0.03, 0.01, 0.25
+"""Hull over area, m, of a thing of no known kind whose wall is its row's (a cube of 0.18 m), the least share of it that
+counts (sheets), and the wall's thickness over it: what weighs 45 known kinds best as if none were known."""
+CASTOR_M, AIR_EXPONENT = 0.1, 0.5
+"""Diameter up to which a wheel is as its row says, and what larger ones have less: of their disc, wheels of bins of
+0.2 m have 450 kg/m³ in place of 660, of wheelchairs of 0.6 m 250 (1.8 to 2.4 kg), of cars 300 (makers' data)."""
 MIN_HOLLOW = 1e-3
 LEAST_WALL_M = 1e-4
 """Thinnest wall that is proposed, m: foil."""
@@ -56,6 +62,8 @@ class _Piece:
     wall_m: float = 0.0
     contents: tuple[Content, ...] = ()
     fixed: bool = False
+    unknown: bool = False
+    """Whether it is the casing of an object of no known kind."""
 
     def mass(self, scale: float) -> float:
         return link_mass(self.link, self.proposal(), scale)
@@ -91,12 +99,14 @@ def propose_links(
     called = {link.name: names.get(link.name) or fixed_part(info, link, names) for link in shaped}
     wide = {link.name for link in shaped if max(link.box_m) * scale > CAP_M}
     called |= {name: "lid" for name, part in called.items() if part == "cap" and name in wide}
-    pieces = [_piece(link, called[link.name], size.category, asked) for link in shaped]
+    pieces = [_piece(link, called[link.name], size.category, asked, final_m) for link in shaped]
     notes = []
     changed = sorted({piece.material for piece in pieces if piece.material in asked.values()})
     if changed:
         notes.append(f"material: {' and '.join(changed)} from the guidance")
-    pieces = _with_contents([_thinner(piece, ratio) for piece in pieces], size.category, info, parts, ratio)
+    pieces = [_as_deep(piece, scale) if piece.unknown else _thinner(piece, ratio) for piece in pieces]
+    pieces = _with_contents(pieces, size.category, info, parts, ratio)
+    pieces = [_airy(piece, scale) if piece.part == "wheel" else piece for piece in pieces]
     pieces = [_tiny(piece, scale) if piece.part in _TINY else piece for piece in pieces]
     pieces = [_firm(piece, scale) if piece.part == "handle" else piece for piece in pieces]
     factors = {wish.link: HEAVY if wish.heavy else LIGHT for wish in guidance.weights}
@@ -134,13 +144,14 @@ def link_mass(link: LinkInfo, proposal: LinkProposal, scale: float) -> float:
     return volume * (proposal.density_kg_m3 or 0.0) + sum(item.mass_kg for item in proposal.contents)
 
 
-def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -> _Piece:
-    row = tables.part_material(category, part)
+def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str], longest_m: float) -> _Piece:
+    unknown = category == tables.UNKNOWN and part in tables.CASING
+    row = tables.unknown_casing(longest_m) if unknown else tables.part_material(category, part)
     material, hollow, wall = row.material, row.hollow, row.wall_m
     wanted = words.get(part) or words.get("")
     same = wanted == material or (wanted == "plastic" and material in _PLASTICS)
     if wanted is None and (named := painted_material(link.covers, category)):
-        wanted, same = named, any({named, material} <= {*alike} for alike in _ALIKE)
+        wanted, same = named, not unknown and any({named, material} <= {*alike} for alike in _ALIKE)
     if wanted and not same and (part in words or material not in _UNCHANGED_MATERIALS):
         table = tables.materials()
         thicker = table[wanted].wall_factor / table[material].wall_factor
@@ -149,7 +160,8 @@ def _piece(link: LinkInfo, part: str, category: str, words: Mapping[str, str]) -
     # The table's share is that of the link's hull; a mesh that models its walls has less volume than its hull.
     if link.hull_volume_m3 > 0.0 and link.volume_m3 > 0.0:
         hollow *= link.hull_volume_m3 / link.volume_m3
-    return _Piece(link, part, material, min(max(hollow, MIN_HOLLOW), 1.0), wall if link.outer_m2 > 0.0 else 0.0)
+    hollow, wall = min(max(hollow, MIN_HOLLOW), 1.0), wall if link.outer_m2 > 0.0 else 0.0
+    return _Piece(link, part, material, hollow, wall, unknown=unknown)
 
 
 def painted_material(covers: Sequence[str], category: str) -> str:
@@ -172,6 +184,19 @@ MOST_OF_IT = 60.0
 
 def _thinner(piece: _Piece, ratio: float) -> _Piece:
     return replace(piece, wall_m=piece.wall_m * min(ratio, 1.0) ** WALL_EXPONENT)
+
+
+def _as_deep(piece: _Piece, scale: float) -> _Piece:
+    """The piece with a wall that is thicker the deeper it is, by its hull's volume over its area."""
+    link = piece.link
+    deep = scale * link.hull_volume_m3 / link.outer_m2 if link.outer_m2 > 0.0 else 0.0
+    return replace(piece, wall_m=piece.wall_m * max(deep / DEPTH_M, LEAST_DEPTH) ** DEPTH_EXPONENT)
+
+
+def _airy(piece: _Piece, scale: float) -> _Piece:
+    """A wheel with its share of air: castors are solid, tyres are not."""
+    across = max(piece.link.box_m) * scale
+    return replace(piece, hollow=piece.hollow * min(CASTOR_M / across, 1.0) ** AIR_EXPONENT) if across > 0.0 else piece
 
 
 def _with_contents(
