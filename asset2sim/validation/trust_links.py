@@ -1,6 +1,6 @@
 """Belief in what a file in metres says of its links: masses, centres of mass and inertias. Pure."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -48,8 +48,12 @@ def judge_links(
     """Add how far the masses, centres and inertias of an object are believed, beside ``proposals`` for its links, of
     whose mass the stated ones have together ``least_share`` or more."""
     tied = {joint.child for joint in features.joints if joint.mimic is not None}
-    found = stated_masses(features, tied, proposals, settings)
-    found |= judged_whole(features, found, proposals, settings, least_share)
+    joints = {joint.child: joint.name for joint in features.movable_joints}
+    parts = {link.name: part_name(link.label, link.name, joints.get(link.name, "")) for link in features.links}
+    leaves = {name for name, part in parts.items() if part in LEAVES and name in joints} - tied
+    found = stated_masses(features, tied, leaves, proposals, settings)
+    large = [link for link in features.links if not parts[link.name] or link.name in leaves]
+    found |= judged_whole(large, found, proposals, settings, least_share)
     # Links without geometry last: they are believed beside others.
     for link in sorted(features.links, key=lambda link: not link.has_geometry):
         if link.inertial is None:
@@ -70,10 +74,13 @@ def judge_links(
 
 
 def stated_masses(
-    features: Features, tied: Collection[str], proposals: Mapping[str, LinkProposal], settings: PhysicsSettings
+    features: Features,
+    tied: Collection[str],
+    leaves: Collection[str],
+    proposals: Mapping[str, LinkProposal],
+    settings: PhysicsSettings,
 ) -> dict[str, Belief]:
     """Link with geometry → the belief in its stated mass by itself. ``tied`` ones follow another's joint."""
-    joints = {joint.child: joint.name for joint in features.movable_joints}
     unweighed, found = placeholders(features.links, tied), dict[str, Belief]()
     for link in features.links:
         if link.inertial is None or not link.has_geometry:
@@ -81,8 +88,7 @@ def stated_masses(
         belief = judged_mass(link, link.inertial, link.name not in unweighed, least_density(link.name, tied))
         if belief.trust is Trust.PLAUSIBLE and is_of_another_shape(link, link.inertial, settings):
             belief = doubtful_belief("its centre and inertia are another shape's")
-        leaf = part_name(link.label, link.name, joints.get(link.name, "")) in LEAVES and link.name not in tied
-        if belief.trust is Trust.PLAUSIBLE and leaf and link.name in joints:
+        if belief.trust is Trust.PLAUSIBLE and link.name in leaves:
             belief = judged_leaf(link, link.inertial, proposals.get(link.name), settings)
         found[link.name] = belief
     return found
@@ -116,15 +122,15 @@ def least_density(name: str, tied: Collection[str]) -> float:
 
 
 def judged_whole(
-    features: Features,
+    large: Sequence[LinkFeatures],
     found: Mapping[str, Belief],
     proposals: Mapping[str, LinkProposal],
     settings: PhysicsSettings,
     least_share: float,
 ) -> dict[str, Belief]:
-    """Link → the belief in its stated mass where that was believed by itself and is not, since all such are together
-    less than ``least_share`` of what these links weigh as proposed, and it is."""
-    links = [link for link in features.links if link.name in found and found[link.name].trust is Trust.PLAUSIBLE]
+    """Link → the belief in its stated mass where that was believed by itself and is not, since those of the ``large``
+    links, casings and leaves, are together less than ``least_share`` of what these weigh as proposed, and it is."""
+    links = [link for link in large if link.name in found and found[link.name].trust is Trust.PLAUSIBLE]
     stated = {link.name: link.inertial.mass_kg for link in links if link.inertial is not None}
     built = {link.name: built_mass(link, proposals.get(link.name), settings) for link in links}
     if sum(stated.values()) >= least_share * sum(built.values()):
