@@ -52,7 +52,7 @@ def judge_links(
     parts = {link.name: part_name(link.label, link.name, joints.get(link.name, "")) for link in features.links}
     leaves = {name for name, part in parts.items() if part in LEAVES and name in joints} - tied
     found = stated_masses(features, tied, leaves, proposals, settings)
-    large = [link for link in features.links if not parts[link.name] or link.name in leaves]
+    large = [link for link in features.links if link.name not in tied and parts[link.name] in ("", *LEAVES)]
     found |= judged_whole(large, found, proposals, settings, least_share)
     # Links without geometry last: they are believed beside others.
     for link in sorted(features.links, key=lambda link: not link.has_geometry):
