@@ -205,6 +205,26 @@ def test_a_hinge_without_limits_gets_those_that_its_cabinet_leaves(tmp_path: Pat
     assert -0.1 < hinge.lower <= 0.0 and 3.0 < hinge.upper < 5.0
 
 
+@pytest.mark.parametrize(
+    ("part", "limit", "kept"),
+    [
+        ("drawer", "0 1", (0.0, 0.34)),
+        ("drawer", "-1 0", (-0.34, 0.0)),
+        ("drawer", "0 0.45", None),
+        ("lift", "0 1", None),
+    ],
+)
+def test_a_drawer_stays_in_its_case(tmp_path: Path, part: str, limit: str, kept: tuple[float, float] | None) -> None:
+    text = robot(
+        link("case", shape("0.4 0.4 0.2")), link(part, shape("0.4 0.3 0.1")),
+        joint("slide", "prismatic", "case", part, axis="1 0 0", limit=limit),
+    )  # fmt: skip
+    mended, found = validate_authored(read(written(tmp_path, text)), PhysicsSettings())
+    slide = mended.features.joint("slide")
+    assert (slide.lower, slide.upper) == pytest.approx(kept or tuple(map(float, limit.split())))
+    assert ("travel_shortened" in {item.code for item in found}) is (kept is not None)
+
+
 @pytest.mark.parametrize(("edge", "height"), [(0.01, 0.02), (0.1, 0.06)], ids=["small", "palm"])
 def test_a_button_that_sinks_into_its_device_is_no_drawer(tmp_path: Path, edge: float, height: float) -> None:
     text = robot(

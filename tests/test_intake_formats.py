@@ -320,11 +320,14 @@ def test_an_sdf_joint_of_several_axes_is_a_chain_of_hinges(
     assert "gearbox 'gears' is left out" in str(made.notes) and ("thread" in str(made.notes)) == (kind == "screw")
 
 
+ARM = '<geom size="1"/><body name="c"><joint/><geom size="1"/></body>'
+
+
 @pytest.mark.parametrize(
     ("old", "new", "code", "said"),
     [
         ("<freejoint/>", "<freejoint/><geom type=\"bad\"/>", "mjcf_refused", "bad"),
-        ("</worldbody>", '<body name="b"><freejoint/><geom size="1"/></body></worldbody>', "mjcf_objects", "(body, b)"),
+        ("</worldbody>", f'<body name="b"><freejoint/>{ARM}</body></worldbody>', "mjcf_objects", "(body, b)"),
         (MJCF[MJCF.index("<worldbody>") : MJCF.index("</worldbody>")], "<worldbody>", "mjcf_bodies", "no body"),
     ],
 )  # fmt: skip

@@ -62,6 +62,15 @@ def test_a_bins_swing_lid_is_shut_where_it_is_drawn(tmp_path: Path) -> None:
     assert (found.closed, found.open) == (0.0, 1.15)
 
 
+@pytest.mark.parametrize(("lower", "closed"), [(-0.04, 0.0), (-0.4, -0.4), (0.0, 0.0)], ids=["slack", "ajar", "none"])
+def test_a_lid_is_closed_where_it_is_drawn_and_not_a_little_beyond(tmp_path: Path, lower: float, closed: float) -> None:
+    lid = thing(shape("0.3 0.42 0.01", xyz="0.15 0 0.005"), "revolute", "-0.15 0 0.6", "0 -1 0", f"{lower} 2", "lid")
+    item = read(written(tmp_path, lid), "Box")
+    assert item.features.joints[0].closed == pytest.approx(lower), "by its shape it is closed at its limit"
+    (found,) = with_likelier_ends(item, SURE).features.joints
+    assert (found.closed, found.open, found.lower) == pytest.approx((closed, 2.0, lower))
+
+
 def test_of_two_doors_that_are_drawn_shut_both_are_shut_where_they_are_drawn(tmp_path: Path) -> None:
     """Beside what is far larger, as a kitchen, their shape tells nothing, or a little of the wrong end."""
     leaf = "0.02 0.4 0.5"

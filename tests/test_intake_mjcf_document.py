@@ -236,6 +236,19 @@ def test_what_a_program_places_is_read_where_it_has_joints(tmp_path: Path) -> No
     assert [joint.get("type") for joint in made.robot.findall("joint")] == ["prismatic"]
 
 
+@pytest.mark.parametrize(("tie", "left"), [("weld", True), ("connect", True), ("", False)])
+def test_a_hand_that_a_mocap_body_leads_is_no_part_of_what_it_opens(tie: str, left: bool, tmp_path: Path) -> None:
+    finger = f'<body name="finger"><joint type="slide" range="0 0.05"/>{SOLID}</body>'
+    hand = f'<body name="target" mocap="true"/><body name="hand" pos="0 0 1"><freejoint/>{SOLID}{finger}</body>'
+    ties = '<equality><{} body1="target" body2="hand"{}/></equality>'
+    rest = ties.format(tie, ' anchor="0 0 0"' * (tie == "connect")) if tie else ""
+    alone = urdf_of_mjcf(written(tmp_path, hand, rest), tmp_path)
+    assert {"hand", "finger"} <= {link.get("name") for link in alone.robot.findall("link")}
+    made = urdf_of_mjcf(written(tmp_path, hand + LID.format(more=SOLID), rest), tmp_path)
+    assert (not {"hand", "finger"} & {link.get("name") for link in made.robot.findall("link")}) is left
+    assert ("'hand', which a mocap body leads, is left out" in made.notes) is left
+
+
 @pytest.mark.parametrize(
     ("geoms", "mass"),
     [

@@ -128,3 +128,30 @@ def test_of_an_mjcf_what_is_free_is_left_out_but_no_part_of_it(tmp_path: Path) -
     assert {item.name for item in read(tmp_path).features.links} == {"base", "case", "door"}
     assert [part.name for part in parts_in(AssetRef(asset_id="a", path=str(tmp_path)), UpAxis.Z, InputSettings())] == [
         "case", "cube"]  # fmt: skip
+    held = world.replace('name="case">', 'name="case"><freejoint/>')
+    (tmp_path / "model.xml").write_text(f"<mujoco><worldbody>{held}</worldbody></mujoco>", encoding="utf-8")
+    alone = read(tmp_path)
+    assert {item.name for item in alone.features.links} == {"case", "door"}, "where nothing is held"
+    assert alone.opened is not None and not alone.opened.held
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("still", "links"),
+    [
+        ('<geom type="box" size="0.1 0.1 0.1" pos="1 0 0"/>', {"case", "door"}),
+        ('<body name="bin" pos="1 0 0">{}</body>', {"base", "case", "door"}),
+        ('<geom type="box" size="0.1 0.1 0.1" pos="0 0.21 0"/>', {"base", "case", "door"}),
+        ('<body name="wall" pos="0 0.21 0">{0}</body><body name="post" pos="0 0.42 0">{0}</body>',
+         {"base", "case", "door", "wall", "post"}),
+    ],
+    ids=["a pile", "a bin", "a wall behind it", "what touches that"],
+)  # fmt: skip
+def test_what_stands_apart_from_the_one_thing_that_moves_is_left_out(
+    tmp_path: Path, still: str, links: set[str]
+) -> None:
+    box = '<geom type="box" size="0.1 0.1 0.1" mass="2"/>'
+    door = f'<body name="door" pos="0.3 0 0"><joint name="hinge" axis="0 0 1" range="0 90"/>{box}</body>'
+    world = f'<body name="case">{box}{door}</body>{still.format(box)}'
+    (tmp_path / "model.xml").write_text(f"<mujoco><worldbody>{world}</worldbody></mujoco>", encoding="utf-8")
+    assert {item.name for item in read(tmp_path).features.links} == links

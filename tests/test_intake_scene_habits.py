@@ -243,6 +243,19 @@ def test_the_table_that_an_object_stands_on_is_no_part_of_it(tmp_path: Path, wor
     assert told == (["body 'tablelink'", "body 'RetainingWall'"] if "base" not in links else [])
 
 
+@pytest.mark.parametrize(
+    ("mark", "left"),
+    [('pos="0 0.15 0.001" size="0.1 0.1 0.001" contype="0" conaffinity="0"', True),
+     ('pos="0 0.15 0.001" size="0.1 0.1 0.001"', False),
+     ('pos="0 0.15 0.1" size="0.1 0.1 0.1" contype="0" conaffinity="0"', False)],
+    ids=["a mat that is only drawn", "one that is solid", "a thing that is only drawn"],
+)  # fmt: skip
+def test_what_is_only_drawn_on_the_table_goes_with_it(tmp_path: Path, mark: str, left: bool) -> None:
+    made = urdf_of_mjcf(mjcf(tmp_path, f'<geom name="mat" type="box" {mark}/>{TABLE}{CABINET}'), tmp_path)
+    assert (made.robot.find("link[@name='base']") is None) is left
+    assert ("geom 'mat' is left out: it is only drawn, on what is left out" in made.notes) is left
+
+
 def test_what_its_file_fixes_on_a_table_is_held_where_it_would_fall(tmp_path: Path) -> None:
     thin = '<geom type="box" size="0.2 0.01 0.2" pos="0 0 0.2" mass="2"/>'
     nail = '<body name="nail" pos="0 -0.03 0.3"><joint type="slide" axis="0 1 0" range="0 0.02"/>{}</body>'

@@ -35,6 +35,9 @@ LARGE_SHARE = 0.25
 """Diagonal of the moving link over that of the still one from which it is a door, lid or drawer, not a button."""
 LEAST_TRAVEL = 0.3
 """Least travel of a slider over its extent along its axis: drawers come out half-way and more, buttons a little."""
+STAYS_IN, FAR_OUT = 0.15, 1.5
+"""Share of its depth in its case by which a drawer that would fall out is still in it when it is open; and its travel
+over that depth from which it would: slides that extend wholly bring a drawer out of its case."""
 TURN_SAMPLES = 72
 """Positions over a turn at which the missing limits of a hinge are searched: every five degrees."""
 
@@ -114,9 +117,13 @@ def find_blocked_joints(extraction: Extraction) -> tuple[Extraction, tuple[Findi
         if joint.name in coupled:
             continue  # its range is bound to another's
         way = moving_pair(joint.name, features, tree, shapes)
-        if way is None or not way.large or links_overlap(way, start_of(joint), shapes):
+        if way is None or not way.large:
             continue
         part = part_name(features.link(joint.child).label, joint.child, joint.name)
+        if part == "drawer" and joint.prismatic and (stays := kept_in(way, joint, shapes, notes)) is not None:
+            changed[joint.name] = joint = stays
+        if links_overlap(way, start_of(joint), shapes):
+            continue
         if joint.prismatic and part in PRESSED:
             continue  # it sinks into what it is mounted on, however large
         if joint.lower is None or joint.upper is None:
@@ -193,6 +200,27 @@ def flipped_if_inverted(
     notes.warn("axis_inverted", message, joint=joint.name, value=share, limit=WRONG_SHARE)
     flip = {"axis": tuple(-value for value in joint.axis), "axis_in_root": tuple(-v for v in joint.axis_in_root)}
     return joint.model_copy(update=flip)
+
+
+def kept_in(way: MovingPair, joint: JointFeatures, shapes: LinkShapes, notes: Notes) -> JointFeatures | None:
+    """The joint of a drawer with the limit at which it is still in its case, in place of one at which it has left it
+    far behind; None where it has not, or is drawn outside."""
+    still, moving = shapes.points(way.still), shapes.points(way.moving)
+    assert still is not None and moving is not None, "a moving pair has shapes"
+    to_still = np.linalg.inv(way.still_to_parent) @ way.joint.child_to_parent
+    along = to_still[:3, :3] @ np.asarray(joint.axis)
+    case, drawer = still[0] @ along, apply(to_still, moving[0]) @ along
+    out, back = float(case.max() - drawer.min()), float(case.min() - drawer.max())
+    low, high = sorted((joint.lower or 0.0, joint.upper or 0.0))
+    if not back < 0.0 < out or not (high > FAR_OUT * out or low < FAR_OUT * back):
+        return None
+    ends = {"upper": min(high, (1.0 - STAYS_IN) * out), "lower": max(low, (1.0 - STAYS_IN) * back)}
+    message = (
+        f"joint '{joint.name}': '{way.moving}' leaves '{way.still}' far behind between {low:.4g} and {high:.4g} m; it "
+        f"is let go from {ends['lower']:.4g} to {ends['upper']:.4g} m: state limits at which it stays in"
+    )
+    notes.warn("travel_shortened", message, joint=joint.name, value=high - low, limit=ends["upper"] - ends["lower"])
+    return joint.model_copy(update=ends)
 
 
 def found_limits(way: MovingPair, joint: JointFeatures, shapes: LinkShapes, notes: Notes) -> JointFeatures | None:

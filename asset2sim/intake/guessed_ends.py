@@ -25,6 +25,8 @@ EITHER_SIDE = ("handle",)
 """Parts that lie to either side, so that no end is closed by their shape: they are folded down where they sink to."""
 DRAWN_AT = 0.01
 """Share of its range from an end within which a part is drawn at it."""
+SLACK = 0.03
+"""Share of its range by which a limit may lie beyond where a part is drawn shut: a stop that gives."""
 CAUGHT = ("door",)
 """Parts with a catch, which may lead downwards from where they are shut, and which may hang there."""
 
@@ -85,18 +87,16 @@ def with_likelier_ends(extraction: Extraction, sure: float) -> Extraction:
     ``sure``, that means less that is odd: overlapping there, falling open, hanging beside the object. What the other
     would mean stands in the joint's ``other_reading``; the confidence stays that of a guess. A button is
     closed where it is drawn, or where that is part of the way in, where it stands out; a tap or a switch that is drawn
-    at an end is off."""
+    at an end is off. What is closed a little beyond where it is drawn is closed where it is drawn."""
     features = extraction.features
     guessed = [joint for joint in features.movable_joints if is_guessed(joint, features, sure)]
     buttons = [
         joint for joint in features.movable_joints if is_button(joint, features) or is_drawn_off(joint, features, sure)
     ]
-    if not guessed and not buttons:
-        return extraction
     shapes, drawn = LinkShapes(extraction), drawn_tree(extraction, features.joints)
     changed = {joint.name: likelier(joint, features, drawn, shapes) for joint in guessed}
     changed |= {joint.name: standing_out(joint, features, drawn) for joint in buttons}
-    joints = with_followed_ends([changed.get(joint.name, joint) for joint in features.joints])
+    joints = with_followed_ends([without_slack(changed.get(joint.name, joint)) for joint in features.joints])
     return replace(extraction, features=features.model_copy(update={"joints": tuple(joints)}))
 
 
@@ -115,6 +115,15 @@ def is_guessed(joint: JointFeatures, features: Features, sure: float) -> bool:
     if tells or role != "main" or not named or joint.closed is None or joint.open is None:
         return False
     return 0.0 < abs(joint.open - joint.closed) < (math.inf if joint.prismatic else WHOLE_TURN_RAD)
+
+
+def without_slack(joint: JointFeatures) -> JointFeatures:
+    """The joint, closed where its part is drawn where that lies a little within its closed end and the other well on
+    this side."""
+    if not joint.movable or joint.mimic is not None or joint.closed is None or joint.open is None:
+        return joint
+    slack = joint.closed * joint.open < 0.0 and abs(joint.closed) <= SLACK * abs(joint.open - joint.closed)
+    return joint.model_copy(update={"closed": 0.0}) if slack else joint
 
 
 def is_button(joint: JointFeatures, features: Features) -> bool:

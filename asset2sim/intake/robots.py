@@ -51,16 +51,19 @@ def without_robots(converted: Converted) -> Converted:
 
 
 def without_bystanders(converted: Converted) -> Converted:
-    """The file as read, without what is free in it and has no joints where one thing alone has any: the cube that a
-    drawer is to hold; a note on each."""
+    """The file as read, without what is free in it and has no joints where one thing alone has any, the cube that a
+    drawer is to hold, and without what stands apart from that, the bin beside it; a note on each."""
     hung = _Hung.of(converted)
     if hung is None:
         return converted
-    moved = {joint.child for joint in hung.tree if joint.type != "fixed"}
+    moved = {joint.child for joint in hung.tree if joint.type not in ("fixed", "floating")}
     moving = [top for top, links in hung.held.items() if moved & {*links}]
     rigid = [top for top in hung.held if top in converted.free and top not in moving]
-    said = "is free and has no joints, and is left out beside what has; --split keeps it"
-    return hung.without(converted, {top: f"'{top}' {said}" for top in rigid} if len(moving) == 1 else {})
+    if len(moving) != 1:
+        return converted
+    said = dict.fromkeys(rigid, "is free and has no joints, and is left out beside what has")
+    said |= {top: "stands apart from what moves, and is left out" for top in converted.beside if top in hung.held}
+    return hung.without(converted, {top: f"'{top}' {why}; --split keeps it" for top, why in said.items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +114,8 @@ class _Hung:
         for joint in robot.findall("joint"):
             for mimic in [item for item in joint.findall("mimic") if item.get("joint") in names]:
                 joint.remove(mimic)
-        return replace(converted, notes=(*told, *notes.values()), free=free, world=world)
+        held = "" if alone else converted.held
+        return replace(converted, notes=(*told, *notes.values()), free=free, world=world, held=held)
 
 
 def is_robot(

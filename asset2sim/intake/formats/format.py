@@ -37,6 +37,8 @@ class Converted:
     """The link that stands for the world, where there is one."""
     free: tuple[str, ...] = ()
     """The links that the file has free of the world and that are fixed in ``robot``."""
+    beside: tuple[str, ...] = ()
+    """The links that stand still in the file's world, apart from the one thing in it that moves."""
     held: str = ""
     """Why the file holds the whole where it is, in words; empty where it leaves that open."""
     stood: str = ""

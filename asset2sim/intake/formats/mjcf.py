@@ -32,8 +32,8 @@ from asset2sim.intake.formats.mjcf_compiled import compiled, states_mass
 from asset2sim.intake.formats.mjcf_document import is_mjcf, models_of
 from asset2sim.intake.formats.mjcf_geoms import MjcfGeoms, let_pass, masks_of, name_of
 from asset2sim.intake.formats.mjcf_loops import loop_ties
-from asset2sim.intake.formats.mjcf_scene import SCENE, ground_of, is_sized
-from asset2sim.intake.formats.mjcf_ties import driven_joints, read_ties, tie
+from asset2sim.intake.formats.mjcf_scene import SCENE, beside, ground_of, is_sized
+from asset2sim.intake.formats.mjcf_ties import driven_joints, led_by_mocap, read_ties, tie
 from asset2sim.physics.arrays import Array
 from schemas.errors import AssetError
 
@@ -65,6 +65,10 @@ class _MjcfAsset:
         self.notes = list(notes)
         self.base = world_name({self.name("body", body) for body in range(1, model.nbody)})
         self.ground = ground_of(mujoco, model)
+        self.led = led_by_mocap(mujoco, model)
+        self.beside = beside(mujoco, model, self.ground, self.led)
+        apart = "apart from all that moves"
+        self.ground |= {item.geoms[0]: item.left_out(apart) for item in self.beside if item.kind == "geom"}
         self.shapes = MjcfGeoms(mujoco, spec, model, work)
 
     def converted(self) -> Converted:
@@ -78,6 +82,8 @@ class _MjcfAsset:
         tops = [body for body in at_top if m.body_mocapid[body] < 0 or body in jointed]
         if len(tops) < len(at_top):
             self.notes.append(f"its {len(at_top) - len(tops)} mocap bodies without joints are left out")
+        self.notes += [f"'{self.name('body', top)}', which a mocap body leads, is left out" for top in sorted(self.led)]
+        tops = [body for body in tops if body not in self.led]
         loose = [body for body in tops if self.is_free(body)]
         solid = self.geoms(0)
         if not tops and not solid:
@@ -120,7 +126,8 @@ class _MjcfAsset:
         notes = (*dict.fromkeys(self.notes), *told)
         on_table = any(SCENE in note for note in self.ground.values()) and len(loose) < len(tops)
         stood = "its file fixes it on a floor or table, which is left out" if on_table else ""
-        made = Converted(robot, files, notes, world=world, free=free, held=held)
+        still = tuple(item.name for item in self.beside if item.kind == "body")
+        made = Converted(robot, files, notes, world=world, free=free, beside=still, held=held)
         return replace(made, masks=masks, driven=driven, stood=stood, sized=sized)
 
     def refused(self, code: str, problem: str) -> AssetError:

@@ -1,7 +1,7 @@
 """Geoms of an MJCF that are its scene and no part of its objects: ground, and the floor or table that they stand on."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,8 @@ CORNERS = ("ext_p0", "ext_px", "ext_py", "ext_pz")
 """Sites at a fixture's corners, from which RoboCasa's loader scales it to the edges that a kitchen has for it."""
 TOUCHING_M = 0.01
 """Depth to which what stands on a floor may reach into it as it is drawn."""
+BESIDE_M = 0.03
+"""Gap from which something is apart from what stands beside it, and holds or meets no part of it."""
 APART_M = 0.005
 """Gap from which a rim is apart from what it stands round; a door has 2 to 4 mm to its frame."""
 
@@ -61,6 +63,10 @@ def ground_of(mujoco: Any, model: Any) -> dict[int, str]:
     top = min((item.high[:, 2].max() for item in beneath), default=-np.inf)
     beneath += [item for item in floors if item not in beneath and item.high[:, 2].max() <= top + TOUCHING_M]  # legs
     found |= {geom: item.left_out(SCENE) for item in beneath for geom in item.geoms}
+    flat = [item for item in still if item.kind == "geom" and item.high[:, 2].max() <= top + TOUCHING_M]
+    marks = [item for item in flat if item not in beneath and not touches(model, item.geoms[0])]
+    found |= {geom: item.left_out("only drawn, on what is left out") for item in marks for geom in item.geoms}
+    things = [geom for geom in things if geom not in found]
     things = [geom for geom in things if geom not in {geom for rim in rims for geom in rim.geoms}]
     if beneath and things:
         least, most = low[things].min(axis=0), high[things].max(axis=0)
@@ -69,10 +75,38 @@ def ground_of(mujoco: Any, model: Any) -> dict[int, str]:
     return found
 
 
+def beside(mujoco: Any, model: Any, ground: Collection[int], led: Collection[int]) -> list[Still]:
+    """Geoms and bodies that stand still in the world apart from the one thing that moves, which stands there by shapes
+    of its own, and from all that touches it: piles beside a digger, a bin beside a drawer."""
+    tops = {int(top) for top in model.body_rootid[model.jnt_bodyid[model.jnt_type != int(mujoco.mjtJoint.mjJNT_FREE)]]}
+    parts = [geom for geom in range(model.ngeom) if geom not in ground]
+    own = [geom for geom in parts if model.body_rootid[model.geom_bodyid[geom]] in tops.difference(led)]
+    if len(tops.difference(led)) != 1 or all(model.body_weldid[model.geom_bodyid[geom]] for geom in own):
+        return []
+    low, high = boxes_of(mujoco, model)
+    rest, least, most = list(still_in(mujoco, model, parts, low, high)), low[own], high[own]
+    while near := [item for item in rest if comes_near(item, least, most)]:
+        least = np.vstack([least, *(item.low for item in near)])
+        most = np.vstack([most, *(item.high for item in near)])
+        rest = [item for item in rest if item not in near]
+    return rest
+
+
+def comes_near(item: Still, least: Array, most: Array) -> bool:
+    """Whether a box of an item comes near one of those between these (n, 3) corners."""
+    gaps = np.maximum(item.low[:, None] - most, least - item.high[:, None])
+    return bool(np.any(gaps.max(axis=2) <= BESIDE_M))
+
+
 def is_sized(mujoco: Any, model: Any) -> bool:
     """Whether sites mark an object's corners, from which a loader brings it to another size."""
     sites = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name) for name in CORNERS]
     return min(sites) >= 0 and bool(np.ptp(model.site_pos[sites], axis=0).min() > 0.0)
+
+
+def touches(model: Any, geom: int) -> bool:
+    """Whether a geom collides with anything."""
+    return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
 def is_beneath(floor: Still, least: Array, most: Array, moving: bool) -> bool:

@@ -138,6 +138,21 @@ def driven_joints(mujoco: Any, model: Any, name: Callable[[int], str]) -> frozen
     return frozenset(map(name, found))
 
 
+def led_by_mocap(mujoco: Any, model: Any) -> frozenset[int]:
+    """The bodies in the world of which a part is welded or pinned to a mocap body: a program leads them, as it leads a
+    robot's hand. None where nothing else in the file has joints."""
+    ties = (int(mujoco.mjtEq.mjEQ_WELD), int(mujoco.mjtEq.mjEQ_CONNECT))
+    found = set[int]()
+    for equality in range(model.neq):
+        of_bodies = int(model.eq_objtype[equality]) == int(mujoco.mjtObj.mjOBJ_BODY)
+        if model.eq_type[equality] in ties and of_bodies and model.eq_active0[equality]:
+            pair = [int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])]
+            for body, other in (pair, pair[::-1]):
+                found |= {int(model.body_rootid[other])} if model.body_mocapid[body] >= 0 and other else set()
+    jointed = model.jnt_bodyid[model.jnt_type != int(mujoco.mjtJoint.mjJNT_FREE)]
+    return frozenset(found if {*model.body_rootid[jointed].tolist()} - found else ())
+
+
 def tendon_joints(mujoco: Any, model: Any, tendon: int) -> Set[int]:
     """The joints over which a tendon goes: those it names, and those that move a part of the bodies that it is tied
     to."""
