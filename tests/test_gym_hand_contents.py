@@ -230,3 +230,42 @@ def test_it_warns_with_columns_and_decides_nothing(tmp_path: Path) -> None:
     solid = robot(link("body", shape("0.3 0.3 0.3", xyz="0 0 0.15") + inertial(20.0, 0.3)))
     none = contents_columns(refined(tmp_path / "solid", solid, [], {"body": 20.0})).further
     assert none["contents"] is None and (none["contents_interiors"], none["contents_room_l"]) == (0, 0.0)
+
+
+def test_a_drawers_inside_is_no_room_of_its_body(tmp_path: Path) -> None:
+    """A drawer that comes out by a third: of its inside, which the body's walls surround too, no part is the body's."""
+    shell = shape("0.34 0.3 0.01", xyz="0 0 0.005") + shape("0.34 0.3 0.01", xyz="0 0 0.155")
+    shell += shape("0.01 0.3 0.16", xyz="-0.165 0 0.08")
+    shell += "".join(shape("0.34 0.01 0.16", xyz=f"0 {y} 0.08") for y in (-0.145, 0.145))
+    parts = {"drawer": (Solid(tray(), 0.8, 0.2), "prismatic", "0 0 0.014", "1 0 0", 0.1)}
+    found = kept(things(tmp_path / "chest", Solid(shell, 8.0, 0.3), parts))
+    assert [(item.link, item.reason) for item in found] == [("drawer", "")]
+
+
+def test_nothing_lies_in_what_is_drawn_solid(tmp_path: Path) -> None:
+    """Drawers drawn as boxes in a box: between them is no room, though faces of all are around it."""
+    block = Solid(shape("0.3 0.3 0.5"), 5.0, 0.3)
+    parts = {
+        name: (Solid(shape("0.3 0.25 0.15"), 0.5, 0.2), "prismatic", f"0.001 0 {z}", "1 0 0", 0.2)
+        for name, z in (("upper", 0.12), ("lower", -0.12))
+    }
+    assert kept(things(tmp_path / "block", block, parts)) == []
+
+
+def test_a_lid_on_a_short_way_is_lifted_with_its_weight(tmp_path: Path) -> None:
+    """A pot's lid that comes up by 12 mm alone: the hand bears it, and so is not behind by what it weighs."""
+    lid = Solid(shape("0.3 0.24 0.005") + shape("0.03 0.03 0.02", xyz="0 0 0.01"), 1.5, 0.2)
+    folder = two(tmp_path / "pot", Solid(tray(), 1.0, 0.2), lid, "prismatic", "0 0 0.106", "0 0 1", 0.012,
+                 names=("lid", "slide"), friction=0.2, damping=1.0, holds=False, effective_inertia=1.5)  # fmt: skip
+    (inside,) = kept(folder)
+    assert (inside.reason, inside.shut, inside.joints) == ("", False, ("slide",))
+
+
+def test_the_root_may_be_called_world_as_some_files_have_it(tmp_path: Path) -> None:
+    """MuJoCo takes a link "world" for its own world, and what hangs on it stands for it."""
+    folder = box(tmp_path / "box")
+    written = (folder / "mobility.urdf").read_text()
+    held = '<link name="world"/><joint name="held" type="fixed"><parent link="world"/><child link="body"/></joint>'
+    (folder / "mobility.urdf").write_text(written.replace("<link", held + "<link", 1))
+    (inside,) = kept(folder)
+    assert (inside.link, inside.reason) == ("body", "")

@@ -445,6 +445,23 @@ def test_the_same_object_twice_in_one_model(tmp_path: Path) -> None:
     assert [item.positions()["j"] for item in items] == pytest.approx([0.1, 0.7, 0.1])
 
 
+def test_a_root_called_world_is_where_it_was_put(tmp_path: Path) -> None:
+    """MuJoCo takes a link of that name for its own world, where it cannot be placed, nor found by an object's name."""
+    mujoco, spec = pytest.importorskip("mujoco"), pytest.importorskip("mujoco").MjSpec()
+    held = '<link name="world"/><joint name="held" type="fixed"><parent link="world"/><child link="base"/></joint>'
+    folder = written(tmp_path, held + BASE + BALL, {"j": {"child": "bob"}})
+    item = load(folder, "mujoco", into=spec, position=(0.5, 0.0), fixed=False)
+    model = spec.compile()
+    item.finish(model, mujoco.MjData(model))
+    before = item.link_poses()
+    assert before["world"][:2, 3] == pytest.approx([0.5, 0.0]) and before["world"] == pytest.approx(before["base"])
+    for _ in range(100):
+        mujoco.mj_step(model, item.data)
+    assert item.link_poses()["base"][2, 3] < before["base"][2, 3] - 0.01, "it falls"
+    item.place()
+    assert item.link_poses()["base"] == pytest.approx(before["base"])
+
+
 @pytest.mark.parametrize("engine", [param for param in ENGINES if param.values[0] not in ("genesis", "newton")])
 def test_two_objects_stand_in_a_world_of_the_users(engine: str, tmp_path: Path) -> None:
     """Beside each other, each in its state, in a world whose gravity and time step stay what they were."""

@@ -57,7 +57,7 @@ class ObjectWorld:
     @cached_property
     def root(self) -> int:
         """The number of the object's root body."""
-        return int(self.model.body(self.prefix + self.about.root).id)
+        return self.bodies[0]
 
     @cached_property
     def bodies(self) -> list[int]:

@@ -36,8 +36,9 @@ class MuJoCoObject(Loaded):
         super().__init__(about, root)
         self.mujoco, spec = engine_module("mujoco"), object_spec(about, root, timestep_s)
         self.spec, self.model, self.data, self.prefix = spec if into is None else into, UNSET, UNSET, ""
+        self.top = spec.worldbody.first_body().name  # the root, but where that is a link "world", which MuJoCo drops
         if into is not None:
-            self.name = free_name(root, about, lambda name: into.body(f"{name}/{about.root}") is not None)
+            self.name = free_name(root, about, lambda name: into.body(f"{name}/{self.top}") is not None)
             self.prefix = f"{self.name}/"
             for option in WORLD:  # MuJoCo warns of each that differs, and keeps the world's
                 setattr(spec.option, option, getattr(into.option, option))
@@ -77,7 +78,7 @@ class MuJoCoObject(Loaded):
         self.mujoco.mj_forward(self.model, self.data)
 
     def place(self) -> None:
-        first = int(self.bound.model.body(self.prefix + self.about.root).jntadr[0])
+        first = int(self.bound.model.body(self.prefix + self.top).jntadr[0])
         if first >= 0 and self.model.jnt_type[first] == self.mujoco.mjtJoint.mjJNT_FREE:
             place, dof = self.model.jnt_qposadr[first], self.model.jnt_dofadr[first]
             self.data.qpos[place : place + 7] = (*self.root.position, *self.root.wxyz)
@@ -92,7 +93,8 @@ class MuJoCoObject(Loaded):
 
     def link_poses(self) -> dict[str, np.ndarray]:
         self.mujoco.mj_kinematics(self.bound.model, self.data)  # else of the state before the step
-        bodies = {str(name): self.data.body(self.prefix + str(name)) for name in self.about.links}
+        names = {name: self.top if name == self.about.root else name for name in map(str, self.about.links)}
+        bodies = {name: self.data.body(self.prefix + own) for name, own in names.items()}
         return {name: pose_matrix(body.xpos, body.xquat) for name, body in bodies.items()}
 
     def contacts(self) -> list[Contact]:

@@ -26,8 +26,8 @@ HALF_HIGH = {"ball": 1.0, "box": ROOT3, "cylinder": ROOT2}
 PARKED_M = 30.0
 """How far away bodies lie that are not used, m."""
 SERVO_RAD_S, BEHIND, LEAST_LEVER_M = 50.0, 0.01, 0.01
-"""Rate at which the hand follows its course; how far behind, rad or m, it pulls with all of a joint's friction beside;
-and the least lever at which it turns a part."""
+"""Rate at which the hand follows its course, bearing the part's weight; how far behind, rad or m, it pulls with all of
+a joint's friction beside; and the least lever at which it turns a part."""
 
 
 @dataclass(eq=False)
@@ -88,7 +88,7 @@ class ContentWorld(ObjectWorld):
                     inertia = max(owned[name].effective_inertia, 1e-6) + owned[name].armature
                     off = held[0] - float(here.qpos[0])
                     wanted = inertia * SERVO_RAD_S * (SERVO_RAD_S * off + 2.0 * (held[1] - float(here.qvel[0])))
-                    wanted += joint.friction * float(np.clip(off / BEHIND, -1.0, 1.0))
+                    wanted += joint.friction * float(np.clip(off / BEHIND, -1.0, 1.0)) + float(here.qfrc_bias[0])
                     most = hand_force(owned[name], self.hand) * self.lever(name)
                     force += float(np.clip(wanted, -most, most))
                 here.qfrc_applied[0] = force

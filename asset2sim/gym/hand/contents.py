@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull, QhullError
 from asset2sim.assets.folder import URDF_NAME
 from asset2sim.assets.meshes.interior import FLOOR_CELLS, Interior, interiors
 from asset2sim.assets.surfaces.scene import load_scene
+from asset2sim.assets.surfaces.surface import Surface
 from asset2sim.gym.hand.content_world import (
     BODIES,
     ContentWorld,
@@ -34,8 +35,9 @@ APART, SMALLER = 2.1, 0.8
 """Least distance between two bodies, over their radius, and the factor by which they are made smaller to fit."""
 LOOKED_AT, SEEN_FROM = 64, 24
 """Places at which it is looked whether a body may lie there, and from which it is looked what is around."""
-MOST_POINTS = 1500
-"""Places of an interior at which it is looked whether a collision shape is there."""
+MOST_POINTS, FLAT = 1500, 1e-3
+"""Places of an interior at which it is looked whether a shape is there; and how far, as a share of its size, a surface
+may be from its hull to be convex."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,7 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
         here = interiors(own, others, radius, None if link in slid else np.vstack([nothing, *drawers]))
         if not here and link in slid:
             here = interiors(own, others, radius, walls_of_all=True)
+            here = [inside for inside in here if not lies_in_solids(inside.points, scene.surfaces)]
         if link in slid:  # it is opened for what lies beside or behind it, and nothing lies in its way
             swept += swept_faces(world, own, movers[link], radius)
             drawers += [own] if here else []
@@ -99,12 +102,40 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
 
 
 def swept_faces(world: ContentWorld, faces: Array, joints: Sequence[Joint], step_m: float) -> list[Array]:
-    """The (k, 3, 3) faces of a link's box, a step apart, along the ways on which these joints slide it open."""
-    found, box = [], np.asarray(trimesh.creation.box(bounds=box_of(faces.reshape(-1, 3))).triangles)
+    """The (k, 3, 3) faces of a link's box, a step apart within it and along the ways on which these joints slide it
+    open."""
+    low, high = box_of(faces.reshape(-1, 3))
+    depths = np.arange(0.0, max(step_m, float((high - low).min()) / 2.0), step_m)
+    found = [np.asarray(trimesh.creation.box(bounds=(low + depth, high - depth)).triangles) for depth in depths]
+    box = found[0]
     for joint in joints:
         way = (joint.open - joint.closed) * world.data.xaxis[int(world.model.joint(world.prefix + joint.name).id)]
         count = max(1, math.ceil(float(np.linalg.norm(way)) / step_m))
         found += [box + way * step / count for step in range(1, count + 1)]
+    return found
+
+
+def lies_in_solids(points: Array, surfaces: Sequence[Surface]) -> bool:
+    """Whether most of these places lie in what is drawn as closed convex bodies, so that nothing is hollow there."""
+    points = some_of(points)
+    taken = np.zeros(len(points), dtype=bool)
+    for surface in surfaces:
+        corners = np.asarray(surface.vertices, dtype=float)[surface.faces]
+        try:
+            hull = ConvexHull(corners.reshape(-1, 3))
+        except QhullError:  # flat
+            continue
+        planes, size = hull.equations, float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+        on_it = (corners.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1) > -FLAT * size
+        area = float(np.linalg.norm(np.cross(*np.diff(corners, axis=1).swapaxes(0, 1)), axis=1).sum()) / 2.0
+        if on_it.all() and area > (1.0 - FLAT) * hull.area:
+            taken |= (points @ planes[:, :3].T + planes[:, 3] <= 0.0).all(axis=1)
+    return float(taken.mean()) > 0.5
+
+
+def some_of(points: Array) -> Array:
+    """At most ``MOST_POINTS`` of (n, 3) points, spread over all."""
+    found: Array = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
     return found
 
 
@@ -211,7 +242,7 @@ def front_m(world: ContentWorld, body: int, way: Array) -> float:
 
 def free_share(world: ContentWorld, points: Array) -> float:
     """Share of these places, world, that lie in no collision shape of the object."""
-    points = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
+    points = some_of(points)
     taken = np.zeros(len(points), dtype=bool)
     for geom in shapes_of(world.model, body_subtree(world.model, world.root)):
         try:

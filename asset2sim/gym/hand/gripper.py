@@ -233,7 +233,7 @@ def open_world(
     tool = tool_of(settings, scale, hands)
     spec, loaded = object_spec(folder, settings.timestep_s, fixed=True if held else None)
     if held or stand_m:
-        spec.body(loaded.prefix + loaded.about.root).pos[2] += HELD_M
+        spec.body(loaded.prefix + loaded.top).pos[2] += HELD_M
     if stand_m:
         below = spec.worldbody.add_body(name=STAND, mocap=True, pos=(0.0, 0.0, HELD_M / 2.0))
         size = (stand_m, HELD_M / 2.0, 0.0)
