@@ -253,12 +253,17 @@ def test_nothing_lies_in_what_is_drawn_solid(tmp_path: Path) -> None:
 
 
 def test_a_lid_on_a_short_way_is_lifted_with_its_weight(tmp_path: Path) -> None:
-    """A pot's lid that comes up by 12 mm alone: the hand bears it, and so is not behind by what it weighs."""
+    """A pot's lid that comes up by 12 mm, and a tray by 3 mm: the hand bears it, and what lies on it."""
     lid = Solid(shape("0.3 0.24 0.005") + shape("0.03 0.03 0.02", xyz="0 0 0.01"), 1.5, 0.2)
     folder = two(tmp_path / "pot", Solid(tray(), 1.0, 0.2), lid, "prismatic", "0 0 0.106", "0 0 1", 0.012,
                  names=("lid", "slide"), friction=0.2, damping=1.0, holds=False, effective_inertia=1.5)  # fmt: skip
     (inside,) = kept(folder)
     assert (inside.reason, inside.shut, inside.joints) == ("", False, ("slide",))
+    foot = Solid(shape("0.2 0.2 0.02", xyz="0 0 0.01"), 3.0, 0.2)
+    raised = two(tmp_path / "tray", foot, Solid(tray(), 0.2, 0.2), "prismatic", "0 0 0.03", "0 0 1", 0.003,
+                 names=("tray", "slide"), friction=0.1, damping=0.5, holds=False, effective_inertia=0.2)  # fmt: skip
+    (inside,) = kept(raised)
+    assert (inside.link, inside.reason, inside.shut, inside.joints) == ("tray", "", False, ("slide",))
 
 
 def test_the_root_may_be_called_world_as_some_files_have_it(tmp_path: Path) -> None:
@@ -269,3 +274,18 @@ def test_the_root_may_be_called_world_as_some_files_have_it(tmp_path: Path) -> N
     (folder / "mobility.urdf").write_text(written.replace("<link", held + "<link", 1))
     (inside,) = kept(folder)
     assert (inside.link, inside.reason) == ("body", "")
+
+
+@pytest.mark.parametrize("rail", ["visual collision", "visual"])
+def test_what_stands_on_a_doors_shelf_stays_behind_its_rail(rail: str, tmp_path: Path) -> None:
+    """A door that turns about the vertical carries a shelf, from which things slide where its rail does not collide."""
+    shell = shape("0.4 0.5 0.01", xyz="0 0 0.005") + shape("0.4 0.5 0.01", xyz="0 0 0.795")
+    shell += shape("0.01 0.5 0.8", xyz="-0.195 0 0.4")
+    shell += "".join(shape("0.4 0.01 0.8", xyz=f"0 {y} 0.4") for y in (-0.245, 0.245))
+    shelf = shape("0.02 0.48 0.76", xyz="0.01 0.24 0.38") + shape("0.1 0.4 0.005", xyz="-0.05 0.24 0.3")
+    shelf += "".join(shape("0.1 0.005 0.08", xyz=f"-0.05 {y} 0.34") for y in (0.04, 0.44))
+    shelf += shape("0.005 0.4 0.08", rail, "-0.1 0.24 0.34")
+    parts = {"door": (Solid(shelf, 4.0, 0.5), "revolute", "0.205 -0.24 0.02", "0 0 -1", 1.7)}
+    found = {item.link: item for item in kept(things(tmp_path / "fridge", Solid(shell, 20.0, 0.6), parts))}
+    assert found["door"].joints == ("door_joint",) and found["body"].reason == ""
+    assert bool(found["door"].reason) == (rail == "visual"), found["door"]

@@ -25,9 +25,9 @@ BODIES = {
 HALF_HIGH = {"ball": 1.0, "box": ROOT3, "cylinder": ROOT2}
 PARKED_M = 30.0
 """How far away bodies lie that are not used, m."""
-SERVO_RAD_S, BEHIND, LEAST_LEVER_M = 50.0, 0.01, 0.01
-"""Rate at which the hand follows its course, bearing the part's weight; how far behind, rad or m, it pulls with all of
-a joint's friction beside; and the least lever at which it turns a part."""
+SERVO_RAD_S, EASED, BEHIND, LEAST_LEVER_M = 50.0, 8.0, 0.01, 0.01
+"""Rate at which the hand follows its course, bearing the part's weight; how much slower it comes to bear what lies in
+it; how far behind, rad or m, it pulls with all of a joint's friction beside; and its least lever at a hinge."""
 
 
 @dataclass(eq=False)
@@ -40,6 +40,8 @@ class ContentWorld(ObjectWorld):
     settings: ContentSettings
     led: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Joint → where a hand leads it, and how fast, rad or m and a second."""
+    borne: dict[str, float] = field(default_factory=dict)
+    """Joint → what the hand bears there beside, N or N·m: what lies in the part."""
 
     def reset(self, positions: Mapping[str, float], radius: float) -> None:
         """The joints at these positions, everything at rest, the bodies of this size and out of the way."""
@@ -90,7 +92,9 @@ class ContentWorld(ObjectWorld):
                     wanted = inertia * SERVO_RAD_S * (SERVO_RAD_S * off + 2.0 * (held[1] - float(here.qvel[0])))
                     wanted += joint.friction * float(np.clip(off / BEHIND, -1.0, 1.0)) + float(here.qfrc_bias[0])
                     most = hand_force(owned[name], self.hand) * self.lever(name)
-                    force += float(np.clip(wanted, -most, most))
+                    eased = self.borne[name] + inertia * SERVO_RAD_S**3 / EASED * off * self.hand.timestep_s
+                    self.borne[name] = float(np.clip(eased, -most, most))
+                    force += float(np.clip(wanted + self.borne[name], -most, most))
                 here.qfrc_applied[0] = force
             mujoco.mj_step(self.model, self.data)
 
@@ -109,6 +113,8 @@ class ContentWorld(ObjectWorld):
     def lead(self, joint: JointPhysics, target: float) -> None:
         """A joint led to a target and held there: in a straight line with least jerk, as arms move (Flash and Hogan
         1985), at the hand's mean speed."""
+        if joint.name not in self.led:
+            self.borne[joint.name] = 0.0
         start = self.position(joint.name)
         length = abs(target - start)
         seconds = length * self.lever(joint.name) / self.hand.speed_m_s

@@ -35,6 +35,8 @@ APART, SMALLER = 2.1, 0.8
 """Least distance between two bodies, over their radius, and the factor by which they are made smaller to fit."""
 LOOKED_AT, SEEN_FROM = 64, 24
 """Places at which it is looked whether a body may lie there, and from which it is looked what is around."""
+UPRIGHT = 0.999
+"""Least vertical part of the axis of a hinge that does not tilt what it turns: a door leans by at most 2.5°."""
 MOST_POINTS, FLAT = 1500, 1e-3
 """Places of an interior at which it is looked whether a shape is there; and how far, as a share of its size, a surface
 may be from its hull to be convex."""
@@ -68,7 +70,7 @@ def content_records(folder: Path, overlay: PhysicsOverlay, hand: HandSettings, s
 
 
 def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> list[tuple[str, Interior]]:
-    """The interiors of every link but those that hinges move, in the world with the joints closed."""
+    """The interiors of every link but those that hinges tilt, in the world with the joints closed."""
     try:
         scene = load_scene(folder / URDF_NAME, closed)
     except AssetError:  # nothing to draw: nothing is known to be hollow
@@ -87,7 +89,7 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
     found, drawers, swept = [], list[Array](), list[Array]()
     nothing = np.zeros((0, 3, 3))
     for link, own in sorted(seen.items(), key=lambda item: item[0] not in slid):
-        if any(joint.type != "prismatic" for joint in movers[link]):
+        if not all(joint.type == "prismatic" or stays_level(world, joint) for joint in movers[link]):
             continue
         others = np.vstack([nothing, *swept, *(part for name, part in seen.items() if name != link)])
         here = interiors(own, others, radius, None if link in slid else np.vstack([nothing, *drawers]))
@@ -99,6 +101,11 @@ def found_in(folder: Path, world: ContentWorld, closed: Mapping[str, float]) -> 
             drawers += [own] if here else []
         found += [(link, replace(inside, points=inside.points + shift)) for inside in here]
     return found
+
+
+def stays_level(world: ContentWorld, joint: Joint) -> bool:
+    """Whether a hinge turns about the vertical, as that of a door with shelves on it."""
+    return abs(float(world.data.xaxis[world.joint(joint.name)][2])) > UPRIGHT
 
 
 def swept_faces(world: ContentWorld, faces: Array, joints: Sequence[Joint], step_m: float) -> list[Array]:
