@@ -3,6 +3,7 @@
 Meshes need not be closed or wound alike: all is decided on a grid of cubes, as ``hollow`` does.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,9 @@ from asset2sim.assets.meshes.hollow import CELLS_A_RADIUS, OUTER_CELLS, samples
 from asset2sim.physics.arrays import Array, box_of, boxes_of
 
 Grid = NDArray[np.bool_]
-SIDES = 5
-"""How many of the six axis directions must meet walls; downwards must be one of them, and the link's own."""
+SIDES, RAILS = 5, 4
+"""How many of the six axis directions must meet walls; downwards must be one of them, and the link's own. And how many
+beside it, where the link turns."""
 ROOM = 2.0
 """Least free volume for the ball's centre, over the ball's volume: less is, for example, a gap behind a handle."""
 FLOOR_CELLS, ABREAST = 2.5, 2.0
@@ -42,13 +44,14 @@ class Interior:
 
 
 def interiors(
-    own: Array, others: Array, radius: float, in_the_way: Array | None = None, *, walls_of_all: bool = False
-) -> list[Interior]:
+    own: Array, others: Array, radius: float, in_the_way: Array | None = None, *,
+    walls_of_all: bool = False, railed: bool = False,
+) -> list[Interior]:  # fmt: skip
     """The compartments of a link for a ball of ``radius`` (m), the largest first; gravity is along -z.
 
     ``own`` are the link's (k, 3, 3) faces, ``others`` those of all other links, between which the ball lies. Those
     ``in_the_way`` stay while it comes in from outside: none unless stated. Walls beside and above are the link's own,
-    or with ``walls_of_all`` any link's, as about a rack.
+    or with ``walls_of_all`` any link's, as about a rack; ``railed`` asks for all four beside it, as of a door's shelf.
     """
     low, high = box_of(own.reshape(-1, 3))
     if walls_of_all:
@@ -67,6 +70,8 @@ def interiors(
     outside, _ = ndimage.label(free)
     clearance = ndimage.distance_transform_edt(~every) * cell
     around = sides_met(every if walls_of_all else walls)
+    if railed:
+        around[sides_met(walls, (0, 1)) < RAILS] = 0
     level = np.maximum.accumulate(np.where(walls, np.arange(walls.shape[2]), -1), axis=2)
     inside = (outside == outside[0, 0, 0]) & (clearance >= radius + cell) & (level >= 0) & (around >= SIDES)
     label, count = ndimage.label(inside)
@@ -94,10 +99,10 @@ def occupied_cells(faces: Array, corner: Array, cell: float, shape: Array) -> Gr
     return taken
 
 
-def sides_met(walls: Grid) -> NDArray[np.int8]:
-    """In how many of -x, +x, -y, +y, -z and +z a wall lies, of each cell."""
+def sides_met(walls: Grid, axes: Sequence[int] = (0, 1, 2)) -> NDArray[np.int8]:
+    """In how many of -x, +x, -y, +y, -z and +z, or both ways along these axes, a wall lies, of each cell."""
     met = np.zeros(walls.shape, dtype=np.int8)
-    for axis in range(3):
+    for axis in axes:
         met += np.logical_or.accumulate(walls, axis=axis)
         met += np.flip(np.logical_or.accumulate(np.flip(walls, axis), axis=axis), axis)
     return met
