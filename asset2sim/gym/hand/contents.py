@@ -151,15 +151,11 @@ def clear_spots(inside: Interior, settings: ContentSettings) -> tuple[float, Arr
     """The radius of three bodies, m, and (n, 3) places on the floor where one is clear of all faces, of which three are
     far enough apart; none where even the smallest do not fit."""
     radius = min(settings.most_m / 2.0, settings.room_share * float(inside.clearance_m.max()))
-    floor = inside.points[inside.height_m <= inside.radius_m + FLOOR_CELLS * inside.cell_m]
-    beside = inside.radius_m + inside.cell_m  # how far from a wall the room begins
     while radius >= inside.radius_m:
         low = inside.height_m <= radius + FLOOR_CELLS * inside.cell_m
         fits = inside.points[(inside.clearance_m >= radius) & low]
-        fits = fits[off_edge_m(fits, floor, inside.cell_m) + beside >= radius]
         if len(fits):
-            off = off_edge_m(fits, fits, inside.cell_m)
-            fits = fits[off >= min(settings.finger_m, float(np.median(off)))]
+            fits = places_off_edge(fits, inside.cell_m, settings.finger_m)
             fits = fits[np.random.default_rng(0).permutation(len(fits))[:LOOKED_AT]]
             if places_apart(fits, radius) is not None:
                 return radius, fits
@@ -180,16 +176,15 @@ def places_apart(places: Array, radius: float) -> Array | None:
     return places[chosen]
 
 
-def off_edge_m(places: Array, of: Array, cell_m: float) -> Array:
-    """(n,) how far (n, 3) places are from the edge of all those ``of``, seen from above, m; 0 beyond it."""
-    if not len(places):
-        return np.zeros(0)
-    lowest = of[:, :2].min(axis=0)
-    index, own = (np.round((points[:, :2] - lowest) / cell_m).astype(int) + 1 for points in (of, places))
+def places_off_edge(places: Array, cell_m: float, margin: float) -> Array:
+    """Of (n, 3) places, those this far from the edge of all, m, seen from above; or the half furthest from it."""
+    index = np.round(places[:, :2] / cell_m).astype(int)
+    index -= index.min(axis=0) - 1
     flat = np.zeros(index.max(axis=0) + 2, dtype=bool)
     flat[tuple(index.T)] = True
-    off: Array = ndimage.distance_transform_edt(flat)[tuple(np.clip(own, 0, index.max(axis=0) + 1).T)] * cell_m
-    return off
+    off = ndimage.distance_transform_edt(flat)[tuple(index.T)] * cell_m
+    kept: Array = places[off >= min(margin, float(np.median(off)))]
+    return kept
 
 
 def kept_in(world: ContentWorld, link: str, inside: Interior, closed: Mapping[str, float]) -> list[Kept]:
