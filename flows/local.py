@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rich import box
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -112,11 +113,11 @@ def print_json(told: Any) -> None:
 
 
 def print_records(records: Sequence[AssetRecord], settings: Settings, say: Callable[[AssetRecord], list[str]]) -> None:
-    """Print each asset's verdict, that of each engine, and what there is to say of it, a line each."""
+    """Print each asset's verdict and that of each engine; below, what there is to say of an asset, a line each."""
     engines = list(dict.fromkeys(report.engine for record in records for report in record.reports))
     table = Table(box=box.SIMPLE_HEAD)
-    for name in ("asset", "verdict", *engines, "reason"):
-        table.add_column(name, overflow="fold", no_wrap=name in ("verdict", *engines))
+    for name in ("asset", "verdict", *engines):
+        table.add_column(name, overflow="fold", no_wrap=name != "asset")
     for record in records:
         seen = {report.engine: engine_verdict(record, report, settings) for report in record.reports}
         ok = record.status is Status.OK
@@ -124,9 +125,12 @@ def print_records(records: Sequence[AssetRecord], settings: Settings, say: Calla
             Text(record.ref.asset_id),
             Text("ok", style="green") if ok else Text(record.failure_mode, style="bold red"),
             *(Text(seen.get(name, NOTHING)) for name in engines),
-            Text("\n".join(f"- {line}" for line in say(record))),
         )
     output().print(table)
+    for record in records:
+        if lines := say(record):
+            output().print(Text(record.ref.asset_id, style="bold"))
+            output().print(*(Padding(Text(f"- {line}"), (0, 0, 0, 2)) for line in lines), sep="")
     output().print(Text(f"{len(records) - len(failed_of(records))} of {len(records)} ok"))
 
 
