@@ -244,6 +244,9 @@ def test_planar_and_floating_parts_are_refined(tmp_path: Path, kind: str, code: 
     record, folder = refined(kind, unsupported(kind), tmp_path)
     assert record.status is Status.OK, record.reason
     assert code in {finding.code for finding in record.findings if finding.joint == "move"}
+    assert record.overlay is not None
+    masses = {item.name: item.mass_kg for item in record.overlay.links}
+    assert sum(masses.values()) - masses["body"] < 1.3 * masses["puck"], "its steps take from it, not from the body"
     moving = sorted(item.type for item in read_urdf(folder / "mobility.urdf").joints if item.type != "fixed")
     assert moving == (["continuous", "prismatic", "prismatic"] if kind == "planar" else [])
 

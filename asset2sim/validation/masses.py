@@ -68,7 +68,9 @@ def link_masses(
         )
         for link in solid
     }
-    for link in features.links:
+    # The furthest from the root first: what carries a light part in steps takes from that, and not from the body.
+    parents = {joint.child: joint.parent for joint in features.joints}
+    for link in sorted(features.links, key=lambda link: -steps_from_root(link.name, parents)):
         if not link.has_geometry and link.inertial and Quantity.MASS in kept.get(link.name, ()) and not theirs:
             masses |= {link.name: stated_lump(link.name, link.inertial, scale)}
         elif not link.has_geometry:
@@ -192,6 +194,14 @@ def bound_ratio(
             item = replace(raised, rule=MassRule.BOUNDED, inertia_source=Source.RULE)
         bounded[name] = item
     return bounded
+
+
+def steps_from_root(name: str, parents: Mapping[str, str]) -> int:
+    """The number of joints between a link and its root, by the parent of each link that has one."""
+    steps = 0
+    while name in parents:
+        name, steps = parents[name], steps + 1
+    return steps
 
 
 def stated_lump(name: str, stated: LinkInertial, scale: float) -> LinkMass:
