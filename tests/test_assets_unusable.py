@@ -20,6 +20,10 @@ from tests.assets import box_obj, joint, link, mesh, read, robot, shape, written
 BOX = box_obj((0, 0, 0), (1, 1, 1))
 STL: bytes = trimesh.creation.box().export(file_type="stl")
 GLB: bytes = trimesh.Scene(trimesh.creation.box()).export(file_type="glb")
+PLY = "".join(f"{line}\n" for line in (
+    "ply", "format ascii 1.0", "element vertex 3", *(f"property float {axis}" for axis in "xyz"), "element face 1",
+    "property list uchar int vertex_indices", "end_header", "0 0 0", "1 0 0", "0 1 0",
+))  # fmt: skip
 SHEET = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
@@ -65,6 +69,7 @@ def lost(folder: Path, reference: str, files: dict[str, str | bytes], tag: str =
         ("a.gltf", '{"asset"', "", "export"),
         ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\n", "", "export"),
         ("a.off", "OFF\n3 1", "", "export"),
+        ("a.ply", f"{PLY}3 0 1 8\n", "a face of vertex 9, and 3 vertices", "export"),
         ("a.fbx", b"Kaydara FBX Binary", "'.fbx'", ".obj, .stl"),
         ("a.zip", b"PK\x03\x04", "'.zip'", ".obj, .stl"),
         ("a", BOX, "''", ".obj, .stl"),
