@@ -36,7 +36,7 @@ def test_a_large_result_comes_back_whole() -> None:
 
 
 class Garbled:
-    """What a process with a broken heap may send: it cannot be read back."""
+    """An answer that cannot be read back, as a process with a broken heap may send."""
 
     def __reduce__(self) -> tuple[type[int], tuple[str]]:
         return int, ("no number",)

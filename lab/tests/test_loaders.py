@@ -1,4 +1,4 @@
-"""What is said of engines' own loaders, measured again in every engine, and every check by every way to load."""
+"""The rows on engines' own loaders, measured again in every engine, and every check by every way to load."""
 
 from collections.abc import Iterator
 from importlib import import_module
